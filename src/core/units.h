@@ -1,0 +1,18 @@
+#pragma once
+
+#include <numbers>
+
+namespace rangegrasp::core {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Radians from degrees.
+constexpr double Deg(double degrees) { return degrees * kPi / 180.0; }
+/// Degrees from radians.
+constexpr double ToDeg(double radians) { return radians * 180.0 / kPi; }
+/// Metres from millimetres.
+constexpr double Mm(double millimetres) { return millimetres * 1e-3; }
+/// Standard gravity [m/s^2].
+constexpr double kGravity = 9.81;
+
+}  // namespace rangegrasp::core
