@@ -6,14 +6,16 @@
 
 namespace rangegrasp::core {
 
-/// The seed of a child stream: a hash of the parent's seed and a name ("scan", "perceive", an object, ...).
-/// Depends on nothing else, so that a stream is the same on every machine and in every order of execution.
+/// The seed of a child stream: a hash of the parent's seed and a name ("scan", "perceive", an
+/// object, ...). Depends on nothing else, so that a stream is the same on every machine and in
+/// every order of execution.
 std::uint64_t DeriveSeed(std::uint64_t seed, std::string_view name);
 /// The same for a numbered child (a trial's index, an attempt).
 std::uint64_t DeriveSeed(std::uint64_t seed, std::uint64_t index);
 
-/// A counter-based random stream: draw k is Philox4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as
-/// 1, 2, 3") of (seed, k). Distributions are our own, since those of the standard library differ between libraries.
+/// A counter-based random stream: draw k is Philox4x32-10 (Salmon et al. 2011, "Parallel random
+/// numbers: as easy as 1, 2, 3") of (seed, k). Distributions are our own, since those of the
+/// standard library differ between libraries.
 class Rng {
  public:
   explicit Rng(std::uint64_t seed) : seed_(seed) {}

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace rangegrasp::geometry {
+
+/// The triangles of the 3-D Delaunay triangulation whose smallest empty circumsphere has a radius
+/// <= alpha (Edelsbrunner and Muecke 1994; section 2.6.1), and the connected components of the
+/// points over them (the triangle connectivity filter).
+struct AlphaComplex {
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< positions in the points
+  std::vector<std::int32_t> component;  ///< one a point: 0, 1, ... by descending size, ties by
+                                        ///< first point; -1 if in no triangle
+  std::int32_t components = 0;
+};
+/// O(n log n) for the surfaces that scans give. Independent of the order of the points but for
+/// ties.
+AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m);
+
+/// The 2-D alpha shape of points in the plane: triangles of the Delaunay triangulation with
+/// circumradius <= alpha, and its boundary as closed loops of point positions (outer loops
+/// counter-clockwise, holes clockwise), longest first.
+struct AlphaShape2 {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::vector<std::uint32_t>> loops;
+  double area_m2 = 0.0;
+};
+AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alpha_m);
+
+}  // namespace rangegrasp::geometry

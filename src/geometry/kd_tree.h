@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::geometry {
+
+/// Nearest-neighbour and radius queries (a kd-tree, Bentley 1975; nanoflann). Keeps a view of the
+/// points: they must outlive the tree and not move. Queries are const and may run in parallel.
+class KdTree {
+ public:
+  struct Neighbor {
+    std::uint32_t index;
+    double squared_distance;  ///< [m^2]
+  };
+
+  /// O(n log n). Points must be finite.
+  /// @throws std::invalid_argument if a point is not finite.
+  explicit KdTree(PointSpan points);
+  ~KdTree();
+  KdTree(KdTree&&) noexcept;
+  KdTree& operator=(KdTree&&) noexcept;
+
+  /// The k points nearest to the query, ascending by distance (fewer if there are fewer). A query
+  /// that is itself a point of the tree finds itself first.
+  void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out) const;
+  /// All points with distance < radius [m], unsorted.
+  void Within(const Eigen::Vector3d& query, double radius_m, std::vector<Neighbor>& out) const;
+  /// How many points have distance < radius [m].
+  std::size_t CountWithin(const Eigen::Vector3d& query, double radius_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Distances [m] from every point to its nearest other point, and what the dissertation makes of
+/// them (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
+struct NeighborDistances {
+  std::vector<double> each_m;
+  double min_m = 0.0;
+  double max_m = 0.0;
+  double mean_m = 0.0;  ///< d_k, eq. 4.6
+};
+/// Needs at least two points. @throws std::invalid_argument otherwise.
+NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree);
+
+}  // namespace rangegrasp::geometry

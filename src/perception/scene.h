@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "geometry/plane.h"
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::perception {
+
+/// The table: its plane (normal towards the sensor) and its points.
+struct Table {
+  geometry::Plane plane;
+  geometry::Indices points;  ///< positions in the input cloud
+};
+
+/// The top surface of an object (section 5.1.3).
+struct TopSurface {
+  geometry::Plane plane;     ///< normal away from the table
+  geometry::Indices points;  ///< positions in Scene::cloud
+  Eigen::Vector3d center_C;  ///< centre of gravity [m]
+  Eigen::Vector3d major_C;   ///< unit; principal axis in the plane
+  Eigen::Vector3d minor_C;   ///< unit; normal x major
+  double major_m = 0.0;      ///< full extent along major_C
+  double minor_m = 0.0;      ///< full extent along minor_C
+  geometry::Indices
+      rim;  ///< outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud
+};
+
+/// A rotation axis found from a rim circle: the top circle's centre, the axis direction (away from
+/// the table), its radius.
+struct RotationAxis {
+  Eigen::Vector3d center_C;
+  Eigen::Vector3d direction_C;
+  double radius_m = 0.0;
+  double rim_fraction = 0.0;  ///< share of the rim points on the circle (the first 80 % rule)
+  double body_fraction =
+      0.0;  ///< share of the points that agree with their section circle (the second 80 % rule)
+};
+
+enum class ObjectKind { kRotational, kOther };
+
+/// One perceived object: the points of one segment, or of several that were merged.
+struct PerceivedObject {
+  geometry::Indices points;  ///< positions in Scene::cloud
+  ObjectKind kind = ObjectKind::kOther;
+  bool open = false;  ///< a container, by the sphere of eq. 5.9
+  std::optional<TopSurface> top;
+  std::optional<RotationAxis> axis;  ///< for kRotational
+  double height_m = 0.0;             ///< of its highest points above the table
+  double base_m = 0.0;               ///< of its lowest points above the table
+  Eigen::Vector3d center_C;          ///< of the completed shape's bounding box
+  Eigen::Vector3d size_m;  ///< the box: along its principal axes in the table's plane (longest
+                           ///< first), and height
+  geometry::Points completed_C;      ///< the points and what completion adds (section 5.1.4)
+  geometry::TriangleMesh surface_C;  ///< the completed shape, for collision and pictures
+};
+
+/// Wall seconds of each step, in order.
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
+struct Scene {
+  Table table;
+  geometry::PointCloud cloud;  ///< points above the table after the filters, smoothed, with normals
+  geometry::Indices source;    ///< one a point of cloud: its position in the input cloud
+  geometry::Indices outliers;  ///< removed by the filter; positions in the input cloud
+  std::vector<geometry::Indices> segments;  ///< before merging; positions in cloud, largest first
+  std::vector<PerceivedObject> objects;     ///< topmost first
+  StageSeconds seconds;
+};
+
+}  // namespace rangegrasp::perception

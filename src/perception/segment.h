@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::perception {
+
+enum class SegmentMethod { kMesh, kRegionGrowing };
+
+/// Section 5.1.2.
+struct SegmentOptions {
+  SegmentMethod method = SegmentMethod::kMesh;
+  /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbour distance, as the
+  /// dissertation does.
+  double alpha_m = 0.0;
+  /// Bounds on an alpha taken from d_max, so that one straggler cannot join everything.
+  double min_alpha_m = 0.003;
+  double max_alpha_m = 0.010;
+  int min_points = 40;  ///< smaller segments are dropped
+};
+
+/// Algorithm 3: 3-D Delaunay triangulation, alpha shape, triangle connectivity. Segments largest
+/// first.
+std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
+                                             const SegmentOptions& options);
+
+/// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbour joins where d * (1 - |cos alpha|)
+/// < d_a. The neighbours looked at are those within a few d_a (stated in the source), else the
+/// weight of parallel normals would join points at any distance. Segments largest first.
+std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points,
+                                                      geometry::PointSpan normals,
+                                                      const SegmentOptions& options);
+
+/// w_g = 1 - |cos(alpha)| (eq. 5.3, 5.4) of two normals, of any length > 0.
+double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
+/// The method that the options name.
+std::vector<geometry::Indices> Segment(const geometry::PointCloud& cloud,
+                                       const SegmentOptions& options);
+
+}  // namespace rangegrasp::perception

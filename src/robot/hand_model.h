@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/shape.h"
+
+namespace rangegrasp::robot {
+
+/// The hand as a caliper: one closing number moves all driven fingers; shapes and tool centres at
+/// each closing. Sampled once from the hand's MJCF.
+struct HandModel {
+  /// One state of the hand, in its root body's frame H.
+  struct State {
+    double closing = 0.0;                 ///< 0 open .. 1 closed
+    double gap_m = 0.0;                   ///< between the thumb's and the finger's pads
+    std::vector<geometry::Shape> shapes;  ///< all collision shapes of the hand (X_BS is X_HS here)
+    std::vector<char>
+        is_finger;  ///< one a shape: true for the pads and segments that may touch what is grasped
+    std::vector<char> is_thumb;    ///< one a shape
+    Eigen::Vector3d thumb_pad_H;   ///< tip of the thumb's pad
+    Eigen::Vector3d finger_pad_H;  ///< middle of index and middle tips' pads
+  };
+  std::vector<State> states;  ///< ascending closing, at least 11
+  core::Pose X_HG_tip =
+      core::Pose::Identity();  ///< tool centre of the cylindrical and the rim grasp, pitch 0
+  core::Pose X_HG_power = core::Pose::Identity();  ///< tool centre of the power grasp, pitch 0
+  double depth_m = 0.0;  ///< from the palm's front to the line of the tips
+
+  double MaxGap() const { return states.front().gap_m; }
+  /// The state whose gap is nearest above gap_m (the open one if none is).
+  const State& AtGap(double gap_m) const;
+};
+
+}  // namespace rangegrasp::robot

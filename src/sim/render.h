@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "sim/world.h"
+
+namespace rangegrasp::sim {
+
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;  ///< rows from the top
+};
+
+/// Writes a PNG. @throws core::RunError naming the file if it cannot be written.
+void WritePng(const std::string& file, const Image& image);
+
+/// Coloured points and lines drawn into a picture.
+struct Overlay {
+  struct Dot {
+    Eigen::Vector3d p_W;
+    Eigen::Vector4f rgba;
+    double radius_m;
+  };
+  struct Segment {
+    Eigen::Vector3d a_W, b_W;
+    Eigen::Vector4f rgba;
+    double radius_m;
+  };
+  std::vector<Dot> dots;
+  std::vector<Segment> segments;
+};
+
+/// Offscreen pictures through OSMesa; no display, no GPU.
+class Renderer {
+ public:
+  /// @throws core::RunError if no offscreen context can be made.
+  Renderer(const World& world, int width, int height);
+  ~Renderer();
+  /// @param camera  name after the last '/'. @throws core::InputError naming the camera and those
+  /// that exist.
+  Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rangegrasp::sim

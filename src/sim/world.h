@@ -1,0 +1,104 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/visual_mesh.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace rangegrasp::sim {
+
+/// An object to put into a scene: its MJCF (models/objects/<name>/<name>.xml).
+struct ObjectModel {
+  std::string name;
+  std::filesystem::path mjcf;
+};
+
+/// Friction of a pair of surfaces: static and kinetic.
+struct FrictionPair {
+  double static_mu = 0.6;
+  double kinetic_mu = 0.5;
+};
+/// Options of the physics that an experiment may set.
+struct PhysicsOptions {
+  double timestep_s = 0.002;
+  double static_friction_offset =
+      0.0;                    ///< added to every static glove coefficient (sensitivity runs)
+  bool kinetic_only = false;  ///< no static friction: the kinetic value always
+  std::optional<double> glove_friction;  ///< overrides both (for self-tests)
+};
+
+/// A compiled scene with objects: model and state of one simulated world. Objects are numbered as
+/// given. Not copyable; one thread at a time. Engine warnings are collected, never printed.
+class World {
+ public:
+  /// Joins scene and objects (mjSpec) and compiles. @throws core::InputError naming the file and
+  /// the engine's message.
+  World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
+        const PhysicsOptions& options);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  int objects() const;
+  const std::string& object_name(int object) const;
+  core::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
+  Eigen::Vector3d ObjectCenterOfMass(int object) const;
+  double ObjectMass(int object) const;
+  double ObjectTop(int object) const;    ///< highest point of its collision geometry [m]
+  double ObjectSpeed(int object) const;  ///< |v| + radius |w| [m/s]
+  /// Puts an object at rest into a pose.
+  void PlaceObject(int object, const core::Pose& X_WO);
+  /// Parks an object far away from everything, asleep, so that it takes no part.
+  void ParkObject(int object);
+  void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
+  Eigen::VectorXd ArmPositions() const;
+
+  double time_s() const;
+  void Step();  ///< one time step
+  /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
+  /// passes; true if at rest.
+  bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
+
+  /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out).
+  std::vector<geometry::VisualMesh> VisualMeshes() const;
+  core::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
+  double SiteRadius(const std::string& site) const;
+
+  const mjModel_* model() const;  ///< for the module's own files and tests
+  mjModel_* model();
+  mjData_* data();
+  const mjData_* data() const;
+  /// The most recent engine warnings by kind, empty if none.
+  std::string Warnings() const;
+  const PhysicsOptions& physics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A way an object can rest on a plane.
+struct RestingPose {
+  Eigen::Quaterniond R_WO;  ///< one member of the class; any yaw about z keeps it
+  double height_m = 0.0;    ///< of the body's origin above the plane
+  double probability =
+      0.0;  ///< quasi-static, by the solid angle of the hull faces seen from the centre of mass
+  double tipping_rad = 0.0;  ///< smallest tilt that tips it over
+  std::string label;         ///< "pose0", ... by descending probability
+};
+/// Stable resting poses from the convex hull of the collision geometry and the centre of mass
+/// (Goldberg et al. 1999, part pose statistics): hull faces that hold the centre's foot inside by
+/// tipping_rad >= min_tipping_rad; faces of one rolling or symmetric family (same height of the
+/// centre of mass, same tilt margins) are one class.
+std::vector<RestingPose> StableRestingPoses(const ObjectModel& object,
+                                            double min_tipping_rad = 0.15);
+
+}  // namespace rangegrasp::sim
