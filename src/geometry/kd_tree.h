@@ -30,8 +30,12 @@ class KdTree {
   void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out) const;
   /// All points with distance < radius [m], unsorted.
   void Within(const Eigen::Vector3d& query, double radius_m, std::vector<Neighbor>& out) const;
-  /// How many points have distance < radius [m].
-  std::size_t CountWithin(const Eigen::Vector3d& query, double radius_m) const;
+  /// How many points have distance < radius [m]; counting stops at `limit`.
+  std::size_t CountWithin(const Eigen::Vector3d& query, double radius_m,
+                          std::size_t limit = static_cast<std::size_t>(-1)) const;
+  /// The distance [m] from point `index` of the tree to its nearest other point; infinite if there
+  /// is no other.
+  double DistanceToOther(std::uint32_t index) const;
 
  private:
   struct Impl;

@@ -9,8 +9,13 @@
 namespace rangegrasp::grasp {
 
 enum class GraspType { kCylindrical, kRim, kPower };
+/// "cylindrical", "rim" or "power".
+const char* Name(GraspType type);
 
-/// A grasp of one perceived object. Frame G as in core/frames.h; C is the cloud's frame.
+/// A grasp of one perceived object. Frame G as in core/frames.h; C is the cloud's frame. Its origin
+/// is the hand's published tool centre without `refine`, and the middle of the expected contacts
+/// with it; its z axis is the approach, whatever the pitch:
+/// R_CH = R_CG Ry(-pitch) R_HG^T.
 struct Grasp {
   GraspType type = GraspType::kPower;
   core::Pose X_CG = core::Pose::Identity();
@@ -23,11 +28,18 @@ struct Grasp {
 };
 
 struct GraspOptions {
-  /// As published: pitch 0, tool centre in the top surface's centre, moved down to contact,
-  /// tightest side wins. What is added on top, each by its reason in docs/architecture.md, can be
-  /// switched off.
-  bool refine =
-      true;  ///< slide, turn, deepen and pitch candidates to contacts that oppose each other
+  /// Off: as published. Pitch 0, tool centre in the top surface's centre, moved down to contact,
+  /// the tighter of both sides wins.
+  /// On: candidates slide, turn, deepen and pitch, and are ranked by score.h, because a grip that is
+  /// held by friction alone needs more than to enclose the object:
+  ///   - pads that do not oppose each other squeeze the object out or turn it: hence other yaws,
+  ///     depths below the widest section of round objects, and the narrower axis of wide ones;
+  ///   - the fingers curl in and the thumb stays straight, so that level tips do not touch at one
+  ///     height: hence the pitch;
+  ///   - a centre of mass beside the pads' line tilts the object: hence offsets along its axis;
+  ///   - one motor drives both sides and drags an object that is not midway: hence centring between
+  ///     the expected contacts in place of the top surface's centre.
+  bool refine = true;
   double friction_cone_rad = 0.46;  ///< half angle assumed when contacts are judged (mu 0.5)
   double table_clearance_m = 0.004;
   double object_clearance_m = 0.002;

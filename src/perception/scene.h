@@ -26,6 +26,9 @@ struct TopSurface {
   Eigen::Vector3d minor_C;   ///< unit; normal x major
   double major_m = 0.0;      ///< full extent along major_C
   double minor_m = 0.0;      ///< full extent along minor_C
+  /// The highest part is a ridge (a lying cylinder, a roof), not a plane: major_C runs along it and
+  /// points is the strip about it.
+  bool ridge = false;
   geometry::Indices
       rim;  ///< outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud
 };
@@ -55,6 +58,7 @@ struct PerceivedObject {
   Eigen::Vector3d center_C;          ///< of the completed shape's bounding box
   Eigen::Vector3d size_m;  ///< the box: along its principal axes in the table's plane (longest
                            ///< first), and height
+  Eigen::Vector3d axis_C;  ///< unit, in the table's plane: the direction of size_m[0]
   geometry::Points completed_C;      ///< the points and what completion adds (section 5.1.4)
   geometry::TriangleMesh surface_C;  ///< the completed shape, for collision and pictures
 };

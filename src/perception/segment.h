@@ -20,14 +20,22 @@ struct SegmentOptions {
   int min_points = 40;  ///< smaller segments are dropped
 };
 
+/// The mesh's alpha [m] from the largest nearest-neighbour distance, within the options' bounds, or
+/// the one that the options name.
+double MeshAlpha(double d_max_m, const SegmentOptions& options);
+
 /// Algorithm 3: 3-D Delaunay triangulation, alpha shape, triangle connectivity. Segments largest
-/// first.
+/// first, ties by first point; positions ascending. O(n log n); independent of the points' order.
+/// @throws std::invalid_argument if an option is out of range.
 std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
                                              const SegmentOptions& options);
 
 /// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbour joins where d * (1 - |cos alpha|)
-/// < d_a. The neighbours looked at are those within a few d_a (stated in the source), else the
-/// weight of parallel normals would join points at any distance. Segments largest first.
+/// < d_a, the mean nearest-neighbour distance. The neighbours looked at are those within 3 d_a, else
+/// the weight of parallel normals would join points at any distance. Being symmetric, the test
+/// gives the same regions whatever the start points and the order of growth.
+/// Segments largest first, ties by first point; positions ascending.
+/// @throws std::invalid_argument if there is not one normal a point, or an option is out of range.
 std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points,
                                                       geometry::PointSpan normals,
                                                       const SegmentOptions& options);

@@ -13,16 +13,16 @@ namespace rangegrasp::robot {
 struct HandModel {
   /// One state of the hand, in its root body's frame H.
   struct State {
-    double closing = 0.0;                 ///< 0 open .. 1 closed
-    double gap_m = 0.0;                   ///< between the thumb's and the finger's pads
+    double closing = 0.0;  ///< 0 open (joints at their lower limits) .. 1 closed (pads touch)
+    double gap_m = 0.0;    ///< shortest distance from the thumb's to the fingers' last segments
     std::vector<geometry::Shape> shapes;  ///< all collision shapes of the hand (X_BS is X_HS here)
     std::vector<char>
         is_finger;  ///< one a shape: true for the pads and segments that may touch what is grasped
     std::vector<char> is_thumb;    ///< one a shape
-    Eigen::Vector3d thumb_pad_H;   ///< tip of the thumb's pad
-    Eigen::Vector3d finger_pad_H;  ///< middle of index and middle tips' pads
+    Eigen::Vector3d thumb_pad_H;   ///< the point of the thumb that meets the fingers when closed
+    Eigen::Vector3d finger_pad_H;  ///< the mean of the fingers' points that meet the thumb
   };
-  std::vector<State> states;  ///< ascending closing, at least 11
+  std::vector<State> states;  ///< ascending closing, 24 of them
   core::Pose X_HG_tip =
       core::Pose::Identity();  ///< tool centre of the cylindrical and the rim grasp, pitch 0
   core::Pose X_HG_power = core::Pose::Identity();  ///< tool centre of the power grasp, pitch 0

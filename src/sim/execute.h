@@ -33,7 +33,14 @@ struct AuditBounds {
   double creep_rad_s = 0.0017453;
   double equality_error_rad = 0.00087266;
   double torque_ratio = 1.0;  ///< joint torque over its limit
+  double energy_gain_J = 0.005;
 };
+/// Which steps count. Torque: all. Penetration (the deepest of the hand's contacts with the target in
+/// a step) and equality errors: from the closed hand to its release. Creep and energy: the rest after
+/// the lift (rest_s below, when the servos have settled). The figures of a hold are judged only if
+/// the target was held after the lift; creep only if it was held to the end of the carry and no
+/// fingertip slid during the rest: an object that slides out of the fingers obeys Coulomb's law, it
+/// does not creep.
 struct Audit {
   double penetration_p95_m = 0.0;
   double penetration_max_m = 0.0;
@@ -41,7 +48,8 @@ struct Audit {
   double creep_rad_s = 0.0;
   double equality_error_rad = 0.0;
   double torque_ratio = 0.0;
-  double energy_gain_J = 0.0;  ///< mechanical energy gained beyond what motors and gravity did
+  double energy_gain_J = 0.0;  ///< largest rise of the held object's mechanical energy (kinetic and
+                               ///< potential) during the rest, when no motor moves
   int warnings = 0;
   std::string
       failed;  ///< names the first figure out of bounds, with value and bound; empty if valid
@@ -66,14 +74,21 @@ struct ExecutionLog {
 };
 
 /// Called at named moments ("start", "pregrasp", "closed", "lifted", "delivered", "end") and, if
-/// frame_period_s > 0, at that period ("frame").
+/// frame_period_s > 0, at that period ("frame"). "delivered" is after lowering, before the hand
+/// opens. A trial whose target is lost ends early: it has no later moments but "end".
 struct ExecutionObserver {
   std::function<void(const std::string& moment, World& world)> on_moment;
   double frame_period_s = 0.0;
 };
 
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
-/// object.
+/// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
+/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s at
+/// most). It ends early where the target is not held after the lift, or is lost on the way: the
+/// outcome is decided. The arm should stand at the first sample of `reach`.
+/// Everything depends on the world's state and the arguments alone.
+/// @throws core::InputError if the scene lacks a tuple, body or site that it needs; std::invalid_argument if
+/// `target` is not in the world.
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
                      const HandControlOptions& hand, const AuditBounds& bounds,
                      const ExecutionObserver& observer = {});

@@ -41,8 +41,11 @@ class Renderer {
   /// @throws core::RunError if no offscreen context can be made.
   Renderer(const World& world, int width, int height);
   ~Renderer();
-  /// @param camera  name after the last '/'. @throws core::InputError naming the camera and those
-  /// that exist.
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  /// @param world   the one that the renderer was made for.
+  /// @param camera  name after the last '/', or a free view "x,y,z,lookx,looky,lookz" [m].
+  /// @throws core::InputError naming the camera and those that exist.
   Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
 
  private:

@@ -39,8 +39,10 @@ struct PhysicsOptions {
 /// given. Not copyable; one thread at a time. Engine warnings are collected, never printed.
 class World {
  public:
-  /// Joins scene and objects (mjSpec) and compiles. @throws core::InputError naming the file and
-  /// the engine's message.
+  /// Joins scene and objects (mjSpec) and compiles. All objects are parked; the arm stands in its
+  /// custom numeric "home", where there is one. An object's sliding friction on the table is set
+  /// from the table of pairs (sim/friction.h). @throws core::InputError naming the file and the
+  /// engine's message, or why an object is none.
   World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
         const PhysicsOptions& options);
   ~World();
@@ -49,6 +51,9 @@ class World {
 
   int objects() const;
   const std::string& object_name(int object) const;
+  const std::string& object_surface(int object) const;  ///< of the friction table
+  int object_body(int object) const;                    ///< its root body in model()
+  bool parked(int object) const;
   core::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
   Eigen::Vector3d ObjectCenterOfMass(int object) const;
   double ObjectMass(int object) const;
@@ -62,9 +67,9 @@ class World {
   Eigen::VectorXd ArmPositions() const;
 
   double time_s() const;
-  void Step();  ///< one time step
+  void Step();  ///< one time step. @throws core::RunError on an engine error.
   /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
-  /// passes; true if at rest.
+  /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
 
   /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out).
@@ -78,6 +83,8 @@ class World {
   const mjData_* data() const;
   /// The most recent engine warnings by kind, empty if none.
   std::string Warnings() const;
+  /// How many engine warnings there have been while stepping.
+  int WarningCount() const;
   const PhysicsOptions& physics() const;
 
  private:

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace rangegrasp::cli {
+
+/// Each adds its commands to the program; a command's callback does the work and throws
+/// core::InputError or core::RunError.
+void AddRunCommands(CLI::App& app);      ///< run, table, compare, merge, trial
+void AddPictureCommands(CLI::App& app);  ///< snapshot, scan
+void AddPerceiveCommand(CLI::App& app);  ///< perceive
+void AddVersionCommand(CLI::App& app);   ///< version
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,51 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+
+#include "cli/commands.h"
+#include "core/error.h"
+
+namespace {
+
+constexpr int kRunFailed = 1;
+constexpr int kBadInput = 2;
+
+// Messages go to stderr, results to stdout.
+void SetUpLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("rangegrasp"));
+  spdlog::set_pattern("%^%l%$: %v");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  SetUpLog();
+  // A reader that goes away (`| head`) ends the program quietly through the failed write.
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app{"Grasping unknown objects from single-view range images, in simulation."};
+  app.require_subcommand(1);
+  app.footer(
+      "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 a run that "
+      "failed, 2 bad usage or input.");
+  rangegrasp::cli::AddRunCommands(app);
+  rangegrasp::cli::AddPictureCommands(app);
+  rangegrasp::cli::AddPerceiveCommand(app);
+  rangegrasp::cli::AddVersionCommand(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    app.exit(e);
+    return kBadInput;
+  } catch (const rangegrasp::core::InputError& e) {
+    spdlog::error(e.what());
+    return kBadInput;
+  } catch (const std::exception& e) {
+    spdlog::error(e.what());
+    return kRunFailed;
+  }
+}

@@ -1,0 +1,194 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "core/error.h"
+#include "draw/scene_view.h"
+#include "geometry/io.h"
+#include "grasp/grasp.h"
+#include "perception/perceive.h"
+#include "robot/robot.h"
+#include "sim/render.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct PerceiveArguments {
+  std::string cloud, out, origin = "0,0,0", up, unit = "m", segmentation = "mesh";
+  std::string scene = RANGEGRASP_DEFAULT_SCENE;
+  double noise_mm = 0.5;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) != 3 ||
+      !std::isfinite(x + y + z)) {
+    throw core::InputError(std::string(option) + " '" + text + "' must be x,y,z, e.g. 0,0,1");
+  }
+  return {x, y, z};
+}
+
+double UnitFrom(const std::string& name) {
+  if (name == "mm") return 1e-3;
+  if (name == "cm") return 1e-2;
+  return 1.0;
+}
+
+geometry::Points FinitePoints(const geometry::Points& points) {
+  geometry::Points finite;
+  finite.reserve(points.size());
+  for (const auto& p : points) {
+    if (p.allFinite()) finite.push_back(p);
+  }
+  return finite;
+}
+
+// The defaults are those of a laser scanner with 2 mm between points and 0.5 mm noise; all lengths
+// that stand for spacing and noise grow with the noise that the caller states.
+perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
+  perception::PerceptionOptions options;
+  if (arguments.segmentation == "region_growing") {
+    options.segment.method = perception::SegmentMethod::kRegionGrowing;
+  }
+  const double scale = std::max(1.0, arguments.noise_mm / 0.5);
+  perception::ScaleLengths(scale, options);
+  if (!arguments.up.empty())
+    options.preprocess.up_C = ParseVector(arguments.up, "--up").normalized();
+  return options;
+}
+
+ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json Json(const grasp::Grasp& grasp) {
+  ordered_json rotation = ordered_json::array();
+  for (int row = 0; row < 3; ++row) {
+    rotation.push_back(
+        {grasp.X_CH.linear()(row, 0), grasp.X_CH.linear()(row, 1), grasp.X_CH.linear()(row, 2)});
+  }
+  return {{"type", grasp::Name(grasp.type)},
+          {"position_m", Json(grasp.X_CH.translation())},
+          {"rotation", rotation},
+          {"tool_center_m", Json(grasp.X_CG.translation())},
+          {"width_m", grasp.width_m},
+          {"opening_m", grasp.opening_m},
+          {"score", grasp.score},
+          {"collides", grasp.collides}};
+}
+
+ordered_json Json(const perception::Scene& scene,
+                  const std::vector<std::vector<grasp::Grasp>>& grasps) {
+  ordered_json json;
+  const auto& table = scene.table;
+  json["table"] = {{"normal", Json(table.plane.normal)},
+                   {"offset_m", table.plane.offset_m},
+                   {"points", table.points.size()}};
+  json["objects"] = ordered_json::array();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    ordered_json item = {
+        {"points", object.points.size()},
+        {"kind", object.kind == perception::ObjectKind::kRotational ? "rotational" : "other"},
+        {"open", object.open},
+        {"center_m", Json(object.center_C)},
+        {"size_m", Json(object.size_m)},
+        {"height_m", object.height_m},
+        {"grasps", ordered_json::array()}};
+    for (const auto& grasp : grasps[i]) item["grasps"].push_back(Json(grasp));
+    json["objects"].push_back(item);
+  }
+  json["seconds"] = ordered_json::object();
+  for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
+  return json;
+}
+
+std::string Text(const perception::Scene& scene,
+                 const std::vector<std::vector<grasp::Grasp>>& grasps) {
+  const auto& n = scene.table.plane.normal;
+  std::string text =
+      fmt::format("table: {} points, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
+                  scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const auto free = std::count_if(grasps[i].begin(), grasps[i].end(),
+                                    [](const auto& g) { return !g.collides; });
+    text +=
+        fmt::format("object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free",
+                    i + 1, object.points.size(),
+                    object.kind == perception::ObjectKind::kRotational ? "rotational" : "other",
+                    object.open ? ", open" : "", object.size_m.x() * 1e3, object.size_m.y() * 1e3,
+                    object.size_m.z() * 1e3, grasps[i].size(), free);
+    if (free > 0) text += fmt::format(", best: {}", grasp::Name(grasps[i].front().type));
+    text += "\n";
+  }
+  return text;
+}
+
+void Perceive(const PerceiveArguments& arguments) {
+  const auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
+  const geometry::Points points = FinitePoints(file.points);
+  const Eigen::Vector3d origin = ParseVector(arguments.origin, "--sensor-origin");
+  const auto options = OptionsFor(arguments);
+  core::Rng rng(arguments.seed);
+  perception::Scene scene;
+  try {
+    scene = perception::Perceive(points, origin, options, rng);
+  } catch (const core::InputError& e) {
+    throw core::InputError(arguments.cloud + ": " + e.what());
+  }
+  const auto hand = robot::Robot::Load(arguments.scene).hand();
+  std::vector<std::vector<grasp::Grasp>> grasps;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
+                                       grasp::GraspOptions{}));
+  }
+  const std::string json = Json(scene, grasps).dump(2) + "\n";
+  WriteResult(arguments.json ? json : Text(scene, grasps));
+  if (arguments.out.empty()) return;
+  const std::filesystem::path folder(arguments.out);
+  WriteResult(json, folder / "perceived.json");
+  const auto canvas = draw::DrawScene(points, scene, grasps, hand);
+  sim::WritePng((folder / "perceived.png").string(),
+                draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
+  spdlog::info("picture in {}", (folder / "perceived.png").string());
+}
+
+}  // namespace
+
+void AddPerceiveCommand(CLI::App& app) {
+  auto* command =
+      app.add_subcommand("perceive", "Objects and grasps of any cloud, a recorded one too.");
+  auto arguments = std::make_shared<PerceiveArguments>();
+  command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
+  command->add_option("--sensor-origin", arguments->origin,
+                      "x,y,z of the sensor in the cloud's frame [m]");
+  command->add_option("--up", arguments->up, "direction away from the table, where it is known");
+  command->add_option("--unit", arguments->unit, "of the cloud's coordinates")
+      ->check(CLI::IsMember({"m", "cm", "mm"}));
+  command
+      ->add_option("--noise-mm", arguments->noise_mm,
+                   "the sensor's noise (default: a laser's 0.5; stereo at 1 m: 2 to 3)")
+      ->check(CLI::Range(0.0, 50.0));
+  command->add_option("--segmentation", arguments->segmentation)
+      ->check(CLI::IsMember({"mesh", "region_growing"}));
+  command->add_option("--scene", arguments->scene, "scene whose hand is to grasp");
+  command->add_option("--seed", arguments->seed, "of the random draws");
+  command->add_flag("--json", arguments->json, "everything as JSON");
+  command->add_option("-o,--out", arguments->out, "folder for perceived.json and perceived.png");
+  command->footer(
+      "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");
+  command->callback([arguments] { Perceive(*arguments); });
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,34 @@
+#include "core/hash.h"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace rangegrasp::core {
+
+std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state) {
+  for (const char c : bytes) {
+    state = (state ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  }
+  return state;
+}
+
+std::string Hex(std::uint64_t value) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+  return text.data();
+}
+
+std::string ReadFile(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream bytes;
+  if (!in || !(bytes << in.rdbuf())) {
+    throw InputError(file.string() + ": cannot be read; a readable, non-empty file is needed");
+  }
+  return bytes.str();
+}
+
+}  // namespace rangegrasp::core

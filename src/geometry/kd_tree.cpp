@@ -1,0 +1,195 @@
+#include "geometry/kd_tree.h"
+
+#include <algorithm>
+#include <limits>
+#include <nanoflann.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace rangegrasp::geometry {
+namespace {
+
+struct Adaptor {
+  PointSpan points;
+
+  std::size_t kdtree_get_point_count() const { return points.size(); }
+  double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+    return points[i][static_cast<Eigen::Index>(axis)];
+  }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Adaptor>,
+                                                 Adaptor, 3, std::uint32_t>;
+
+/// What nanoflann asks of a collector of results. Each answers how far the search must look.
+class WithinSet {
+ public:
+  WithinSet(double squared_radius, std::vector<KdTree::Neighbor>& out)
+      : squared_radius_(squared_radius), out_(out) {}
+  bool full() const { return true; }
+  double worstDist() const { return squared_radius_; }
+  bool addPoint(double squared_distance, std::uint32_t index) {
+    if (squared_distance < squared_radius_) out_.push_back({index, squared_distance});
+    return true;
+  }
+
+ private:
+  double squared_radius_;
+  std::vector<KdTree::Neighbor>& out_;
+};
+
+class CountSet {
+ public:
+  CountSet(double squared_radius, std::size_t limit)
+      : squared_radius_(squared_radius), limit_(limit) {}
+  bool full() const { return true; }
+  double worstDist() const { return squared_radius_; }
+  bool addPoint(double squared_distance, std::uint32_t) {
+    if (squared_distance < squared_radius_) ++count_;
+    return count_ < limit_;  // false ends the search
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  double squared_radius_;
+  std::size_t limit_;
+  std::size_t count_ = 0;
+};
+
+/// The nearest point but for one.
+class OtherSet {
+ public:
+  explicit OtherSet(std::uint32_t self) : self_(self) {}
+  bool full() const { return true; }
+  double worstDist() const { return best_; }
+  bool addPoint(double squared_distance, std::uint32_t index) {
+    if (index != self_ && squared_distance < best_) best_ = squared_distance;
+    return true;
+  }
+
+ private:
+  std::uint32_t self_;
+  double best_ = std::numeric_limits<double>::infinity();
+};
+
+bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
+  if (a.squared_distance != b.squared_distance) return a.squared_distance < b.squared_distance;
+  return a.index < b.index;
+}
+
+/// The k nearest, kept as a heap with the farthest on top; ties go to the smaller index.
+class NearestSet {
+ public:
+  NearestSet(std::size_t k, std::vector<KdTree::Neighbor>& out) : k_(k), out_(out) {}
+  bool full() const { return out_.size() == k_; }
+  double worstDist() const {
+    // One step up, so that branches at exactly the worst distance are still entered for ties.
+    return full() ? std::nextafter(out_.front().squared_distance, kInfinity) : kInfinity;
+  }
+  bool addPoint(double squared_distance, std::uint32_t index) {
+    const KdTree::Neighbor candidate{index, squared_distance};
+    if (!full()) {
+      out_.push_back(candidate);
+      std::push_heap(out_.begin(), out_.end(), Before);
+    } else if (Before(candidate, out_.front())) {
+      std::pop_heap(out_.begin(), out_.end(), Before);
+      out_.back() = candidate;
+      std::push_heap(out_.begin(), out_.end(), Before);
+    }
+    return true;
+  }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::size_t k_;
+  std::vector<KdTree::Neighbor>& out_;
+};
+
+PointSpan CheckFinite(PointSpan points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].allFinite()) {
+      throw std::invalid_argument("KdTree: point " + std::to_string(i) + " is not finite");
+    }
+  }
+  return points;
+}
+
+constexpr std::size_t kLeafSize = 12;
+
+}  // namespace
+
+struct KdTree::Impl {
+  explicit Impl(PointSpan points)
+      : adaptor{CheckFinite(points)},
+        tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {}
+
+  template <class Set>
+  void Search(const Eigen::Vector3d& query, Set& set) const {
+    // nanoflann hands a search over an empty tree a null root.
+    if (!adaptor.points.empty()) tree.findNeighbors(set, query.data(), nanoflann::SearchParams());
+  }
+
+  Adaptor adaptor;
+  Tree tree;
+};
+
+KdTree::KdTree(PointSpan points) : impl_(std::make_unique<Impl>(points)) {}
+KdTree::~KdTree() = default;
+KdTree::KdTree(KdTree&&) noexcept = default;
+KdTree& KdTree::operator=(KdTree&&) noexcept = default;
+
+void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k,
+                     std::vector<Neighbor>& out) const {
+  out.clear();
+  if (k == 0) return;
+  NearestSet set(k, out);
+  impl_->Search(query, set);
+  std::sort_heap(out.begin(), out.end(), Before);
+}
+
+void KdTree::Within(const Eigen::Vector3d& query, double radius_m,
+                    std::vector<Neighbor>& out) const {
+  out.clear();
+  if (!(radius_m > 0.0)) return;
+  WithinSet set(radius_m * radius_m, out);
+  impl_->Search(query, set);
+}
+
+std::size_t KdTree::CountWithin(const Eigen::Vector3d& query, double radius_m,
+                                std::size_t limit) const {
+  if (!(radius_m > 0.0) || limit == 0) return 0;
+  CountSet set(radius_m * radius_m, limit);
+  impl_->Search(query, set);
+  return set.count();
+}
+
+double KdTree::DistanceToOther(std::uint32_t index) const {
+  OtherSet set(index);
+  impl_->Search(impl_->adaptor.points[index], set);
+  return std::sqrt(set.worstDist());
+}
+
+NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree) {
+  if (points.size() < 2) {
+    throw std::invalid_argument("NearestNeighborDistances: needs two points, got " +
+                                std::to_string(points.size()));
+  }
+  NeighborDistances distances;
+  distances.each_m.resize(points.size());
+  double sum_m = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    distances.each_m[i] = tree.DistanceToOther(static_cast<std::uint32_t>(i));
+    sum_m += distances.each_m[i];
+  }
+  const auto [min, max] = std::minmax_element(distances.each_m.begin(), distances.each_m.end());
+  distances.min_m = *min;
+  distances.max_m = *max;
+  distances.mean_m = sum_m / static_cast<double>(points.size());
+  return distances;
+}
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,56 @@
+#include "geometry/normals.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace rangegrasp::geometry {
+namespace {
+
+/// The direction of least spread of the neighbours round p (eq. 4.10-4.12); zero if they have none.
+Eigen::Vector3d LeastSpread(PointSpan points, const Eigen::Vector3d& p,
+                            const std::vector<KdTree::Neighbor>& neighbors) {
+  // Sums relative to p: one pass, and small numbers.
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+  for (const KdTree::Neighbor& neighbor : neighbors) {
+    const Eigen::Vector3d d = points[neighbor.index] - p;
+    sum += d;
+    xx += d.x() * d.x();
+    xy += d.x() * d.y();
+    xz += d.x() * d.z();
+    yy += d.y() * d.y();
+    yz += d.y() * d.z();
+    zz += d.z() * d.z();
+  }
+  Eigen::Matrix3d scatter;
+  scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  scatter -= sum * sum.transpose() / static_cast<double>(neighbors.size());
+  const double scale = scatter.trace();
+  if (!(scale > 0.0)) return Eigen::Vector3d::Zero();
+  // To unit size, for which the closed form is made.
+  scatter /= scale;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(scatter);
+  return solver.eigenvectors().col(0);
+}
+
+}  // namespace
+
+Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
+                       const Eigen::Vector3d& origin) {
+  Points normals(points.size());
+  std::vector<KdTree::Neighbor> neighbors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& p = points[i];
+    const Eigen::Vector3d to_origin = origin - p;
+    tree.Within(p, radius_m, neighbors);
+    if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);
+    Eigen::Vector3d normal = LeastSpread(points, p, neighbors);
+    if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // nothing to go by
+    if (!(normal.squaredNorm() > 0.0)) normal = Eigen::Vector3d::UnitZ();
+    normal.normalize();
+    normals[i] = normal.dot(to_origin) < 0.0 ? Eigen::Vector3d(-normal) : normal;
+  }
+  return normals;
+}
+
+}  // namespace rangegrasp::geometry

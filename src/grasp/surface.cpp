@@ -1,0 +1,123 @@
+#include "grasp/surface.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+
+namespace rangegrasp::grasp {
+namespace {
+
+using Eigen::Vector3d;
+
+double TotalArea(const geometry::TriangleMesh& mesh) {
+  double area = 0.0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3d& p = mesh.vertices[a];
+    area += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
+  }
+  return area;
+}
+
+/// Folds a point of the unit square into the triangle and returns p + u (q - p) + v (r - p).
+Vector3d TrianglePoint(const Vector3d& p, const Vector3d& q, const Vector3d& r, double u, double v) {
+  if (u + v > 1.0) {
+    u = 1.0 - u;
+    v = 1.0 - v;
+  }
+  return p + u * (q - p) + v * (r - p);
+}
+
+double Fraction(double x) { return x - std::floor(x); }
+
+}  // namespace
+
+SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t count) {
+  SurfaceSamples samples;
+  const double total = TotalArea(mesh);
+  if (total <= 0.0 || count == 0) return samples;
+  samples.area_m2 = total / static_cast<double>(count);
+  // 1/g and 1/g^2 of the plastic number g.
+  constexpr double kU = 0.7548776662466927;
+  constexpr double kV = 0.5698402909980532;
+  double due = 0.5;
+  std::size_t drawn = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3d& p = mesh.vertices[a];
+    const Vector3d& q = mesh.vertices[b];
+    const Vector3d& r = mesh.vertices[c];
+    const Vector3d w = (q - p).cross(r - p);
+    const double norm = w.norm();
+    if (norm <= 0.0) continue;
+    due += 0.5 * norm / samples.area_m2;
+    for (; due >= 1.0; due -= 1.0, ++drawn) {
+      const auto k = static_cast<double>(drawn + 1);
+      samples.points.push_back(TrianglePoint(p, q, r, Fraction(0.5 + k * kU), Fraction(0.5 + k * kV)));
+      samples.normals.push_back(w / norm);
+    }
+  }
+  return samples;
+}
+
+SurfaceSamples SampleObject(const perception::Scene& scene, const perception::PerceivedObject& object,
+                            std::size_t count) {
+  SurfaceSamples samples = SampleSurface(object.surface_C, count);
+  if (!samples.points.empty()) return samples;
+  const bool normals = scene.cloud.normals.size() == scene.cloud.points.size();
+  for (const std::uint32_t i : object.points) {
+    samples.points.push_back(scene.cloud.points[i]);
+    samples.normals.push_back(normals ? scene.cloud.normals[i] : scene.table.plane.normal);
+  }
+  samples.area_m2 = 4e-6;  // neighbours are about 2 mm apart
+  return samples;
+}
+
+Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& samples) {
+  Vector3d mean = Vector3d::Zero();
+  if (samples.points.empty()) return mean;
+  Vector3d lower = samples.points.front();
+  Vector3d upper = lower;
+  for (const Vector3d& p : samples.points) {
+    mean += p;
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  mean /= static_cast<double>(samples.points.size());
+
+  double six_volumes = 0.0;
+  Vector3d moment = Vector3d::Zero();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3d u = mesh.vertices[a] - mean;
+    const Vector3d v = mesh.vertices[b] - mean;
+    const Vector3d w = mesh.vertices[c] - mean;
+    const double six = u.dot(v.cross(w));
+    six_volumes += six;
+    moment += six * (u + v + w) / 4.0;
+  }
+  // A tenth of the box is less than any of the shapes met fills; below it the surface is a shell with
+  // gaps, and its "volume" is noise.
+  const double box = (upper - lower).prod();
+  if (std::abs(six_volumes) / 6.0 < 0.1 * box) return mean;
+  const Vector3d center = mean + moment / six_volumes;
+  const bool inside = (center.array() >= lower.array()).all() && (center.array() <= upper.array()).all();
+  return inside ? center : mean;
+}
+
+geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
+  std::map<std::array<long, 3>, Vector3d> cells;
+  for (const Vector3d& p : points) {
+    const Vector3d c = (p / cell_m).array().floor();
+    cells.try_emplace({std::lround(c.x()), std::lround(c.y()), std::lround(c.z())}, p);
+  }
+  geometry::TriangleMesh mesh;
+  constexpr double kHalf = 0.0005;
+  for (const auto& [cell, p] : cells) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(p + Vector3d(kHalf, 0.0, -kHalf));
+    mesh.vertices.push_back(p + Vector3d(-kHalf, kHalf, 0.0));
+    mesh.vertices.push_back(p + Vector3d(0.0, -kHalf, kHalf));
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include "core/units.h"
+#include "geometry/hull.h"
+#include "perception/preprocess.h"
+
+namespace rangegrasp::perception {
+namespace {
+
+using geometry::Indices;
+using geometry::Plane;
+using geometry::Points;
+using geometry::PointSpan;
+using geometry::TriangleMesh;
+
+/// How far the table's normal may be from a given up direction.
+const double kUpCosine = std::cos(core::Deg(15.0));
+/// Two faces of the hull are one plane if their normals and centres agree this well.
+const double kSameCosine = std::cos(core::Deg(1.0));
+constexpr double kSameDistance = 0.2;  // of the preselection
+/// Candidates are ranked on about this many of the points, the best of them on all.
+constexpr std::size_t kRankingPoints = 4000;
+constexpr std::size_t kFinalists = 5;
+/// A table holds at least this share of the points, and at most that share may lie under it.
+constexpr double kLeastSupport = 0.05;
+constexpr double kMostBelow = 0.01;
+/// How often the hull's vertices are taken away as outliers.
+constexpr int kPeelings = 6;
+
+/// A plane of the hull, its normal to the inside.
+struct Candidate {
+  Plane plane;
+  Eigen::Vector3d center;
+  double area = 0.0;
+};
+
+std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Eigen::Vector3d& sensor_origin,
+                                  const PreprocessOptions& options) {
+  std::vector<Candidate> faces;
+  for (const auto& [a, b, c] : hull.triangles) {
+    // Outward faces are counter-clockwise; turned round, the normal points inside.
+    const auto plane = geometry::PlaneThrough(hull.vertices[a], hull.vertices[c], hull.vertices[b]);
+    if (!plane || plane->Distance(sensor_origin) <= 0.0) continue;
+    if (options.up_C && plane->normal.dot(options.up_C->normalized()) < kUpCosine) continue;
+    const Eigen::Vector3d u = hull.vertices[b] - hull.vertices[a];
+    const Eigen::Vector3d v = hull.vertices[c] - hull.vertices[a];
+    faces.push_back({*plane, (hull.vertices[a] + hull.vertices[b] + hull.vertices[c]) / 3.0,
+                     0.5 * u.cross(v).norm()});
+  }
+  std::stable_sort(faces.begin(), faces.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
+  std::vector<Candidate> merged;
+  for (const Candidate& face : faces) {
+    const bool known = std::any_of(merged.begin(), merged.end(), [&](const Candidate& other) {
+      return face.plane.normal.dot(other.plane.normal) > kSameCosine &&
+             std::abs(other.plane.Distance(face.center)) < kSameDistance * options.preselection_m;
+    });
+    if (!known) merged.push_back(face);
+  }
+  return merged;
+}
+
+std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m, std::size_t step) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    count += static_cast<std::size_t>(std::abs(plane.Distance(points[i])) <= distance_m);
+  }
+  return count;
+}
+
+/// The candidate that the most points lie near.
+std::optional<Plane> DeepestPlane(PointSpan points, std::vector<Candidate> candidates,
+                                  double distance_m) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kRankingPoints);
+  std::vector<std::pair<std::size_t, std::size_t>> ranking;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    ranking.emplace_back(CountNear(points, candidates[i].plane, distance_m, step), i);
+  }
+  std::stable_sort(ranking.begin(), ranking.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::optional<Plane> best;
+  std::size_t best_count = 0;
+  for (std::size_t k = 0; k < std::min(kFinalists, ranking.size()); ++k) {
+    const Plane& plane = candidates[ranking[k].second].plane;
+    const std::size_t count = CountNear(points, plane, distance_m, 1);
+    if (count > best_count) {
+      best_count = count;
+      best = plane;
+    }
+  }
+  return best;
+}
+
+Points Near(PointSpan points, const Plane& plane, double distance_m) {
+  Points near;
+  for (const Eigen::Vector3d& p : points) {
+    if (std::abs(plane.Distance(p)) <= distance_m) near.push_back(p);
+  }
+  return near;
+}
+
+/// Preselects, fits, preselects round the fit and fits again; the normal keeps its side.
+std::optional<Plane> FitNear(PointSpan points, Plane plane, const PreprocessOptions& options,
+                             core::Rng& rng) {
+  const geometry::PlaneRansacOptions ransac{options.plane_draws, options.plane_distance_m};
+  for (int pass = 0; pass < 2; ++pass) {
+    auto fit = geometry::FitPlaneRansac(Near(points, plane, options.preselection_m), ransac, rng);
+    if (!fit) return std::nullopt;
+    if (fit->plane.normal.dot(plane.normal) < 0.0) {
+      fit->plane = {-fit->plane.normal, -fit->plane.offset_m};
+    }
+    plane = fit->plane;
+  }
+  return plane;
+}
+
+struct Support {
+  std::size_t on = 0;     ///< within plane_distance_m
+  std::size_t below = 0;  ///< deeper than preselection_m under the plane
+};
+
+Support CountSupport(PointSpan points, const Plane& plane, const PreprocessOptions& options) {
+  Support support;
+  for (const Eigen::Vector3d& p : points) {
+    const double distance_m = plane.Distance(p);
+    support.on += static_cast<std::size_t>(std::abs(distance_m) <= options.plane_distance_m);
+    support.below += static_cast<std::size_t>(distance_m < -options.preselection_m);
+  }
+  return support;
+}
+
+bool IsTable(const Support& support, std::size_t n) {
+  return static_cast<double>(support.on) >= kLeastSupport * static_cast<double>(n) &&
+         static_cast<double>(support.below) <= kMostBelow * static_cast<double>(n);
+}
+
+/// The points that are no vertex of the hull.
+Points Peel(const Points& points, const TriangleMesh& hull) {
+  const auto before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  Points vertices = hull.vertices;
+  std::sort(vertices.begin(), vertices.end(), before);
+  Points rest;
+  rest.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) {
+    if (!std::binary_search(vertices.begin(), vertices.end(), p, before)) rest.push_back(p);
+  }
+  return rest;
+}
+
+std::optional<Plane> FindTablePlane(PointSpan points, const Eigen::Vector3d& sensor_origin,
+                                    const PreprocessOptions& options, core::Rng& rng) {
+  Points rest(points.begin(), points.end());
+  for (int peeling = 0; peeling <= kPeelings; ++peeling) {
+    const TriangleMesh hull = geometry::ConvexHull(rest);
+    if (hull.triangles.empty()) break;
+    const auto deepest =
+        DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options.preselection_m);
+    const auto plane = deepest ? FitNear(points, *deepest, options, rng) : std::nullopt;
+    if (plane && plane->Distance(sensor_origin) > 0.0 &&
+        IsTable(CountSupport(points, *plane, options), points.size())) {
+      return plane;
+    }
+    rest = Peel(rest, hull);
+  }
+  return std::nullopt;
+}
+
+void Check(const PreprocessOptions& options) {
+  if (!(options.preselection_m > 0.0)) {
+    throw std::invalid_argument("FindTable: preselection_m must be > 0");
+  }
+  if (!(options.table_clearance_m >= 0.0)) {
+    throw std::invalid_argument("FindTable: table_clearance_m must be >= 0");
+  }
+  if (options.up_C && !(options.up_C->norm() > 0.0)) {
+    throw std::invalid_argument("FindTable: up_C must not be zero");
+  }
+}
+
+/// A cloud that is flat has no hull: all of it is the table.
+std::optional<Plane> FlatCloud(PointSpan points, const Eigen::Vector3d& sensor_origin,
+                               const PreprocessOptions& options) {
+  const auto plane = geometry::FitPlane(points);
+  if (!plane) return std::nullopt;
+  const Plane up = plane->Distance(sensor_origin) < 0.0 ? Plane{-plane->normal, -plane->offset_m}
+                                                        : *plane;
+  if (options.up_C && up.normal.dot(options.up_C->normalized()) < kUpCosine) return std::nullopt;
+  const bool flat = CountSupport(points, up, options).on == points.size();
+  return flat ? std::optional(up) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
+                               const PreprocessOptions& options, core::Rng& rng) {
+  Check(options);
+  auto plane = FlatCloud(points_C, sensor_origin_C, options);
+  if (!plane) plane = FindTablePlane(points_C, sensor_origin_C, options, rng);
+  if (!plane) return std::nullopt;
+  Table table;
+  table.plane = *plane;
+  for (std::size_t i = 0; i < points_C.size(); ++i) {
+    if (plane->Distance(points_C[i]) <= options.table_clearance_m) {
+      table.points.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return table;
+}
+
+}  // namespace rangegrasp::perception

@@ -1,0 +1,160 @@
+#include "perception/rotational.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/units.h"
+#include "perception/planar.h"
+#include "perception/top_surface.h"
+
+namespace rangegrasp::perception {
+namespace {
+
+using geometry::Indices;
+using geometry::PointCloud;
+
+// Fewer body points than this say nothing about the body.
+constexpr std::size_t kLeastBody = 20;
+// Normals within 45 deg of the axis are of caps, floors and lips.
+constexpr double kMostAlongAxis = 0.7;
+
+struct Member {
+  double distance_m;
+  std::uint32_t point;
+};
+
+/// The radius about which most members lie within the distance (a window over the sorted
+/// distances), and which they are.
+struct Agreement {
+  double radius_m = 0.0;
+  std::size_t first = 0;
+  std::size_t last = 0;  ///< one past
+};
+Agreement Agree(std::vector<Member>& members, double distance_m) {
+  std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) {
+    return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.point < b.point;
+  });
+  Agreement best;
+  std::size_t last = 0;
+  for (std::size_t first = 0; first < members.size(); ++first) {
+    while (last < members.size() &&
+           members[last].distance_m <= members[first].distance_m + 2.0 * distance_m) {
+      ++last;
+    }
+    if (last - first > best.last - best.first) best = {0.0, first, last};
+  }
+  for (std::size_t i = best.first; i < best.last; ++i) best.radius_m += members[i].distance_m;
+  best.radius_m /= static_cast<double>(std::max<std::size_t>(1, best.last - best.first));
+  return best;
+}
+
+double Arc(const PointCloud& cloud, const Indices& rim, const CircleFit& fit) {
+  constexpr int kBins = 36;
+  const Eigen::Vector3d u = fit.circle.normal.unitOrthogonal();
+  const Eigen::Vector3d v = fit.circle.normal.cross(u);
+  std::vector<bool> seen(kBins, false);
+  for (const auto i : fit.inliers) {
+    const Eigen::Vector3d d = cloud.points[rim[i]] - fit.circle.center;
+    const double turn = std::atan2(d.dot(v), d.dot(u)) / (2.0 * core::kPi) + 0.5;
+    seen[std::min<std::size_t>(kBins - 1, static_cast<std::size_t>(turn * kBins))] = true;
+  }
+  return 2.0 * core::kPi * static_cast<double>(std::count(seen.begin(), seen.end(), true)) / kBins;
+}
+
+/// The first rule.
+std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& rim,
+                                        const TopSurface& top, const FeatureOptions& options,
+                                        core::Rng& rng) {
+  const auto fit = FitCircle(geometry::Select(cloud.points, rim), options, rng);
+  if (!fit) return std::nullopt;
+  const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
+  if (share < options.rim_share || Arc(cloud, rim, *fit) < options.least_arc_rad) {
+    return std::nullopt;
+  }
+  return RotationAxis{fit->circle.center, top.plane.normal, fit->circle.radius_m, share, 0.0};
+}
+
+/// The second rule, with the better of the plane's normal and the vertical.
+bool JudgeBody(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+               const geometry::Plane& table, const FeatureOptions& options, RotationAxis& axis) {
+  const Eigen::Vector3d leaning = axis.direction_C;
+  axis.body_fraction =
+      ProfileBody(cloud, points, top, axis.center_C, leaning, options).fraction;
+  // Within what a small rim leaves uncertain, an object that stands is upright.
+  if (leaning.dot(table.normal) > std::cos(core::Deg(5.0))) {
+    const double upright =
+        ProfileBody(cloud, points, top, axis.center_C, table.normal, options).fraction;
+    if (upright >= axis.body_fraction) {
+      axis.direction_C = table.normal;
+      axis.body_fraction = upright;
+    }
+  }
+  return axis.body_fraction >= options.body_share;
+}
+
+}  // namespace
+
+double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circle& circle,
+                     double distance_m) {
+  if (points.empty()) return 0.0;
+  const auto on = std::count_if(points.begin(), points.end(), [&](auto i) {
+    return CircleDistance(circle, cloud.points[i]) <= distance_m;
+  });
+  return static_cast<double>(on) / static_cast<double>(points.size());
+}
+
+BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+                        const Eigen::Vector3d& center_C, const Eigen::Vector3d& direction_C,
+                        const FeatureOptions& options) {
+  std::map<std::pair<int, bool>, std::vector<Member>> sections;
+  for (const auto i : points) {
+    const Eigen::Vector3d d = cloud.points[i] - center_C;
+    const Eigen::Vector3d& normal = cloud.normals[i];
+    if (std::abs(top.plane.Distance(cloud.points[i])) <= options.plane_distance_m ||
+        std::abs(normal.dot(direction_C)) > kMostAlongAxis) {
+      continue;
+    }
+    const double depth = -d.dot(direction_C);
+    const Eigen::Vector3d radial = d + depth * direction_C;
+    sections[{static_cast<int>(std::floor(depth / options.section_m)), normal.dot(radial) < 0.0}]
+        .push_back({AxisDistance(cloud.points[i], center_C, direction_C), i});
+  }
+  BodyProfile profile;
+  for (auto& [key, members] : sections) {
+    const double depth = (key.first + 0.5) * options.section_m;
+    if (profile.sections.empty() || profile.sections.back().depth_m != depth) {
+      profile.sections.push_back({depth, 0.0, 0.0, 0, 0});
+    }
+    const Agreement agreement = Agree(members, options.circle_distance_m);
+    Section& section = profile.sections.back();
+    (key.second ? section.inner_m : section.outer_m) = agreement.radius_m;
+    (key.second ? section.inner_points : section.outer_points) = agreement.last - agreement.first;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      const bool agrees = k >= agreement.first && k < agreement.last;
+      (agrees ? profile.agreeing : profile.differing).push_back(members[k].point);
+    }
+  }
+  const std::size_t all = profile.agreeing.size() + profile.differing.size();
+  if (all >= kLeastBody) {
+    profile.fraction = static_cast<double>(profile.agreeing.size()) / static_cast<double>(all);
+  }
+  std::sort(profile.agreeing.begin(), profile.agreeing.end());
+  std::sort(profile.differing.begin(), profile.differing.end());
+  return profile;
+}
+
+std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
+                                             const TopSurface& top, const geometry::Plane& table,
+                                             const FeatureOptions& options, core::Rng& rng) {
+  if (top.ridge) return std::nullopt;
+  for (const bool bridged : {false, true}) {
+    const Indices rim =
+        bridged ? OuterRim(cloud, top.points, top.plane, options.bridged_rim_alpha_m) : top.rim;
+    auto axis = AxisFromRim(cloud, rim, top, options, rng);
+    if (axis && JudgeBody(cloud, points, top, table, options, *axis)) return axis;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rangegrasp::perception

@@ -1,0 +1,98 @@
+#include "perception/segment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "geometry/alpha_shape.h"
+#include "geometry/internal/union_find.h"
+#include "geometry/kd_tree.h"
+
+namespace rangegrasp::perception {
+namespace {
+
+using geometry::Indices;
+using geometry::KdTree;
+using geometry::PointSpan;
+
+/// How far region growing looks for neighbours, in mean nearest-neighbour distances: on a surface
+/// that the scan samples evenly, far enough for the next row of points and its diagonals.
+constexpr double kNeighborhood = 3.0;
+
+/// The points of each label, for the labels with enough of them (labels go by descending size).
+std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
+                             int min_points) {
+  std::vector<Indices> segments(static_cast<std::size_t>(labels));
+  for (std::uint32_t i = 0; i < label.size(); ++i) {
+    if (label[i] >= 0) segments[static_cast<std::size_t>(label[i])].push_back(i);
+  }
+  std::erase_if(segments, [min_points](const Indices& segment) {
+    return segment.size() < static_cast<std::size_t>(std::max(min_points, 0));
+  });
+  return segments;
+}
+
+void Check(const SegmentOptions& options) {
+  if (!(options.alpha_m >= 0.0)) throw std::invalid_argument("Segment: alpha_m must be >= 0");
+  if (!(options.min_alpha_m <= options.max_alpha_m)) {
+    throw std::invalid_argument("Segment: min_alpha_m must be <= max_alpha_m");
+  }
+}
+
+}  // namespace
+
+double MeshAlpha(double d_max_m, const SegmentOptions& options) {
+  if (options.alpha_m > 0.0) return options.alpha_m;
+  return std::clamp(d_max_m, options.min_alpha_m, options.max_alpha_m);
+}
+
+std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {
+  Check(options);
+  if (points.size() < 3) return {};
+  const bool given = options.alpha_m > 0.0;
+  const double d_max_m =
+      given ? 0.0 : geometry::NearestNeighborDistances(points, KdTree(points)).max_m;
+  const auto complex = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options));
+  return Collect(complex.component, complex.components, options.min_points);
+}
+
+double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return 1.0 - std::abs(a.dot(b) / (a.norm() * b.norm()));
+}
+
+std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
+                                            const SegmentOptions& options) {
+  Check(options);
+  if (normals.size() != points.size()) {
+    throw std::invalid_argument("SegmentByRegionGrowing: needs one normal a point");
+  }
+  if (points.size() < 2) return {};
+  const KdTree tree(points);
+  const double d_a_m = geometry::NearestNeighborDistances(points, tree).mean_m;
+  geometry::UnionFind regions(points.size());
+  std::vector<KdTree::Neighbor> neighbors;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    tree.Within(points[i], kNeighborhood * d_a_m, neighbors);
+    for (const KdTree::Neighbor& n : neighbors) {
+      if (n.index <= i || regions.Find(i) == regions.Find(n.index)) continue;
+      const double distance_m = std::sqrt(n.squared_distance);
+      if (distance_m * NormalWeight(normals[i], normals[n.index]) < d_a_m) {
+        regions.Unite(i, n.index);
+      }
+    }
+  }
+  std::vector<std::int32_t> label;
+  const std::int32_t labels =
+      geometry::LabelBySize(regions, std::vector<bool>(points.size(), true), label);
+  return Collect(label, labels, options.min_points);
+}
+
+std::vector<Indices> Segment(const geometry::PointCloud& cloud, const SegmentOptions& options) {
+  if (options.method == SegmentMethod::kRegionGrowing) {
+    return SegmentByRegionGrowing(cloud.points, cloud.normals, options);
+  }
+  return SegmentByMesh(cloud.points, options);
+}
+
+}  // namespace rangegrasp::perception

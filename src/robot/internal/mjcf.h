@@ -1,0 +1,56 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/shape.h"
+
+namespace rangegrasp::robot::internal {
+
+/// A compiled MJCF file and its kinematic state. Names are found by what follows their last '/',
+/// so that models attached with any prefix are found.
+class Mjcf {
+ public:
+  /// @throws core::InputError with the file and MuJoCo's own message.
+  explicit Mjcf(const std::filesystem::path& file);
+
+  const mjModel& model() const { return *model_; }
+  mjData& data() const { return *data_; }
+
+  /// The element's id. @throws core::InputError if there is none, or more than one.
+  int Require(mjtObj type, std::string_view name) const;
+  /// Ids of the elements of a tuple. @throws core::InputError if missing, empty or of another type.
+  std::vector<int> Tuple(std::string_view name, mjtObj type) const;
+  /// A custom numeric. @throws core::InputError if it is missing or of another size.
+  Eigen::VectorXd Numeric(std::string_view name, int size) const;
+
+  std::string Name(mjtObj type, int id) const;
+  bool InSubtree(int body, int root) const;
+  bool Collides(int geom) const;
+  /// The geom as a shape in frame B, with its pose X_BS given.
+  geometry::Shape ShapeOf(int geom, const core::Pose& X_BS) const;
+
+  /// Poses in W at the present joint positions.
+  core::Pose BodyPose(int body) const;
+  core::Pose GeomPose(int geom) const;
+  core::Pose SitePose(int site) const;
+
+  [[noreturn]] void Fail(const std::string& what) const;
+
+ private:
+  std::filesystem::path file_;
+  std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
+  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+};
+
+/// A pose from MuJoCo's position and quaternion, or rotation matrix (row-major).
+core::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
+core::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat);
+
+}  // namespace rangegrasp::robot::internal

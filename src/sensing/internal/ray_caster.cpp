@@ -1,0 +1,169 @@
+#include "sensing/internal/ray_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+
+#include "core/error.h"
+
+namespace rangegrasp::sensing::internal {
+namespace {
+
+constexpr std::size_t kPacket = 16;
+
+void CheckMesh(const geometry::TriangleMesh& mesh, std::size_t index) {
+  const std::string name = "mesh " + std::to_string(index);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!mesh.vertices[v].allFinite()) {
+      throw std::invalid_argument(name + ": vertex " + std::to_string(v) + " is not finite");
+    }
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v < mesh.vertices.size()) continue;
+      throw std::invalid_argument(name + ": triangle " + std::to_string(t) + " uses vertex " +
+                                  std::to_string(v) + " of " +
+                                  std::to_string(mesh.vertices.size()));
+    }
+  }
+}
+
+void* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t stride,
+                std::size_t count) {
+  void* data = rtcSetNewGeometryBuffer(geometry, type, 0, format, stride, count);
+  if (data == nullptr) throw core::RunError("Embree: no memory for a mesh");
+  return data;
+}
+
+void FillGeometry(RTCGeometry geometry, const geometry::TriangleMesh& mesh) {
+  auto* vertices =
+      static_cast<float*>(NewBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3,
+                                    3 * sizeof(float), mesh.vertices.size()));
+  for (const Eigen::Vector3d& p : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(p[axis]);
+  }
+  auto* indices =
+      static_cast<std::uint32_t*>(NewBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3,
+                                            3 * sizeof(unsigned), mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) indices = std::ranges::copy(triangle, indices).out;
+}
+
+// A packet's slots beyond the last ray repeat nothing: their mask is 0 and Embree skips them.
+void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPacket>& valid) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Ray& ray = rays[i];
+    packet.org_x[i] = ray.origin_W.x();
+    packet.org_y[i] = ray.origin_W.y();
+    packet.org_z[i] = ray.origin_W.z();
+    packet.dir_x[i] = ray.direction_W.x();
+    packet.dir_y[i] = ray.direction_W.y();
+    packet.dir_z[i] = ray.direction_W.z();
+    packet.tnear[i] = ray.near_m;
+    packet.tfar[i] = ray.far_m;
+    packet.time[i] = 0.0f;
+    packet.mask[i] = ~0u;
+    packet.id[i] = 0;
+    packet.flags[i] = 0;
+    valid[i] = ray.far_m > ray.near_m ? -1 : 0;
+  }
+  for (std::size_t i = rays.size(); i < kPacket; ++i) valid[i] = 0;
+}
+
+RTCIntersectContext CoherentContext() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
+}
+
+}  // namespace
+
+struct RayCaster::Embree {
+  RTCDevice device = rtcNewDevice("threads=1,user_threads=1,set_affinity=0");
+  RTCScene scene = nullptr;
+
+  Embree() {
+    if (device == nullptr) throw core::RunError("Embree: no device could be made");
+    scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
+  }
+  ~Embree() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  Embree(const Embree&) = delete;
+  Embree& operator=(const Embree&) = delete;
+
+  void Attach(const geometry::TriangleMesh& mesh, unsigned id) {
+    if (mesh.triangles.empty()) return;
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
+    FillGeometry(geometry, mesh);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
+  }
+  void Commit() {
+    rtcCommitScene(scene);
+    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
+      throw core::RunError("Embree: the scene could not be built");
+    }
+  }
+};
+
+RayCaster::RayCaster(std::span<const geometry::VisualMesh> meshes) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) CheckMesh(meshes[i].mesh_W, i);
+  embree_ = std::make_unique<Embree>();
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    embree_->Attach(meshes[i].mesh_W, static_cast<unsigned>(i));
+  }
+  embree_->Commit();
+}
+
+RayCaster::~RayCaster() = default;
+
+void RayCaster::FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const {
+  hits.resize(rays.size());
+  RTCIntersectContext context = CoherentContext();
+  alignas(64) RTCRayHit16 packet;
+  alignas(64) std::array<int, kPacket> valid;
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const std::size_t count = std::min(kPacket, rays.size() - begin);
+    FillPacket(rays.subspan(begin, count), packet.ray, valid);
+    std::ranges::fill(packet.hit.geomID, RTC_INVALID_GEOMETRY_ID);
+    std::ranges::fill(packet.hit.instID[0], RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect16(valid.data(), embree_->scene, &context, &packet);
+    for (std::size_t i = 0; i < count; ++i) {
+      Hit& hit = hits[begin + i];
+      hit = Hit{};
+      if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      hit.distance_m = packet.ray.tfar[i];
+      hit.mesh = packet.hit.geomID[i];
+      hit.normal_W =
+          Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
+      if (hit.normal_W.dot(rays[begin + i].direction_W) > 0.0f) hit.normal_W = -hit.normal_W;
+    }
+  }
+}
+
+void RayCaster::Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& blocked) const {
+  blocked.resize(rays.size());
+  RTCIntersectContext context = CoherentContext();
+  alignas(64) RTCRay16 packet;
+  alignas(64) std::array<int, kPacket> valid;
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const std::size_t count = std::min(kPacket, rays.size() - begin);
+    FillPacket(rays.subspan(begin, count), packet, valid);
+    rtcOccluded16(valid.data(), embree_->scene, &context, &packet);
+    // Embree marks an occluded ray by a negative far end.
+    for (std::size_t i = 0; i < count; ++i) {
+      blocked[begin + i] = valid[i] != 0 && packet.tfar[i] < 0.0f ? 1 : 0;
+    }
+  }
+}
+
+}  // namespace rangegrasp::sensing::internal

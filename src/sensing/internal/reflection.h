@@ -1,0 +1,50 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "geometry/visual_mesh.h"
+#include "sensing/line_scanner.h"
+
+namespace rangegrasp::sensing::internal {
+
+/// Where light meets a surface; all angles [rad].
+struct Encounter {
+  double incidence_rad = 0.0;       ///< between the laser's ray and the normal
+  double mirror_offset_rad = 3.14;  ///< between the mirrored ray and the direction to the camera
+};
+
+/// Probabilities of losing a sample that the camera could see.
+/// 0 up to dropout_begin, linear to 1 at dropout_end.
+double IncidenceLoss(const LineScannerOptions& options, double incidence_rad);
+/// 0 from an albedo of 0.10 up, 0.5 at 0.05, 0.9 at 0, linear between.
+double AlbedoLoss(double albedo);
+/// The gloss itself within saturation_angle of the mirror direction, else 0: a share of the patches
+/// of a surface is smooth enough to blind the camera.
+double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad);
+/// The clarity itself: that share of the light goes through or is mirrored away inside.
+double ClarityLoss(double clarity);
+/// All causes, independent of each other.
+double DropoutProbability(const LineScannerOptions& options,
+                          const geometry::OpticalSurface& surface, const Encounter& encounter);
+
+/// Light of a part of the line as the camera sees it.
+struct Glint {
+  double column_px = 0.0;
+  double brightness = 0.0;  ///< >= 0
+  std::size_t source = 0;   ///< what the caller wants to know it by
+};
+
+/// A peak of the line's image.
+struct Blob {
+  double column_px = 0.0;   ///< centroid
+  double brightness = 0.0;  ///< sum
+  std::size_t source = 0;   ///< of its brightest glint
+};
+
+/// Splits glints where neighbours in the image lie further apart than `width_px` and returns the
+/// brightest group's centroid; of equals the one with the smaller column. Sorts `glints`.
+/// @return brightness 0 if there is no light.
+Blob BrightestBlob(std::span<Glint> glints, double width_px);
+
+}  // namespace rangegrasp::sensing::internal

@@ -1,0 +1,345 @@
+#include "sensing/line_scanner.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sensing/internal/camera_model.h"
+#include "sensing/internal/options_check.h"
+#include "sensing/internal/ray_caster.h"
+#include "sensing/internal/reflection.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using internal::CameraModel;
+using internal::Hit;
+using internal::Ray;
+
+constexpr float kFarAway_m = 20.0f;
+// A ray to the camera starts this far from the surface, so that it does not meet where it starts.
+constexpr float kLiftOff_m = 1e-4f;
+// Neighbouring samples whose points lie further than this from each other's tangent plane have an
+// edge between them.
+constexpr float kEdge_m = 0.001f;
+// Below this share of the line's light in view the camera's threshold finds no peak.
+constexpr double kFaintShare = 0.15;
+
+/// Nodes over the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and one sample's length.
+constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
+constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
+
+double LineWeight(double across) { return std::exp(-8.0 * across * across); }
+
+/// A ray of the laser in a profile's frame P: from (x, 0, 0) along (0, slope, 1).
+struct LaserRay {
+  double x_m;
+  double slope;
+};
+
+/// What a laser ray makes on the surface it meets, and in the camera.
+struct Spot {
+  Hit hit;
+  Eigen::Vector3f point_W = Eigen::Vector3f::Zero();
+  Eigen::Vector3f to_laser_W = Eigen::Vector3f::Zero();   ///< unit
+  Eigen::Vector3f to_camera_W = Eigen::Vector3f::Zero();  ///< unit
+  SampleState state = SampleState::kOutOfView;            ///< kMeasured: the camera sees it
+  double column_px = 0.0;
+  double axial_m = 0.0;
+  double brightness = 0.0;  ///< Lambert's law: albedo, and the cosine towards the camera
+};
+
+/// The head at one profile.
+struct ProfilePose {
+  Eigen::Matrix3d R_WP;
+  Eigen::Vector3d laser_W;
+  Eigen::Vector3d camera_W;
+};
+
+class Sweep {
+ public:
+  Sweep(std::span<const geometry::VisualMesh> meshes, const core::Pose& X_WS,
+        const LineScannerOptions& options, core::Rng& rng)
+      : meshes_(meshes),
+        X_WS_(X_WS),
+        options_(options),
+        camera_(options),
+        caster_(meshes),
+        noise_seed_(rng.Next()) {}
+
+  Scan Run();
+
+ private:
+  std::size_t Samples() const { return static_cast<std::size_t>(options_.samples); }
+  std::size_t Profiles() const { return static_cast<std::size_t>(options_.profiles); }
+
+  Scan EmptyScan() const;
+  std::vector<ProfilePose> JitteredPoses() const;
+  void CastMainRays(std::span<const ProfilePose> poses);
+  /// Lights the surfaces by rays of one profile; spots[i] is what rays[i] makes.
+  void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::vector<Spot>& spots);
+  void MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
+                   Spot& spot) const;
+  void HideBlockedSpots(const ProfilePose& pose, std::vector<Spot>& spots);
+  bool IsEdge(const Spot& a, const Spot& b) const;
+  void MarkEdges();
+  /// Resolves the line's width for the marked samples of a profile.
+  void Refine(const ProfilePose& pose, std::size_t profile);
+  Spot Merge(std::span<const Spot> parts, const Spot& main) const;
+  void Measure(std::size_t profile, Scan& scan) const;
+  SampleState MeasureSample(const Spot& spot, double noise_px, double dropout_draw, double slope,
+                            const Eigen::Matrix3d& R_WP, Eigen::Vector3d& point_W) const;
+
+  std::span<const geometry::VisualMesh> meshes_;
+  const core::Pose& X_WS_;
+  const LineScannerOptions& options_;
+  CameraModel camera_;
+  internal::RayCaster caster_;
+  std::uint64_t noise_seed_;
+  std::vector<Spot> spots_;  // one a sample
+  std::vector<std::uint8_t> edge_;
+  // Buffers of Light, kept for their memory.
+  std::vector<Ray> rays_W_;
+  std::vector<Hit> hits_;
+  std::vector<Ray> camera_rays_W_;
+  std::vector<std::size_t> camera_ray_spot_;
+  std::vector<std::uint8_t> blocked_;
+};
+
+Scan Sweep::EmptyScan() const {
+  Scan scan;
+  scan.image.profiles = options_.profiles;
+  scan.image.samples = options_.samples;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t size = Profiles() * Samples();
+  scan.image.points_C.assign(size, Eigen::Vector3d::Constant(nan));
+  scan.image.origins_C = {X_WS_.translation()};
+  scan.truth.state.assign(size, SampleState::kOutOfView);
+  scan.truth.label.assign(size, 0);
+  scan.truth.true_range_m.assign(size, nan);
+  return scan;
+}
+
+std::vector<ProfilePose> Sweep::JitteredPoses() const {
+  core::Rng jitter(core::DeriveSeed(noise_seed_, "pan"));
+  std::vector<ProfilePose> poses(Profiles());
+  for (int profile = 0; profile < options_.profiles; ++profile) {
+    const double pan_rad =
+        internal::PanAngle(options_, profile) + options_.pan_jitter_rad * jitter.Normal();
+    ProfilePose& pose = poses[static_cast<std::size_t>(profile)];
+    pose.R_WP = X_WS_.linear() * internal::PanRotation(pan_rad);
+    pose.laser_W = X_WS_.translation();
+    pose.camera_W = pose.laser_W + pose.R_WP * camera_.Center();
+  }
+  return poses;
+}
+
+void Sweep::Light(const ProfilePose& pose, std::span<const LaserRay> rays,
+                  std::vector<Spot>& spots) {
+  rays_W_.resize(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Eigen::Vector3d direction_P = Eigen::Vector3d(0.0, rays[i].slope, 1.0).normalized();
+    rays_W_[i] = {(pose.laser_W + rays[i].x_m * pose.R_WP.col(0)).cast<float>(),
+                  (pose.R_WP * direction_P).cast<float>(), static_cast<float>(options_.near_m),
+                  kFarAway_m};
+  }
+  caster_.FirstHits(rays_W_, hits_);
+  spots.assign(rays.size(), Spot{});
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    spots[i].hit = hits_[i];
+    if (hits_[i].found()) MeetSurface(pose, rays[i], rays_W_[i], spots[i]);
+  }
+  HideBlockedSpots(pose, spots);
+}
+
+void Sweep::MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
+                        Spot& spot) const {
+  const double range_m = spot.hit.distance_m;
+  const double z_m = range_m / std::sqrt(1.0 + ray.slope * ray.slope);
+  const Eigen::Vector3d point_P(ray.x_m, ray.slope * z_m, z_m);
+  spot.point_W = ray_W.origin_W + ray_W.direction_W * spot.hit.distance_m;
+  spot.to_laser_W = -ray_W.direction_W;
+  spot.to_camera_W = (pose.camera_W.cast<float>() - spot.point_W).normalized();
+  if (!camera_.InView(point_P)) return;
+  const float facing = spot.hit.normal_W.dot(spot.to_camera_W);
+  if (facing <= 0.0f) {
+    spot.state = SampleState::kCameraShadow;
+    return;
+  }
+  spot.state = SampleState::kMeasured;
+  spot.axial_m = camera_.AxialDistance(point_P.x(), point_P.z());
+  spot.column_px = camera_.Column(point_P.x(), point_P.z());
+  spot.brightness = meshes_[spot.hit.mesh].surface.albedo * static_cast<double>(facing);
+}
+
+void Sweep::HideBlockedSpots(const ProfilePose& pose, std::vector<Spot>& spots) {
+  camera_rays_W_.clear();
+  camera_ray_spot_.clear();
+  const Eigen::Vector3f camera_W = pose.camera_W.cast<float>();
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    if (spots[i].state != SampleState::kMeasured) continue;
+    const float far_m = (camera_W - spots[i].point_W).norm() - static_cast<float>(options_.near_m);
+    camera_rays_W_.push_back({spots[i].point_W, spots[i].to_camera_W, kLiftOff_m, far_m});
+    camera_ray_spot_.push_back(i);
+  }
+  caster_.Blocked(camera_rays_W_, blocked_);
+  for (std::size_t k = 0; k < blocked_.size(); ++k) {
+    if (blocked_[k] != 0) spots[camera_ray_spot_[k]].state = SampleState::kCameraShadow;
+  }
+}
+
+void Sweep::CastMainRays(std::span<const ProfilePose> poses) {
+  std::vector<LaserRay> rays(Samples());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i] = {0.0, internal::Slope(options_, static_cast<double>(i))};
+  }
+  spots_.clear();
+  spots_.reserve(Profiles() * Samples());
+  std::vector<Spot> spots;
+  for (const ProfilePose& pose : poses) {
+    Light(pose, rays, spots);
+    spots_.insert(spots_.end(), spots.begin(), spots.end());
+  }
+}
+
+bool Sweep::IsEdge(const Spot& a, const Spot& b) const {
+  if (a.hit.found() != b.hit.found()) return true;
+  if (!a.hit.found()) return false;
+  if (a.state != b.state) return true;
+  if (meshes_[a.hit.mesh].surface.albedo != meshes_[b.hit.mesh].surface.albedo) return true;
+  const Eigen::Vector3f step_W = b.point_W - a.point_W;
+  return std::abs(a.hit.normal_W.dot(step_W)) > kEdge_m ||
+         std::abs(b.hit.normal_W.dot(step_W)) > kEdge_m;
+}
+
+void Sweep::MarkEdges() {
+  edge_.assign(spots_.size(), 0);
+  const auto compare = [this](std::size_t i, std::size_t j) {
+    if (IsEdge(spots_[i], spots_[j])) edge_[i] = edge_[j] = 1;
+  };
+  for (std::size_t profile = 0; profile < Profiles(); ++profile) {
+    for (std::size_t sample = 0; sample < Samples(); ++sample) {
+      const std::size_t i = profile * Samples() + sample;
+      if (sample + 1 < Samples()) compare(i, i + 1);
+      if (profile + 1 < Profiles()) compare(i, i + Samples());
+    }
+  }
+}
+
+void Sweep::Refine(const ProfilePose& pose, std::size_t profile) {
+  std::vector<LaserRay> rays;
+  std::vector<std::size_t> marked;
+  for (std::size_t sample = 0; sample < Samples(); ++sample) {
+    const std::size_t i = profile * Samples() + sample;
+    if (edge_[i] == 0) continue;
+    marked.push_back(i);
+    for (const double across : kAcross) {
+      for (const double along : kAlong) {
+        rays.push_back({across * options_.line_width_m,
+                        internal::Slope(options_, static_cast<double>(sample) + along)});
+      }
+    }
+  }
+  std::vector<Spot> parts;
+  Light(pose, rays, parts);
+  const std::size_t n = kAcross.size() * kAlong.size();
+  for (std::size_t k = 0; k < marked.size(); ++k) {
+    Spot& spot = spots_[marked[k]];
+    spot = Merge(std::span<const Spot>(parts).subspan(k * n, n), spot);
+  }
+}
+
+Spot Sweep::Merge(std::span<const Spot> parts, const Spot& main) const {
+  std::array<internal::Glint, kAcross.size() * kAlong.size()> glints;
+  std::size_t count = 0;
+  double seen = 0.0;
+  double all = 0.0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const double weight = LineWeight(kAcross[i / kAlong.size()]);
+    all += weight;
+    if (parts[i].state != SampleState::kMeasured) continue;
+    seen += weight;
+    glints[count++] = {parts[i].column_px, weight * parts[i].brightness, i};
+  }
+  if (seen < kFaintShare * all) {
+    Spot faint = main;
+    if (faint.state == SampleState::kMeasured) faint.state = SampleState::kCameraShadow;
+    return faint;
+  }
+  const double width_px = camera_.SpotWidth(parts[glints[0].source].axial_m);
+  const internal::Blob blob = internal::BrightestBlob(std::span(glints).first(count), width_px);
+  Spot merged = parts[blob.source];
+  if (blob.brightness > 0.0) merged.column_px = blob.column_px;
+  return merged;
+}
+
+SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropout_draw,
+                                 double slope, const Eigen::Matrix3d& R_WP,
+                                 Eigen::Vector3d& point_W) const {
+  if (spot.state != SampleState::kMeasured) return spot.state;
+  const Eigen::Vector3f mirrored_W =
+      2.0f * spot.hit.normal_W.dot(spot.to_laser_W) * spot.hit.normal_W - spot.to_laser_W;
+  const auto angle = [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+    return static_cast<double>(std::acos(std::clamp(a.dot(b), -1.0f, 1.0f)));
+  };
+  const internal::Encounter encounter{angle(spot.hit.normal_W, spot.to_laser_W),
+                                      angle(mirrored_W, spot.to_camera_W)};
+  if (dropout_draw <
+      internal::DropoutProbability(options_, meshes_[spot.hit.mesh].surface, encounter)) {
+    return SampleState::kDropout;
+  }
+  double column_px = spot.column_px + noise_px;
+  if (options_.quantisation_px > 0.0) {
+    column_px = std::round(column_px / options_.quantisation_px) * options_.quantisation_px;
+  }
+  const std::optional<double> depth_m = camera_.Depth(column_px);
+  if (!camera_.OnSensor(column_px) || !depth_m) return SampleState::kOutOfView;
+  point_W = X_WS_.translation() + *depth_m * (R_WP.col(2) + slope * R_WP.col(1));
+  return SampleState::kMeasured;
+}
+
+void Sweep::Measure(std::size_t profile, Scan& scan) const {
+  core::Rng rng(core::DeriveSeed(noise_seed_, profile));
+  const Eigen::Matrix3d R_WP = X_WS_.linear() * internal::PanRotation(internal::PanAngle(
+                                                    options_, static_cast<int>(profile)));
+  const double kept = std::exp(-1.0 / options_.correlation_samples);
+  const double fresh = std::sqrt(1.0 - kept * kept);
+  const double speckle_sigma_px = internal::SpeckleSigma(options_);
+  double speckle = rng.Normal();  // stationary from the first sample
+  for (std::size_t sample = 0; sample < Samples(); ++sample) {
+    speckle = kept * speckle + fresh * rng.Normal();
+    const double white = rng.Normal();
+    const double dropout_draw = rng.Uniform();
+    const std::size_t i = profile * Samples() + sample;
+    const Spot& spot = spots_[i];
+    if (!spot.hit.found()) continue;
+    scan.truth.state[i] = MeasureSample(
+        spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle, dropout_draw,
+        internal::Slope(options_, static_cast<double>(sample)), R_WP, scan.image.points_C[i]);
+    scan.truth.label[i] = meshes_[spot.hit.mesh].label;
+    scan.truth.true_range_m[i] = spot.hit.distance_m;
+  }
+}
+
+Scan Sweep::Run() {
+  const std::vector<ProfilePose> poses = JitteredPoses();
+  CastMainRays(poses);
+  MarkEdges();
+  Scan scan = EmptyScan();
+  for (std::size_t profile = 0; profile < Profiles(); ++profile) {
+    Refine(poses[profile], profile);
+    Measure(profile, scan);
+  }
+  return scan;
+}
+
+}  // namespace
+
+Scan ScanScene(std::span<const geometry::VisualMesh> meshes, const core::Pose& X_WS,
+               const LineScannerOptions& options, core::Rng& rng) {
+  internal::CheckOptions(options);
+  return Sweep(meshes, X_WS, options, rng).Run();
+}
+
+}  // namespace rangegrasp::sensing

@@ -1,0 +1,214 @@
+#include "sim/execute.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/internal/audit.h"
+#include "sim/internal/contacts.h"
+#include "sim/internal/hand_controller.h"
+#include "sim/internal/servo.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using internal::PoseInHand;
+
+constexpr double kPreshapeLimit_s = 2.0;
+constexpr double kApproachSettle_s = 0.10;
+constexpr double kCloseLimit_s = 2.5;
+constexpr double kClosedHold_s = 0.15;
+constexpr double kLiftSettle_s = 0.30;
+constexpr double kRest_s = 0.40;
+constexpr double kCarrySettle_s = 0.10;
+constexpr double kOpenLimit_s = 1.0;
+constexpr double kLost_s = 0.10;  // without a touch for this long on the way: lost
+constexpr double kRestLimit_s = 3.0;
+constexpr double kRestSpeed_m_s = 0.002;
+constexpr double kRestTime_s = 0.2;
+
+class Execution {
+ public:
+  Execution(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
+            const AuditBounds& bounds, const ExecutionObserver& observer)
+      : world_(world),
+        target_(target),
+        program_(program),
+        bounds_(bounds),
+        observer_(observer),
+        hand_(world.model()),
+        servo_(world.model()),
+        controller_(world, hand_, hand),
+        glove_(hand_, GloveFriction(world.object_surface(target), world.physics())),
+        audit_(world, hand_, servo_, target),
+        start_s_(world.time_s()) {
+    command_.position = world.ArmPositions();
+    command_.velocity = Eigen::VectorXd::Zero(command_.position.size());
+  }
+
+  ExecutionLog Run() {
+    Moment("start");
+    Grasp();
+    Lift();
+    if (log_.held_after_lift) Carry();
+    if (log_.held_after_carry) Deliver();
+    Finish();
+    Moment("end");
+    return log_;
+  }
+
+ private:
+  void Grasp() {
+    controller_.Preshape(program_.opening_m);
+    Follow(program_.reach);
+    for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
+    Follow(program_.approach);
+    Wait(kApproachSettle_s);
+    Moment("pregrasp");
+    controller_.Close();
+    for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
+      if (controller_.Gripping() || controller_.FullyClosed()) break;
+      Tick();
+    }
+    Wait(kClosedHold_s);
+    Moment("closed");
+    closed_pose_ = PoseInHand(world_, hand_, target_);
+    center_before_ = world_.ObjectCenterOfMass(target_);
+    holding_ = true;
+  }
+
+  void Lift() {
+    Follow(program_.lift);
+    Wait(kLiftSettle_s);
+    const bool touched = TouchNow().hand;
+    audit_.BeginRest();
+    for (double t = 0.0; touched && t < kRest_s; t += Period()) {
+      Tick();
+      audit_.RestStep(glove_.Slides());
+    }
+    audit_.EndRest();
+    log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
+    log_.held_after_lift = HeldNow();
+    Moment("lifted");
+  }
+
+  void Carry() {
+    Follow(program_.carry);
+    Wait(kCarrySettle_s);
+    log_.held_after_carry = HeldNow();
+    log_.grip_force_N = controller_.force_N();
+    const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
+    log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
+    log_.slip_in_hand_m = X_moved.translation().norm();
+  }
+
+  void Deliver() {
+    Follow(program_.lower);
+    Wait(kCarrySettle_s);
+    Moment("delivered");
+    holding_ = false;
+    controller_.Open();
+    for (double t = 0.0; !controller_.FullyOpen() && t < kOpenLimit_s; t += Period()) Tick();
+    Follow(program_.retreat);
+    double rest_since_s = world_.time_s();
+    for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s; t += Period()) {
+      Tick();
+      if (world_.ObjectSpeed(target_) >= kRestSpeed_m_s) rest_since_s = world_.time_s();
+    }
+  }
+
+  void Finish() {
+    const Eigen::Vector3d center = world_.ObjectCenterOfMass(target_);
+    const Eigen::Vector3d place = world_.SitePose("delivery").translation();
+    const internal::Touch touch = TouchNow();
+    log_.final_distance_m = (center - place).head<2>().norm();
+    log_.at_rest = world_.ObjectSpeed(target_) < kRestSpeed_m_s;
+    log_.touched_by_hand = touch.hand;
+    // A sleeping object's contacts are not listed: resting above the table's plane without the hand is resting on it.
+    log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z();
+    log_.simulated_s = world_.time_s() - start_s_;
+    log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
+  }
+
+  void Follow(const core::JointTrajectory& trajectory) {
+    if (trajectory.positions.empty()) return;
+    const double start = world_.time_s();
+    const double duration = trajectory.Duration();
+    while (!lost_ && world_.time_s() - start < duration) {
+      command_ = internal::CommandAt(trajectory, world_.time_s() - start + Period());
+      Tick();
+    }
+    command_.position = trajectory.positions.back();
+    command_.velocity.setZero();
+  }
+
+  void Wait(double duration_s) {
+    for (double t = 0.0; !lost_ && t < duration_s; t += Period()) Tick();
+  }
+
+  void Tick() {
+    servo_.Command(world_.model(), world_.data(), command_);
+    glove_.Tick(world_.model(), world_.data());
+    controller_.Tick(glove_.Slides());
+    world_.Step();
+    audit_.Step(holding_);
+    if (holding_) {
+      untouched_s_ = TouchNow().hand ? 0.0 : untouched_s_ + Period();
+      lost_ = lost_ || untouched_s_ > kLost_s;
+    }
+    Frame();
+  }
+
+  void Frame() {
+    if (observer_.frame_period_s <= 0.0 || !observer_.on_moment) return;
+    if (world_.time_s() < next_frame_s_) return;
+    next_frame_s_ = world_.time_s() + observer_.frame_period_s - 0.5 * Period();
+    observer_.on_moment("frame", world_);
+  }
+
+  void Moment(const std::string& moment) {
+    if (observer_.on_moment) observer_.on_moment(moment, world_);
+  }
+
+  internal::Touch TouchNow() const {
+    return internal::TouchOf(world_.model(), world_.data(), hand_, world_.object_body(target_));
+  }
+  bool HeldNow() const {
+    const internal::Touch touch = TouchNow();
+    return !lost_ && touch.hand && !touch.other;
+  }
+  double Period() const { return world_.physics().timestep_s; }
+
+  World& world_;
+  const int target_;
+  const GraspProgram& program_;
+  const AuditBounds& bounds_;
+  const ExecutionObserver& observer_;
+  const internal::HandGeoms hand_;
+  const internal::ArmServo servo_;
+  internal::HandController controller_;
+  internal::Glove glove_;
+  internal::AuditRecorder audit_;
+  const double start_s_;
+
+  ExecutionLog log_;
+  internal::JointCommand command_;
+  core::Pose closed_pose_ = core::Pose::Identity();
+  Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
+  bool holding_ = false;
+  bool lost_ = false;
+  double untouched_s_ = 0.0;
+  double next_frame_s_ = 0.0;
+};
+
+}  // namespace
+
+ExecutionLog Execute(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
+                     const AuditBounds& bounds, const ExecutionObserver& observer) {
+  if (target < 0 || target >= world.objects() || world.parked(target)) {
+    throw std::invalid_argument("Execute: object " + std::to_string(target) + " is not in the world");
+  }
+  return Execution(world, target, program, hand, bounds, observer).Run();
+}
+
+}  // namespace rangegrasp::sim

@@ -1,0 +1,60 @@
+#include "sim/internal/servo.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "sim/internal/names.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+Eigen::VectorXd VelocityAt(const core::JointTrajectory& trajectory, std::size_t sample) {
+  const auto& q = trajectory.positions;
+  if (sample == 0 || sample + 1 >= q.size()) return Eigen::VectorXd::Zero(q[0].size());
+  return (q[sample + 1] - q[sample - 1]) / (2.0 * trajectory.period_s);
+}
+
+}  // namespace
+
+JointCommand CommandAt(const core::JointTrajectory& trajectory, double time_s) {
+  const auto& q = trajectory.positions;
+  const double place = std::clamp(time_s / trajectory.period_s, 0.0, static_cast<double>(q.size() - 1));
+  const std::size_t from = std::min(static_cast<std::size_t>(place), q.size() - 1);
+  const std::size_t to = std::min(from + 1, q.size() - 1);
+  const double u = place - static_cast<double>(from);
+  return {(1.0 - u) * q[from] + u * q[to],
+          (1.0 - u) * VelocityAt(trajectory, from) + u * VelocityAt(trajectory, to)};
+}
+
+ArmServo::ArmServo(const mjModel* model)
+    : joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
+      actuators_(TupleOf(model, mjOBJ_ACTUATOR, "arm_actuators")) {
+  if (joints_.size() != actuators_.size()) {
+    throw core::InputError("tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
+  }
+}
+
+void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& command) const {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const int actuator = actuators_[i];
+    const double kp = model->actuator_gainprm[actuator * mjNGAIN];
+    const double kv = -model->actuator_biasprm[actuator * mjNBIAS + 2];
+    const double damping = model->dof_damping[model->jnt_dofadr[joints_[i]]];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double lead = kp > 0.0 ? (kv + damping) / kp * command.velocity[k] : 0.0;
+    data->ctrl[actuator] = command.position[k] + lead;
+  }
+}
+
+double ArmServo::TorqueRatio(const mjModel* model, const mjData* data) const {
+  double ratio = 0.0;
+  for (const int joint : joints_) {
+    const double limit = model->jnt_actfrcrange[2 * joint + 1];
+    if (limit <= 0.0) continue;
+    ratio = std::max(ratio, std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) / limit);
+  }
+  return ratio;
+}
+
+}  // namespace rangegrasp::sim::internal

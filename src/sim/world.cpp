@@ -1,0 +1,258 @@
+#include "sim/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/error.h"
+#include "sim/internal/names.h"
+#include "sim/internal/scene_builder.h"
+#include "sim/internal/visual.h"
+
+namespace rangegrasp::sim {
+
+using internal::ObjectEntry;
+
+namespace {
+
+// Parked objects stand here, out of sight and reach, weightless and asleep.
+constexpr double kParkingX_m = 1000.0;
+constexpr double kParkingSpacing_m = 5.0;
+constexpr double kLost_m = -1.0;
+
+Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) { return Eigen::Map<const Eigen::Vector3d>(p); }
+
+Eigen::Matrix3d Mat3(const mjtNum* p) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
+}
+
+}  // namespace
+
+struct World::Impl {
+  internal::ModelPtr model;
+  internal::DataPtr data;
+  std::vector<ObjectEntry> objects;
+  PhysicsOptions physics;
+  std::vector<int> arm_joints;
+  std::vector<int> arm_actuators;
+  std::vector<std::string> warnings;
+
+  const ObjectEntry& at(int object) const { return objects.at(static_cast<std::size_t>(object)); }
+  ObjectEntry& at(int object) { return objects.at(static_cast<std::size_t>(object)); }
+
+  void LoadArm() {
+    if (internal::TryFind(model.get(), mjOBJ_TUPLE, "arm_joints") < 0) return;
+    arm_joints = internal::TupleOf(model.get(), mjOBJ_JOINT, "arm_joints");
+    arm_actuators = internal::TupleOf(model.get(), mjOBJ_ACTUATOR, "arm_actuators");
+    if (arm_joints.size() != arm_actuators.size()) {
+      throw core::InputError("tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
+    }
+  }
+
+  void SetArm(const Eigen::VectorXd& q) {
+    if (q.size() != static_cast<Eigen::Index>(arm_joints.size())) {
+      throw std::invalid_argument("SetArm: " + std::to_string(q.size()) + " joint positions for " +
+                                  std::to_string(arm_joints.size()) + " joints");
+    }
+    for (std::size_t i = 0; i < arm_joints.size(); ++i) {
+      const double position = q[static_cast<Eigen::Index>(i)];
+      data->qpos[model->jnt_qposadr[arm_joints[i]]] = position;
+      data->qvel[model->jnt_dofadr[arm_joints[i]]] = 0.0;
+      data->ctrl[arm_actuators[i]] = position;
+    }
+  }
+
+  // A velocity of -0.0 wakes what sleeps and changes nothing else; what leaned on a moved object must not stay asleep.
+  void WakeObjects() {
+    for (const ObjectEntry& object : objects) {
+      if (object.parked || data->tree_asleep[object.tree] < 0) continue;
+      std::fill_n(data->qvel + object.dof, 6, -0.0);
+    }
+  }
+
+  void SetPose(const ObjectEntry& object, const core::Pose& X_WO) {
+    const Eigen::Quaterniond q(X_WO.linear());
+    const double pose[7] = {X_WO.translation().x(), X_WO.translation().y(), X_WO.translation().z(), q.w(), q.x(),
+                            q.y(),                  q.z()};
+    std::copy_n(pose, 7, data->qpos + object.qpos);
+    std::fill_n(data->qvel + object.dof, 6, -0.0);
+    std::fill_n(data->qacc_warmstart + object.dof, 6, 0.0);
+  }
+
+  void Park(int index) {
+    ObjectEntry& object = at(index);
+    object.parked = true;
+    model->body_gravcomp[object.body] = 1.0;
+    SetPose(object, core::MakePose(Eigen::Matrix3d::Identity(), {kParkingX_m + kParkingSpacing_m * index, 0, 0}));
+  }
+
+  void Refresh() {
+    internal::CallEngine(&warnings, [this] {
+      mj_kinematics(model.get(), data.get());
+      mj_comPos(model.get(), data.get());
+    });
+  }
+};
+
+World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
+             const PhysicsOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  internal::BuiltScene built = internal::BuildScene(scene_mjcf, objects, options);
+  impl_->model = std::move(built.model);
+  impl_->objects = std::move(built.objects);
+  impl_->physics = options;
+  mjData* data = nullptr;
+  internal::CallEngine(&impl_->warnings, [&] { data = mj_makeData(impl_->model.get()); });
+  if (!data) throw core::RunError("MuJoCo has no memory for the scene's data");
+  impl_->data.reset(data);
+  impl_->LoadArm();
+  const std::vector<double> home = internal::NumericOf(model(), "home");
+  if (home.size() == impl_->arm_joints.size() && !home.empty()) {
+    impl_->SetArm(Eigen::Map<const Eigen::VectorXd>(home.data(), static_cast<Eigen::Index>(home.size())));
+  }
+  for (int object = 0; object < this->objects(); ++object) impl_->Park(object);
+  impl_->Refresh();
+}
+
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+int World::objects() const { return static_cast<int>(impl_->objects.size()); }
+const std::string& World::object_name(int object) const { return impl_->at(object).name; }
+const std::string& World::object_surface(int object) const { return impl_->at(object).surface; }
+int World::object_body(int object) const { return impl_->at(object).body; }
+bool World::parked(int object) const { return impl_->at(object).parked; }
+
+core::Pose World::ObjectPose(int object) const {
+  const mjtNum* q = data()->qpos + impl_->at(object).qpos;
+  return core::MakePose(Eigen::Quaterniond(q[3], q[4], q[5], q[6]).normalized().toRotationMatrix(), Vec3(q));
+}
+
+Eigen::Vector3d World::ObjectCenterOfMass(int object) const {
+  const int root = impl_->at(object).body;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (int body = root; body < model()->nbody && model()->body_rootid[body] == root; ++body) {
+    moment += model()->body_mass[body] * Vec3(data()->xipos + 3 * body);
+  }
+  return moment / model()->body_subtreemass[root];
+}
+
+double World::ObjectMass(int object) const { return model()->body_subtreemass[impl_->at(object).body]; }
+
+double World::ObjectTop(int object) const {
+  const int root = impl_->at(object).body;
+  double top = -std::numeric_limits<double>::infinity();
+  for (int geom = 0; geom < model()->ngeom; ++geom) {
+    if (model()->body_rootid[model()->geom_bodyid[geom]] != root) continue;
+    if (!internal::Collides(model(), geom)) continue;
+    top = std::max(top, internal::TopOfGeom(model(), data(), geom));
+  }
+  return top;
+}
+
+double World::ObjectSpeed(int object) const {
+  const ObjectEntry& entry = impl_->at(object);
+  const mjtNum* v = data()->qvel + entry.dof;
+  return Vec3(v).norm() + entry.radius_m * Vec3(v + 3).norm();
+}
+
+void World::PlaceObject(int object, const core::Pose& X_WO) {
+  impl_->at(object).parked = false;
+  model()->body_gravcomp[impl_->at(object).body] = 0.0;
+  impl_->WakeObjects();
+  impl_->SetPose(impl_->at(object), X_WO);
+  impl_->Refresh();
+}
+
+void World::ParkObject(int object) {
+  impl_->WakeObjects();
+  impl_->Park(object);
+  impl_->Refresh();
+}
+
+void World::SetArm(const Eigen::VectorXd& q) {
+  impl_->SetArm(q);
+  impl_->Refresh();
+}
+
+Eigen::VectorXd World::ArmPositions() const {
+  Eigen::VectorXd q(static_cast<Eigen::Index>(impl_->arm_joints.size()));
+  for (std::size_t i = 0; i < impl_->arm_joints.size(); ++i) {
+    q[static_cast<Eigen::Index>(i)] = data()->qpos[model()->jnt_qposadr[impl_->arm_joints[i]]];
+  }
+  return q;
+}
+
+double World::time_s() const { return data()->time; }
+
+void World::Step() {
+  internal::CallEngine(&impl_->warnings, [this] { mj_step(impl_->model.get(), impl_->data.get()); });
+}
+
+bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
+  const double end = time_s() + limit_s;
+  double rest_since = time_s();
+  while (time_s() < end) {
+    Step();
+    bool rests = true;
+    bool asleep = true;
+    for (int object = 0; object < objects(); ++object) {
+      const ObjectEntry& entry = impl_->at(object);
+      if (entry.parked) continue;
+      if (data()->qpos[entry.qpos + 2] < kLost_m) return false;
+      rests = rests && ObjectSpeed(object) < rest_speed_m_s;
+      asleep = asleep && data()->tree_asleep[entry.tree] >= 0;
+    }
+    if (asleep) return true;
+    if (!rests) rest_since = time_s();
+    if (time_s() - rest_since >= rest_time_s) return true;
+  }
+  return false;
+}
+
+std::vector<geometry::VisualMesh> World::VisualMeshes() const {
+  std::vector<geometry::VisualMesh> meshes;
+  meshes.push_back(internal::VisualOfScene(model(), data()));
+  for (int object = 0; object < objects(); ++object) {
+    const ObjectEntry& entry = impl_->at(object);
+    if (entry.parked) continue;
+    geometry::VisualMesh mesh;
+    mesh.mesh_W = internal::VisualOfTree(model(), data(), entry.body);
+    mesh.surface = entry.optical;
+    mesh.label = static_cast<std::uint32_t>(object) + 1;
+    meshes.push_back(std::move(mesh));
+  }
+  return meshes;
+}
+
+core::Pose World::SitePose(const std::string& site) const {
+  const int id = internal::Find(model(), mjOBJ_SITE, site);
+  return core::MakePose(Mat3(data()->site_xmat + 9 * id), Vec3(data()->site_xpos + 3 * id));
+}
+
+double World::SiteRadius(const std::string& site) const {
+  return model()->site_size[3 * internal::Find(model(), mjOBJ_SITE, site)];
+}
+
+const mjModel* World::model() const { return impl_->model.get(); }
+mjModel* World::model() { return impl_->model.get(); }
+mjData* World::data() { return impl_->data.get(); }
+const mjData* World::data() const { return impl_->data.get(); }
+
+std::string World::Warnings() const {
+  const std::set<std::string> kinds(impl_->warnings.begin(), impl_->warnings.end());
+  std::string text;
+  for (const std::string& kind : kinds) text += (text.empty() ? "" : "; ") + kind;
+  return text;
+}
+
+int World::WarningCount() const {
+  int count = 0;
+  for (const mjWarningStat& warning : data()->warning) count += warning.number;
+  return std::max(count, static_cast<int>(impl_->warnings.size()));
+}
+
+const PhysicsOptions& World::physics() const { return impl_->physics; }
+
+}  // namespace rangegrasp::sim

@@ -1,0 +1,59 @@
+#include "report/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace rangegrasp::report {
+namespace {
+
+TEST(Wilson, MatchesNewcombesWorkedExamples) {
+  // Newcombe 1998, "Two-sided confidence intervals for the single proportion", table I, method 3.
+  const auto a = WilsonInterval(81, 263);
+  EXPECT_NEAR(a.first, 0.2553, 5e-5);
+  EXPECT_NEAR(a.second, 0.3662, 5e-5);
+  const auto b = WilsonInterval(15, 148);
+  EXPECT_NEAR(b.first, 0.0624, 5e-5);
+  EXPECT_NEAR(b.second, 0.1605, 5e-5);
+  const auto c = WilsonInterval(0, 20);
+  EXPECT_EQ(c.first, 0.0);
+  EXPECT_NEAR(c.second, 0.1611, 5e-5);
+}
+
+TEST(Wilson, BoundsSolveTheScoreEquation) {
+  // Both bounds p satisfy (k/n - p)^2 = z^2 p (1 - p) / n.
+  const double z = 1.959963984540054;
+  for (int n = 1; n < 60; ++n) {
+    for (int k = 1; k < n; ++k) {
+      const auto [low, high] = WilsonInterval(k, n);
+      for (const double p : {low, high}) {
+        const double d = static_cast<double>(k) / n - p;
+        EXPECT_NEAR(d * d, z * z * p * (1.0 - p) / n, 1e-12);
+      }
+    }
+  }
+}
+
+TEST(Wilson, RejectsImpossibleCounts) {
+  EXPECT_THROW(WilsonInterval(1, 0), std::invalid_argument);
+  EXPECT_THROW(WilsonInterval(3, 2), std::invalid_argument);
+}
+
+TEST(McNemar, IsTheTwoSidedBinomialTail) {
+  EXPECT_DOUBLE_EQ(McNemarExact(0, 0), 1.0);
+  EXPECT_NEAR(McNemarExact(0, 5), 2.0 / 32.0, 1e-12);
+  EXPECT_NEAR(McNemarExact(1, 5), 2.0 * (1.0 + 6.0) / 64.0, 1e-12);
+  EXPECT_DOUBLE_EQ(McNemarExact(4, 4), 1.0);
+  EXPECT_DOUBLE_EQ(McNemarExact(2, 9), McNemarExact(9, 2));
+}
+
+TEST(Fisher, MatchesTheTeaTasting) {
+  // Fisher's tea lady, 3 of 4 right: P(at least 3) = 17/70; as "lower" of the other cup: at most 1
+  // of 4 beside 3 of 4.
+  EXPECT_NEAR(FisherExactLower(1, 4, 3, 4), 17.0 / 70.0, 1e-12);
+  EXPECT_NEAR(FisherExactLower(4, 4, 0, 4), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace rangegrasp::report
