@@ -20,10 +20,9 @@ geometry::Indices Inliers(const Circle& circle, geometry::PointSpan rim, double 
 }
 
 std::size_t CountInliers(const Circle& circle, geometry::PointSpan rim, double distance_m) {
-  return static_cast<std::size_t>(
-      std::count_if(rim.begin(), rim.end(), [&](const Eigen::Vector3d& p) {
-        return CircleDistance(circle, p) <= distance_m;
-      }));
+  return static_cast<std::size_t>(std::count_if(
+      rim.begin(), rim.end(),
+      [&](const Eigen::Vector3d& p) { return CircleDistance(circle, p) <= distance_m; }));
 }
 
 /// Least squares in the plane of the inliers; nullopt if they do not span one.

@@ -57,8 +57,8 @@ std::optional<Part> RotationalUnion(const MergeContext& context, const Part& a, 
   Part both = DescribePart(context, Union(a.points, b.points), rng);
   if (!both.axis) return std::nullopt;
   const Circle circle{both.axis->center_C, both.top->plane.normal, both.axis->radius_m};
-  const Indices rim = OuterRim(cloud, both.top->points, both.top->plane,
-                               options.bridged_rim_alpha_m);
+  const Indices rim =
+      OuterRim(cloud, both.top->points, both.top->plane, options.bridged_rim_alpha_m);
   const BodyProfile body = ProfileBody(cloud, both.points, *both.top, both.axis->center_C,
                                        both.axis->direction_C, options);
   for (const Part* part : {&a, &b}) {
@@ -87,8 +87,7 @@ Footprint MakeFootprint(const MergeContext& context, const Part& part) {
   constexpr double kCell_m = 0.006;
   Footprint footprint;
   footprint.frame = MakePlanarFrame(context.table, context.sensor_C, Eigen::Vector3d::UnitX());
-  const auto flat =
-      Flatten(footprint.frame, geometry::Select(context.cloud.points, part.points));
+  const auto flat = Flatten(footprint.frame, geometry::Select(context.cloud.points, part.points));
   footprint.hull = ConvexPolygon::Around(flat);
   std::set<std::pair<long, long>> cells;
   for (const auto& q : flat) {
@@ -110,8 +109,8 @@ double ShareOver(const MergeContext& context, const Part& part, const Footprint&
 
 /// Pairs (fragment point, nearest host point) across at most the gap.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const MergeContext& context,
-                                                            const Part& fragment,
-                                                            const Part& host, double gap_m) {
+                                                            const Part& fragment, const Part& host,
+                                                            double gap_m) {
   const geometry::Points host_points = geometry::Select(context.cloud.points, host.points);
   Eigen::AlignedBox3d box;
   for (const auto& p : host_points) box.extend(p);
@@ -139,8 +138,7 @@ bool ContinuesAcross(const MergeContext& context, std::uint32_t a, std::uint32_t
   if (cloud.normals[a].dot(gap) > kMostInFront_m || cloud.normals[b].dot(-gap) > kMostInFront_m) {
     return false;
   }
-  const Eigen::Vector3d sideways =
-      table.normal.cross(sensor - cloud.points[a]).normalized();
+  const Eigen::Vector3d sideways = table.normal.cross(sensor - cloud.points[a]).normalized();
   return std::abs(gap.dot(sideways)) < 0.5 * gap.norm();
 }
 
@@ -182,8 +180,7 @@ bool JoinOne(const MergeContext& context, std::vector<Part>& parts,
                     footprints[host]) == Kinship::kNone) {
         continue;
       }
-      parts[host] =
-          DescribePart(context, Union(parts[host].points, parts[fragment].points), rng);
+      parts[host] = DescribePart(context, Union(parts[host].points, parts[fragment].points), rng);
       footprints[host] = MakeFootprint(context, parts[host]);
       parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(fragment));
       footprints.erase(footprints.begin() + static_cast<std::ptrdiff_t>(fragment));

@@ -43,11 +43,13 @@ enum class Kinship {
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
 };
 
-/// Whether `fragment` is a part of the same object as `host`, from the options' gap and these rules:
+/// Whether `fragment` is a part of the same object as `host`, from the options' gap and these
+/// rules:
 /// - kWithin: 70 % of its points over the host's footprint (grown by 5 mm), not above its top, and
 ///   no further from its points than the gap, or over a rotational host. A host whose points leave
 ///   most of its footprint empty (the rim of a large box) holds nothing unless it is rotational.
-/// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a footprint
+/// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a
+/// footprint
 ///   of at most 60 % of the host's.
 /// - kSurface: at least eight points have their nearest neighbour in the host across the gap, more
 ///   along the sensor's viewing plane than sideways, and neither surface lies in front of the other

@@ -48,9 +48,8 @@ std::vector<std::uint32_t> HullPositions(std::span<const Eigen::Vector2d> points
   if (order.size() < 3) return order;
   std::vector<std::uint32_t> hull;
   const auto extend = [&](std::uint32_t i, std::size_t floor) {
-    while (hull.size() >= floor + 2 &&
-           Cross(points[hull.back()] - points[hull[hull.size() - 2]],
-                 points[i] - points[hull[hull.size() - 2]]) <= 0.0) {
+    while (hull.size() >= floor + 2 && Cross(points[hull.back()] - points[hull[hull.size() - 2]],
+                                             points[i] - points[hull[hull.size() - 2]]) <= 0.0) {
       hull.pop_back();
     }
     hull.push_back(i);

@@ -79,8 +79,7 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
 bool JudgeBody(const PointCloud& cloud, const Indices& points, const TopSurface& top,
                const geometry::Plane& table, const FeatureOptions& options, RotationAxis& axis) {
   const Eigen::Vector3d leaning = axis.direction_C;
-  axis.body_fraction =
-      ProfileBody(cloud, points, top, axis.center_C, leaning, options).fraction;
+  axis.body_fraction = ProfileBody(cloud, points, top, axis.center_C, leaning, options).fraction;
   // Within what a small rim leaves uncertain, an object that stands is upright.
   if (leaning.dot(table.normal) > std::cos(core::Deg(5.0))) {
     const double upright =

@@ -39,8 +39,8 @@ BodyProfile ProfileBody(const geometry::PointCloud& cloud, const geometry::Indic
 /// circle's axis (second rule). Tried with the rim as the alpha shape gives it, then with gaps
 /// bridged; with the top plane's normal as the axis, then upright if that is within 5 deg.
 std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
-                                             const geometry::Indices& points,
-                                             const TopSurface& top, const geometry::Plane& table,
+                                             const geometry::Indices& points, const TopSurface& top,
+                                             const geometry::Plane& table,
                                              const FeatureOptions& options, core::Rng& rng);
 
 /// Share of the points on the circle's curve.

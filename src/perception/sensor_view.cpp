@@ -33,7 +33,8 @@ SensorView::SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& orig
 std::ptrdiff_t SensorView::Cell(const Eigen::Vector3d& p) const {
   const Eigen::Vector3d q = axes_.transpose() * (p - origin_C_);
   if (q.z() <= 0.0) return -1;
-  const auto column = static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.x(), q.z()) / cell_rad_));
+  const auto column =
+      static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.x(), q.z()) / cell_rad_));
   const auto row = static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.y(), q.z()) / cell_rad_));
   if (std::abs(column) > half_ || std::abs(row) > half_) return -1;
   return (row + half_) * (2 * half_ + 1) + column + half_;

@@ -78,8 +78,8 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
     }
   }
   if (!best) return std::nullopt;
-  const auto refit = geometry::FitPlane(geometry::Select(
-      cloud.points, Near(cloud, candidates, *best, options.plane_distance_m)));
+  const auto refit = geometry::FitPlane(
+      geometry::Select(cloud.points, Near(cloud, candidates, *best, options.plane_distance_m)));
   if (refit && std::abs(refit->normal.dot(up)) >= least_cosine &&
       CountNear(cloud, candidates, *refit, options.plane_distance_m) >= most) {
     best = refit;
@@ -178,8 +178,7 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
   const Eigen::Vector3d lateral = ridge.axis.cross(ridge.normal);
   const double least = std::cos(options.ridge_half_angle_rad);
   for (const auto i : segment) {
-    const Eigen::Vector3d across =
-        cloud.normals[i] - cloud.normals[i].dot(ridge.axis) * ridge.axis;
+    const Eigen::Vector3d across = cloud.normals[i] - cloud.normals[i].dot(ridge.axis) * ridge.axis;
     if (cloud.normals[i].dot(ridge.normal) >= least * across.norm() &&
         std::abs((cloud.points[i] - ridge.point).dot(ridge.normal)) <= kSlab_m) {
       top.points.push_back(i);
@@ -216,8 +215,8 @@ double TopHeight(const PointCloud& cloud, const Indices& points, const Plane& ta
   if (points.empty()) return 0.0;
   std::vector<double> heights = Heights(cloud, points, table);
   const std::size_t k = std::min<std::size_t>(4, heights.size() / 10);
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(k),
-                   heights.end(), std::greater<>());
+  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(k), heights.end(),
+                   std::greater<>());
   return heights[k];
 }
 
@@ -250,8 +249,8 @@ Indices OuterRim(const PointCloud& cloud, const Indices& points, const Plane& pl
   return rim;
 }
 
-std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment,
-                               const Plane& table, const FeatureOptions& options) {
+std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
+                               const FeatureOptions& options) {
   // Wide enough for both sides of a roof of 60 deg, narrow enough to leave out walls.
   constexpr double kWindow_rad = 1.15;
   // Square to the axis within about 12 deg in the mean; spread of the middle 60 % of a plane's
