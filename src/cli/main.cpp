@@ -3,9 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "core/error.h"
+#include "core/yaml_map.h"
 
 namespace {
 
@@ -16,6 +19,19 @@ constexpr int kBadInput = 2;
 void SetUpLog() {
   spdlog::set_default_logger(spdlog::stderr_color_mt("rangegrasp"));
   spdlog::set_pattern("%^%l%$: %v");
+}
+
+// CLI11 would only say that a command is missing.
+void CheckCommand(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return;
+    commands.push_back(command->get_name());
+  }
+  throw rangegrasp::core::InputError("'" + std::string(argv[1]) + "' is no command; nearest: '" +
+                                     rangegrasp::core::NearestWord(argv[1], commands) +
+                                     "'; --help lists them");
 }
 
 }  // namespace
@@ -34,6 +50,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddVersionCommand(app);
   try {
+    CheckCommand(app, argc, argv);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& e) {

@@ -64,8 +64,11 @@ perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   }
   const double scale = std::max(1.0, arguments.noise_mm / 0.5);
   perception::ScaleLengths(scale, options);
-  if (!arguments.up.empty())
-    options.preprocess.up_C = ParseVector(arguments.up, "--up").normalized();
+  if (!arguments.up.empty()) {
+    const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
+    if (up.norm() == 0.0) throw core::InputError("--up must not be 0,0,0");
+    options.preprocess.up_C = up.normalized();
+  }
   return options;
 }
 
@@ -183,7 +186,8 @@ void AddPerceiveCommand(CLI::App& app) {
   command->add_option("--segmentation", arguments->segmentation)
       ->check(CLI::IsMember({"mesh", "region_growing"}));
   command->add_option("--scene", arguments->scene, "scene whose hand is to grasp");
-  command->add_option("--seed", arguments->seed, "of the random draws");
+  command->add_option("--seed", arguments->seed, "of the random draws")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "everything as JSON");
   command->add_option("-o,--out", arguments->out, "folder for perceived.json and perceived.png");
   command->footer(

@@ -65,7 +65,8 @@ void AddSnapshot(CLI::App& app) {
   command->add_option("--camera", arguments->camera, "camera of the scene");
   command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels");
   command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's");
+  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+      ->check(CLI::NonNegativeNumber);
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
@@ -97,7 +98,8 @@ void AddScan(CLI::App& app) {
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
   command->add_option("-o,--out", arguments->out, "cloud, .pcd or .ply")->required();
   command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's");
+  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--sensor", arguments->sensor, "sensor file (YAML) for a scene");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"

@@ -147,8 +147,10 @@ void Run(const RunArguments& arguments) {
                                            ? std::filesystem::path("results") / e.name
                                            : std::filesystem::path(arguments.out);
   const auto stamp = experiment::MakeStamp(e);
+  report::BuildTable(stamp, {});  // a broken reference table shows before hours of trials
+  const auto context =
+      experiment::Prepare(e);  // before the store: a broken model leaves none behind
   Store store = OpenForRun(folder, arguments, stamp);
-  const auto context = experiment::Prepare(e);
   core::Stopwatch watch;
   experiment::RunExperiment(context, store, options, ProgressBar());
   const auto table = report::BuildTable(store);
@@ -172,7 +174,8 @@ void AddRun(CLI::App& app) {
       ->add_option("--jobs", arguments->jobs,
                    "trials at the same time (default: the number of cores)")
       ->check(CLI::Range(1, 1024));
-  command->add_option("--seed", arguments->seed, "instead of the file's");
+  command->add_option("--seed", arguments->seed, "instead of the file's")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", arguments->resume, "go on with a run that was stopped");
   command->add_flag("--overwrite", arguments->overwrite,
                     "throw away results that are in the folder");

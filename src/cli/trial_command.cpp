@@ -28,7 +28,14 @@ struct TrialArguments {
 };
 
 // The experiment as it was run: its file, with what the command line had changed.
-Experiment ExperimentOf(const std::map<std::string, std::string>& stamp) {
+Experiment ExperimentOf(const std::map<std::string, std::string>& stamp,
+                        const std::string& folder) {
+  for (const char* key : {"experiment_file", "experiment_hash", "seed", "trials_per_object"}) {
+    if (!stamp.contains(key)) {
+      throw core::InputError(folder + ": the results have no stamp '" + key +
+                             "' (a run that was killed at its start?); run it again");
+    }
+  }
   Experiment e = experiment::ReadExperiment(stamp.at("experiment_file"));
   e.seed = std::stoull(stamp.at("seed"));
   e.trials_per_object = std::stoi(stamp.at("trials_per_object"));
@@ -89,7 +96,7 @@ void WarnIfDifferent(const Store& store, experiment::TrialResult result) {
 
 void RunTrialCommand(const TrialArguments& arguments) {
   const Store store = Store::Open(arguments.folder);
-  const Experiment e = ExperimentOf(store.ReadStamp());
+  const Experiment e = ExperimentOf(store.ReadStamp(), arguments.folder);
   const auto spec = experiment::TrialFrom(e, arguments.id);
   const auto context = experiment::Prepare(e);
   const auto folder = std::filesystem::path(arguments.folder) / "snapshots";

@@ -5,7 +5,7 @@
 #include "cli/output.h"
 #include "core/version.h"
 #include "libraries.h"
-#include "sim/world.h"
+#include "sim/info.h"
 
 namespace rangegrasp::cli {
 

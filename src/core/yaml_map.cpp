@@ -49,6 +49,28 @@ struct YamlMap::Impl {
     const std::string line = mark.line >= 0 ? std::to_string(mark.line + 1) : "1";
     return file.string() + ":" + line + ": ";
   }
+
+  // Where the key stands (a value may begin on a later line); the map's begin if it is absent.
+  YAML::Mark MarkOf(const std::string& key) const {
+    if (node.IsMap()) {
+      for (const auto& entry : node) {
+        if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark();
+      }
+    }
+    return node.Mark();
+  }
+
+  // The parser takes a key that stands twice and keeps one value without a word.
+  void CheckNoKeyTwice() const {
+    std::vector<std::string> seen;
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+      if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+        throw InputError(At(entry.first.Mark()) + "key '" + key + "': stands twice");
+      }
+      seen.push_back(key);
+    }
+  }
 };
 
 std::string NearestWord(const std::string& word, const std::vector<std::string>& words) {
@@ -65,7 +87,9 @@ YamlMap::YamlMap(YamlMap&&) noexcept = default;
 YamlMap YamlMap::FromFile(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(file.string() + ": no such file; a YAML file is needed");
+    const bool there = std::filesystem::exists(file, error);
+    throw InputError(file.string() + (there ? ": is no file" : ": no such file") +
+                     "; a YAML file is needed");
   }
   auto impl = std::make_unique<Impl>();
   impl->file = file;
@@ -79,6 +103,7 @@ YamlMap YamlMap::FromFile(const std::filesystem::path& file) {
   if (!impl->node.IsMap()) {
     throw InputError(impl->At(impl->node.Mark()) + "the file must hold 'key: value' lines");
   }
+  impl->CheckNoKeyTwice();
   return YamlMap(std::move(impl));
 }
 
@@ -95,14 +120,13 @@ YamlMap YamlMap::Child(const std::string& key) {
     const YAML::Node& all = impl_->node;
     impl->node = all[key];
     if (!impl->node.IsMap()) Fail(key, "must hold 'key: value' lines");
+    impl->CheckNoKeyTwice();
   }
   return YamlMap(std::move(impl));
 }
 
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
-  const YAML::Node& all = impl_->node;
-  const YAML::Mark mark = Has(key) ? all[key].Mark() : all.Mark();
-  throw InputError(impl_->At(mark) + "key '" + key + "': " + what);
+  throw InputError(impl_->At(impl_->MarkOf(key)) + "key '" + key + "': " + what);
 }
 
 void YamlMap::Require(const std::string& key) const {
@@ -117,6 +141,7 @@ bool Convert(const YAML::Node& node, T& value) {
 }
 
 std::string Shown(const YAML::Node& node) {
+  if (node.IsNull()) return "no value";
   return node.IsScalar() ? "'" + node.Scalar() + "'" : std::string("a list or map");
 }
 
@@ -149,7 +174,9 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value) {
   impl_->asked.push_back(key);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
-  if (!node.IsSequence() || node.size() == 0) Fail(key, "must be a list, e.g. [a, b]");
+  if (!node.IsSequence() || node.size() == 0) {
+    Fail(key, Shown(node) + " must be a list, e.g. [a, b]");
+  }
   value.clear();
   for (const YAML::Node& item : node) {
     std::string text;
@@ -194,7 +221,7 @@ void YamlMap::ReadWord(const std::string& key, int& position,
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   std::string word;
-  if (!Convert(node, word)) Fail(key, "must be one of " + Join(names));
+  if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(names));
   const auto found = std::find(names.begin(), names.end(), word);
   if (found == names.end()) {
     Fail(key,

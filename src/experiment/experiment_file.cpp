@@ -30,6 +30,12 @@ void ReadHand(YamlMap map, sim::HandControlOptions& options) {
   map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0);
   map.Read("max_force_n", options.max_force_N, 5.0, 100.0);
   map.Read("slip_control", options.slip_control);
+  if (options.initial_force_N > options.max_force_N) {
+    map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
+             "the first grip (" + std::to_string(options.initial_force_N) +
+                 " N) must not be stronger than the strongest (" +
+                 std::to_string(options.max_force_N) + " N)");
+  }
   map.Finish();
 }
 
@@ -57,6 +63,10 @@ void ReadPlanning(YamlMap map, planning::PlanOptions& options) {
 }
 
 void CheckObjects(const YamlMap& map, const Experiment& experiment) {
+  if (!std::filesystem::is_directory(experiment.object_folder)) {
+    map.Fail("object_folder", "no folder " + experiment.object_folder.string() +
+                                  " (it must hold <name>/<name>.xml for every object)");
+  }
   std::set<std::string> seen;
   for (const std::string& object : experiment.objects) {
     if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
@@ -94,6 +104,7 @@ Experiment ReadExperiment(const std::filesystem::path& file) {
   map.Read("seed", e.seed);
   map.Read("trial_limit_s", e.trial_limit_s, 1.0, 3600.0);
   map.Read("most_plans", e.most_plans, 1, 200);
+  map.ReadScaled("workspace_margin_mm", e.workspace_margin_m, kMm, 50.0, 1000.0);
   map.ReadScaled("min_tipping_deg", e.min_tipping_rad, kDeg, 0.0, 45.0);
   ReadPhysics(map.Child("physics"), e.physics);
   ReadHand(map.Child("hand"), e.hand);

@@ -28,8 +28,9 @@ struct Experiment {
   std::vector<std::string> objects;
   int trials_per_object = 10;
   std::uint64_t seed = 1;
-  double trial_limit_s = 60.0;  ///< wall time after which a trial is killed
-  int most_plans = 24;          ///< grasps offered to the planner before the trial is given up
+  double trial_limit_s = 60.0;       ///< wall time after which a trial is killed
+  int most_plans = 24;               ///< grasps offered to the planner before the trial is given up
+  double workspace_margin_m = 0.15;  ///< points further outside the workspace are not perceived
   double min_tipping_rad =
       0.1745;  ///< a pose that tips over more easily is no resting pose (10 deg)
 

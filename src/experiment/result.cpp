@@ -98,6 +98,8 @@ TrialResult FromJson(const std::string& text) {
     return r;
   } catch (const nlohmann::json::exception& e) {
     throw core::RunError(std::string("a trial's process handed over no result: ") + e.what());
+  } catch (const core::InputError& e) {
+    throw core::RunError(std::string("a trial's process handed over no result: ") + e.what());
   }
 }
 

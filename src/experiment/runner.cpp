@@ -11,22 +11,28 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
+#include <exception>
+#include <memory>
 #include <set>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/stopwatch.h"
 #include "core/version.h"
+#include "sim/info.h"
 #include "sim/world.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
+constexpr double kGrace_s = 1.0;
+
 // A trial in a process of its own; reads its result from a pipe.
 class Worker {
  public:
-  Worker(const TrialContext& context, const TrialSpec& spec) : spec_(spec), context_(&context) {
+  Worker(const RunPlan& plan, const TrialSpec& spec) : spec_(spec), plan_(&plan) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) throw core::RunError(Errno("pipe"));
     log_ = memfd_create("trial", MFD_CLOEXEC);
@@ -49,7 +55,7 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
 
   int pipe() const { return pipe_; }
-  double Left() const { return context_->experiment.trial_limit_s - watch_.Seconds(); }
+  double Left() const { return plan_->trial_limit_s - watch_.Seconds(); }
 
   // Takes what the pipe holds; true when the process has closed it.
   bool Read() {
@@ -59,9 +65,13 @@ class Worker {
     return n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
   }
 
+  // After the pipe's end. A process that closed it but does not exit has kGrace_s to do so.
   TrialResult Finish() {
     int status = 0;
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    const core::Stopwatch waited;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (waited.Seconds() > kGrace_s) return TimeOut();
+      usleep(200);
     }
     pid_ = -1;
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
@@ -87,7 +97,8 @@ class Worker {
  private:
   static std::string Errno(const char* what) { return std::string(what) + ": " + strerror(errno); }
 
-  [[noreturn]] void RunChild(pid_t parent, int out) {
+  // noexcept: nothing may unwind into the parent's loop, whose workers and store are copies here.
+  [[noreturn]] void RunChild(pid_t parent, int out) noexcept {
     // Dies with its parent, so that a killed run leaves nothing behind.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(3);
@@ -95,7 +106,13 @@ class Worker {
     dup2(null, STDIN_FILENO);
     dup2(null, STDOUT_FILENO);
     if (log_ >= 0) dup2(log_, STDERR_FILENO);
-    const std::string text = ToJson(RunTrial(*context_, spec_));
+    std::string text;
+    try {
+      text = ToJson(plan_->run(spec_));
+    } catch (const std::exception& e) {
+      dprintf(STDERR_FILENO, "%s\n", e.what());
+      _exit(5);
+    }
     std::size_t sent = 0;
     while (sent < text.size()) {
       const ssize_t n = write(out, text.data() + sent, text.size() - sent);
@@ -123,7 +140,7 @@ class Worker {
     result.id = TrialId(spec_);
     result.object = spec_.object;
     result.index = spec_.index;
-    result.seed = TrialSeed(context_->experiment.seed, spec_);
+    result.seed = TrialSeed(plan_->seed, spec_);
     result.outcome = outcome;
     result.stage = "trial";
     result.detail = detail;
@@ -132,7 +149,7 @@ class Worker {
   }
 
   TrialSpec spec_;
-  const TrialContext* context_;
+  const RunPlan* plan_;
   core::Stopwatch watch_;
   pid_t pid_ = -1;
   int pipe_ = -1;
@@ -140,18 +157,16 @@ class Worker {
   std::string text_;
 };
 
-std::vector<TrialSpec> Wanted(const TrialContext& context, const Store& store,
-                              const RunOptions& options) {
+std::vector<TrialSpec> Wanted(const RunPlan& plan, const Store& store, const RunOptions& options) {
   std::set<std::string> done;
   if (options.resume) {
     for (const TrialResult& result : store.ReadAll()) done.insert(result.id);
   }
   std::vector<TrialSpec> wanted;
-  const auto all = AllTrials(context.experiment);
-  for (std::size_t i = 0; i < all.size(); ++i) {
+  for (std::size_t i = 0; i < plan.trials.size(); ++i) {
     const bool mine =
         i % static_cast<std::size_t>(options.shards) == static_cast<std::size_t>(options.shard - 1);
-    if (mine && !done.contains(TrialId(all[i]))) wanted.push_back(all[i]);
+    if (mine && !done.contains(TrialId(plan.trials[i]))) wanted.push_back(plan.trials[i]);
   }
   return wanted;
 }
@@ -180,9 +195,9 @@ std::map<std::string, std::string> MakeStamp(const Experiment& e) {
   return stamp;
 }
 
-void RunExperiment(const TrialContext& context, Store& store, const RunOptions& options,
-                   const Progress& progress) {
-  const std::vector<TrialSpec> wanted = Wanted(context, store, options);
+void RunTrials(const RunPlan& plan, Store& store, const RunOptions& options,
+               const Progress& progress) {
+  const std::vector<TrialSpec> wanted = Wanted(plan, store, options);
   const int total = static_cast<int>(wanted.size());
   std::vector<std::unique_ptr<Worker>> running;
   std::size_t next = 0;
@@ -194,7 +209,7 @@ void RunExperiment(const TrialContext& context, Store& store, const RunOptions& 
   };
   while (next < wanted.size() || !running.empty()) {
     while (next < wanted.size() && running.size() < static_cast<std::size_t>(options.jobs)) {
-      running.push_back(std::make_unique<Worker>(context, wanted[next++]));
+      running.push_back(std::make_unique<Worker>(plan, wanted[next++]));
     }
     std::vector<pollfd> waits;
     double soonest = 3600.0;
@@ -210,6 +225,13 @@ void RunExperiment(const TrialContext& context, Store& store, const RunOptions& 
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
+}
+
+void RunExperiment(const TrialContext& context, Store& store, const RunOptions& options,
+                   const Progress& progress) {
+  const Experiment& e = context.experiment;
+  const auto run = [&](const TrialSpec& spec) { return RunTrial(context, spec); };
+  RunTrials({AllTrials(e), e.seed, e.trial_limit_s, run}, store, options, progress);
 }
 
 }  // namespace rangegrasp::experiment

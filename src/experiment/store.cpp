@@ -64,8 +64,9 @@ class Statement {
   }
   int Step() { return sqlite3_step(statement_); }
   std::string Text(int column) const {
-    const auto* text = sqlite3_column_text(statement_, column);
-    return text ? reinterpret_cast<const char*>(text) : "";
+    const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+    if (!text) return "";
+    return {text, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))};
   }
   int Int(int column) const { return sqlite3_column_int(statement_, column); }
   double Double(int column) const { return sqlite3_column_double(statement_, column); }
@@ -207,7 +208,11 @@ std::vector<TrialResult> Store::ReadAll() const {
   Statement times(impl_->db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position");
   if (!times.ok()) impl_->Fail();
   while (times.Step() == SQLITE_ROW) {
-    by_id[times.Text(0)].seconds.emplace_back(times.Text(1), times.Double(2));
+    // A run that is under way may have added a trial since the rows were read.
+    const auto found = by_id.find(times.Text(0));
+    if (found != by_id.end()) {
+      found->second.seconds.emplace_back(times.Text(1), times.Double(2));
+    }
   }
   std::vector<TrialResult> results;
   results.reserve(by_id.size());

@@ -132,11 +132,22 @@ sensing::Scan ScanWorld(const TrialContext& context, const sim::World& world,
   return sensing::ScanScene(world.VisualMeshes(), context.robot.X_WScanner, context.scanner, rng);
 }
 
-perception::Scene PerceiveImage(const Experiment& experiment, const geometry::RangeImage& image,
+perception::Scene PerceiveImage(const TrialContext& context, const geometry::RangeImage& image,
                                 std::uint64_t trial_seed, geometry::Indices& source) {
   core::Rng rng = Stream(trial_seed, "perceive");
-  const geometry::PointCloud cloud = geometry::ToCloud(image, &source);
-  return perception::Perceive(cloud.points, image.origins_C.front(), experiment.perception, rng);
+  const Experiment& e = context.experiment;
+  const core::Pose X_WorkspaceW = context.robot.X_WWorkspace.inverse();
+  const double radius = context.robot.workspace_radius_m + e.workspace_margin_m;
+  geometry::Indices in_image;
+  const geometry::PointCloud cloud = geometry::ToCloud(image, &in_image);
+  geometry::Points points;
+  source.clear();
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if ((X_WorkspaceW * cloud.points[i]).head<2>().norm() > radius) continue;
+    points.push_back(cloud.points[i]);
+    source.push_back(in_image[i]);
+  }
+  return perception::Perceive(points, image.origins_C.front(), e.perception, rng);
 }
 
 DetectionVerdict JudgeDetection(const perception::Scene& scene,
@@ -158,7 +169,7 @@ DetectionVerdict JudgeDetection(const perception::Scene& scene,
 
 Outcome JudgeExecution(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty()) return Outcome::kInvalidPhysics;
-  if (log.lift_height_m < kMinLift_m || !log.held_after_lift) return Outcome::kNotLifted;
+  if (!(log.lift_height_m >= kMinLift_m) || !log.held_after_lift) return Outcome::kNotLifted;
   if (!log.held_after_carry) return Outcome::kDropped;
   const bool in_place = log.final_distance_m <= kDeliveryRadius_m && log.at_rest &&
                         !log.touched_by_hand && log.on_support;
@@ -194,18 +205,6 @@ std::string LogToJson(const sim::ExecutionLog& log, const grasp::Grasp& grasp) {
         {"warnings", a.warnings},
         {"failed", a.failed}}}};
   return json.dump();
-}
-
-const char* Name(grasp::GraspType type) {
-  switch (type) {
-    case grasp::GraspType::kCylindrical:
-      return "cylindrical";
-    case grasp::GraspType::kRim:
-      return "rim";
-    case grasp::GraspType::kPower:
-      return "power";
-  }
-  return "power";
 }
 
 sim::GraspProgram ProgramFrom(const planning::PickPlan& plan, const grasp::Grasp& grasp) {
@@ -267,7 +266,7 @@ class TrialRun {
     if (!plan) return;
 
     Begin("execute");
-    result_.grasp_type = Name(grasp.type);
+    result_.grasp_type = grasp::Name(grasp.type);
     const auto& e = context_.experiment;
     const auto log = sim::Execute(trial->world, trial->target, ProgramFrom(*plan, grasp), e.hand,
                                   e.audit, observer_.execution);
@@ -278,12 +277,14 @@ class TrialRun {
   }
 
   perception::Scene PerceiveScan(const sensing::Scan& scan) {
-    perception::Scene scene = PerceiveImage(context_.experiment, scan.image, result_.seed, source_);
+    perception::Scene scene = PerceiveImage(context_, scan.image, result_.seed, source_);
     Timed("perceive");
     for (const auto& [step, seconds] : scene.seconds) {
       result_.seconds.emplace_back("perceive: " + step, seconds);
     }
-    result_.scan_points = static_cast<int>(source_.size());
+    const auto& points = scan.image.points_C;
+    result_.scan_points = static_cast<int>(
+        std::count_if(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); }));
     result_.object_points = static_cast<int>(scene.cloud.size());
     result_.segments = static_cast<int>(scene.segments.size());
     result_.objects = static_cast<int>(scene.objects.size());

@@ -54,9 +54,11 @@ std::optional<ArrangedTrial> Arrange(const TrialContext& context, const TrialSpe
 sensing::Scan ScanWorld(const TrialContext& context, const sim::World& world,
                         std::uint64_t trial_seed);
 
-/// Stage 3, from the range image alone. `cloud` receives the image's points and `source` their
-/// place in the image.
-perception::Scene PerceiveImage(const Experiment& experiment, const geometry::RangeImage& image,
+/// Stage 3, from the range image and the calibration alone: of the image's points those further
+/// from the workspace's middle than its radius and Experiment::workspace_margin_m are left out (the
+/// arm, its pedestal and the table's rim stand there). `source` receives the places in the image of
+/// the points that are perceived.
+perception::Scene PerceiveImage(const TrialContext& context, const geometry::RangeImage& image,
                                 std::uint64_t trial_seed, geometry::Indices& source);
 
 /// What the scorer makes of perception, from the labels that it alone knows.

@@ -24,14 +24,14 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 using Vertex3 = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
 /// Each cell carries its squared circumradius.
-using Cell3 = CGAL::Triangulation_cell_base_with_info_3<double, Kernel,
-                                                        CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using Cell3 =
+    CGAL::Triangulation_cell_base_with_info_3<double, Kernel,
+                                              CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
 using Delaunay3 =
     CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<Vertex3, Cell3>>;
 using Vertex2 = CGAL::Triangulation_vertex_base_with_info_2<std::uint32_t, Kernel>;
 using Delaunay2 = CGAL::Delaunay_triangulation_2<
-    Kernel,
-    CGAL::Triangulation_data_structure_2<Vertex2, CGAL::Triangulation_face_base_2<Kernel>>>;
+    Kernel, CGAL::Triangulation_data_structure_2<Vertex2, CGAL::Triangulation_face_base_2<Kernel>>>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -65,7 +65,8 @@ std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
 }
 
 /// The smallest empty circumsphere of a Delaunay triangle: its own smallest one if neither
-/// neighbouring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the cells'.
+/// neighbouring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the
+/// cells'.
 double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& facet) {
   const auto [cell, far] = facet;
   const auto other = cell->neighbor(far);
@@ -107,7 +108,8 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
                        : CGAL::squared_radius(cell->vertex(0)->point(), cell->vertex(1)->point(),
                                               cell->vertex(2)->point(), cell->vertex(3)->point());
   }
-  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end(); ++facet) {
+  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
+       ++facet) {
     const auto [cell, far] = *facet;
     const auto a = cell->vertex((far + 1) & 3);
     const auto b = cell->vertex((far + 2) & 3);
@@ -124,14 +126,15 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
 
 /// All points in one plane: the triangles of the 2-D triangulation, each with its own circle.
 void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
-  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end(); ++facet) {
+  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
+       ++facet) {
     const auto& cell = facet->first;
     if (CGAL::squared_radius(cell->vertex(0)->point(), cell->vertex(1)->point(),
                              cell->vertex(2)->point()) > squared_alpha) {
       continue;
     }
-    complex.triangles.push_back(SortedTriangle(cell->vertex(0)->info(), cell->vertex(1)->info(),
-                                               cell->vertex(2)->info()));
+    complex.triangles.push_back(
+        SortedTriangle(cell->vertex(0)->info(), cell->vertex(1)->info(), cell->vertex(2)->info()));
   }
 }
 
@@ -193,7 +196,8 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector
     std::uint32_t at = start;
     do {
       const auto edges = from.find(at);
-      const std::size_t pick = loop.size() == 1 ? 0 : SharpestRight(points, before, at, edges->second);
+      const std::size_t pick =
+          loop.size() == 1 ? 0 : SharpestRight(points, before, at, edges->second);
       before = at;
       at = edges->second[pick];
       edges->second.erase(edges->second.begin() + static_cast<std::ptrdiff_t>(pick));

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "geometry/mesh.h"
@@ -14,32 +18,39 @@ namespace rangegrasp::geometry {
 struct CloudFile {
   int width = 0;
   int height = 1;
-  Points points;  ///< scaled to metres
+  Points points;  ///< row-major, scaled to metres
+  /// Where the sensor stood [m], from PCD's VIEWPOINT; absent where the file has none.
+  std::optional<Eigen::Vector3d> sensor_origin;
 };
 
-/// Reads PCD (ascii, binary, binary_compressed) or PLY. `unit_m` is the file's unit in metres
-/// (0.001 for mm).
-/// @throws core::InputError naming the file and what is wrong with it: missing, not readable,
-/// truncated, no x/y/z,
-///         no points, no finite point.
+/// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), told
+/// apart by their first line. x, y and z must be float or double. `unit_m` is the file's unit in
+/// metres (0.001 for mm).
+/// @throws core::InputError naming the file, the line or key, the value and what would be right:
+///         missing, a folder, not readable, truncated, no x/y/z, no points, no finite point, ...
+/// @throws std::invalid_argument if unit_m is not a finite number > 0.
 CloudFile ReadCloud(const std::filesystem::path& file, double unit_m = 1.0);
 
 /// Extra per-point columns of a cloud file, e.g. "label".
 struct CloudField {
   std::string name;
-  std::vector<std::uint32_t> values;
+  std::vector<std::uint32_t> values;  ///< one a point of the image
 };
-/// Writes binary PCD (organised as the image is, with the sensor's viewpoint) or, by the ending,
-/// PLY.
+/// Writes binary PCD (organised as the image is, with the sensor's mean place as its viewpoint) or,
+/// by the ending .ply, binary PLY of the measured points alone. Coordinates are single precision.
 /// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws std::invalid_argument if a column's length is not the image's.
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
                 const std::vector<CloudField>& fields = {});
 
-/// A mesh with one colour a vertex (r, g, b in 0..255), as PLY.
+/// A mesh with one colour a vertex (r, g, b in 0..255), as binary PLY.
+/// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws std::invalid_argument if there is not one colour a vertex.
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors);
 
-/// Reads OFF, OBJ, STL or PLY (assimp). @throws core::InputError naming the file.
+/// Reads OFF, OBJ, STL or PLY (assimp); polygons are cut into triangles, equal vertices joined.
+/// @throws core::InputError naming the file and what is wrong with it.
 TriangleMesh ReadMesh(const std::filesystem::path& file);
 
 }  // namespace rangegrasp::geometry

@@ -11,6 +11,8 @@ namespace {
 
 /// Below this sine of the angle at a corner three points count as collinear.
 constexpr double kCollinear = 1e-9;
+/// The same for the ratio of the two larger eigenvalues, which are squares and carry rounding.
+constexpr double kCollinearSquared = 1e-14;
 
 Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -71,7 +73,7 @@ std::optional<Plane> FitPlane(PointSpan points) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(Scatter(points, mean));
   const Eigen::Vector3d values = solver.eigenvalues();
   // Eigenvalues are squared lengths: points are collinear if their spread across is nothing.
-  if (!(values[1] > kCollinear * kCollinear * values[2]) || !(values[2] > 0.0)) return std::nullopt;
+  if (!(values[1] > kCollinearSquared * values[2]) || !(values[2] > 0.0)) return std::nullopt;
   Plane plane;
   plane.normal = solver.eigenvectors().col(0).normalized();
   plane.offset_m = -plane.normal.dot(mean);

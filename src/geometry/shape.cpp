@@ -41,7 +41,8 @@ TriangleMesh Revolve(double bottom_z, const std::vector<Ring>& rings, double top
     }
   }
   const std::size_t last = rings.size() - 1;
-  for (std::uint32_t i = 0; i < n; ++i) mesh.triangles.push_back({at(last, i), at(last, i + 1), top});
+  for (std::uint32_t i = 0; i < n; ++i)
+    mesh.triangles.push_back({at(last, i), at(last, i + 1), top});
   return mesh;
 }
 

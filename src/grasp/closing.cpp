@@ -11,12 +11,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPatch_m = 0.0015;  // samples this near to the foremost one belong to the contact
-constexpr double kNear_m = 0.003;    // counted as lying against the pads
+constexpr double kPatch_m = 0.003;  // samples this near to a pad at the contact belong to it
 
 struct Sample {
-  Vector3d p_T;
-  std::size_t index;
+  double x_T;
+  std::size_t cell;   ///< of the inner side's grid
+  std::size_t index;  ///< of the given points
 };
 
 struct Limits {
@@ -25,20 +25,22 @@ struct Limits {
   bool Overlap() const { return a > b; }
 };
 
-double At(const std::vector<float>& field, int cell) {
-  return static_cast<double>(field[static_cast<std::size_t>(cell)]);
+double At(const std::vector<float>& field, std::size_t cell) {
+  return static_cast<double>(field[cell]);
 }
 
-/// The samples between the open jaws.
+/// The samples between the open jaws, where fingers or thumb may pass.
 std::vector<Sample> Between(const HandProfiles::Inner& open, std::span<const Vector3d> points_A,
                             const Vector3d& origin_A) {
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < points_A.size(); ++i) {
     const Vector3d p = points_A[i] - origin_A;
     if (p.x() < open.finger_min_m || p.x() > open.thumb_max_m) continue;
-    const int cell = open.grid.Cell(p.y(), p.z());
-    if (cell >= 0 && (p.x() < At(open.finger, cell) || p.x() > At(open.thumb, cell))) continue;
-    samples.push_back({p, i});
+    const int at = open.grid.Cell(p.y(), p.z());
+    if (at < 0) continue;
+    const auto cell = static_cast<std::size_t>(at);
+    if (p.x() < At(open.finger, cell) || p.x() > At(open.thumb, cell)) continue;
+    samples.push_back({p.x(), cell, i});
   }
   return samples;
 }
@@ -46,46 +48,42 @@ std::vector<Sample> Between(const HandProfiles::Inner& open, std::span<const Vec
 Limits LimitsOf(const HandProfiles::Inner& inner, const std::vector<Sample>& samples) {
   Limits limits;
   for (const Sample& s : samples) {
-    const int cell = inner.grid.Cell(s.p_T.y(), s.p_T.z());
-    if (cell < 0) continue;
-    limits.a = std::max(limits.a, At(inner.finger, cell) - s.p_T.x());
-    limits.b = std::min(limits.b, At(inner.thumb, cell) - s.p_T.x());
+    limits.a = std::max(limits.a, At(inner.finger, s.cell) - s.x_T);
+    limits.b = std::min(limits.b, At(inner.thumb, s.cell) - s.x_T);
   }
   return limits;
 }
 
-/// The contact of one side: the mean of the samples nearest to it, weighted by how far they stand
-/// out. `side` is -1 for the fingers, at smaller x, and +1 for the thumb.
+/// The contact of one side: the mean of the samples within the glove's softness of it, weighted by
+/// the square of how far they stand in. `side` is -1 for the fingers, at smaller x, +1 for the
+/// thumb.
 struct Patch {
-  Vector3d point_T = Vector3d::Zero();
-  Vector3d out_T = Vector3d::Zero();
+  Vector3d point = Vector3d::Zero();
+  Vector3d out = Vector3d::Zero();
   double spread_m = 0.0;
-  int near = 0;
+  int size = 0;
 };
-Patch PatchOf(const HandProfiles::Inner& inner, const std::vector<Sample>& samples,
-              std::span<const Vector3d> normals_A, double foremost, double side) {
+Patch PatchOf(const std::vector<float>& field, const std::vector<Sample>& samples,
+              std::span<const Vector3d> points_A, std::span<const Vector3d> normals_A,
+              double foremost, double side) {
   Patch patch;
   double weights = 0.0;
   double y_min = kInfinity;
   double y_max = -kInfinity;
-  const std::vector<float>& field = side < 0.0 ? inner.finger : inner.thumb;
   for (const Sample& s : samples) {
-    const int cell = inner.grid.Cell(s.p_T.y(), s.p_T.z());
-    if (cell < 0) continue;
-    const double behind = side * (At(field, cell) - s.p_T.x() - foremost);
-    if (behind > kNear_m) continue;
-    ++patch.near;
+    const double behind = side * (At(field, s.cell) - s.x_T - foremost);
     if (behind > kPatch_m) continue;
-    const double weight = kPatch_m - behind + 1e-6;
+    const double weight = (kPatch_m - behind) * (kPatch_m - behind) + 1e-12;
     const Vector3d& n = normals_A[s.index];
-    patch.point_T += weight * s.p_T;
-    patch.out_T += weight * (n.x() * side < 0.0 ? Vector3d(-n) : n);
+    patch.point += weight * points_A[s.index];
+    patch.out += weight * (n.x() * side < 0.0 ? Vector3d(-n) : n);
     weights += weight;
-    y_min = std::min(y_min, s.p_T.y());
-    y_max = std::max(y_max, s.p_T.y());
+    y_min = std::min(y_min, points_A[s.index].y());
+    y_max = std::max(y_max, points_A[s.index].y());
+    ++patch.size;
   }
-  patch.point_T /= weights;
-  patch.out_T.normalize();
+  patch.point /= weights;
+  patch.out.normalize();
   patch.spread_m = y_max - y_min;
   return patch;
 }
@@ -98,7 +96,9 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
                                const Vector3d& origin_A) {
   const std::vector<Sample> samples =
       Between(hand.InnerSide(pitch_rad, open_state), points_A, origin_A);
-  const auto limits = [&](std::size_t s) { return LimitsOf(hand.InnerSide(pitch_rad, s), samples); };
+  const auto limits = [&](std::size_t s) {
+    return LimitsOf(hand.InnerSide(pitch_rad, s), samples);
+  };
   std::size_t free = open_state;
   std::size_t closed = hand.hand().states.size() - 1;
   Limits at_free = limits(free);
@@ -124,14 +124,14 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
   closing.state = both && f < 0.5 ? free : closed;
   const Limits& at = closing.state == free ? at_free : at_closed;
   const HandProfiles::Inner& inner = hand.InnerSide(pitch_rad, closing.state);
-  const Patch finger = PatchOf(inner, samples, normals_A, at.a, -1.0);
-  const Patch thumb = PatchOf(inner, samples, normals_A, at.b, 1.0);
-  closing.finger_T = finger.point_T;
-  closing.thumb_T = thumb.point_T;
-  closing.finger_out_T = finger.out_T;
-  closing.thumb_out_T = thumb.out_T;
+  const Patch finger = PatchOf(inner.finger, samples, points_A, normals_A, at.a, -1.0);
+  const Patch thumb = PatchOf(inner.thumb, samples, points_A, normals_A, at.b, 1.0);
+  closing.finger_T = finger.point - origin_A;
+  closing.thumb_T = thumb.point - origin_A;
+  closing.finger_out_T = finger.out;
+  closing.thumb_out_T = thumb.out;
   closing.finger_spread_m = finger.spread_m;
-  closing.contact_m2 = sample_area_m2 * (finger.near + thumb.near);
+  closing.contact_m2 = sample_area_m2 * (finger.size + thumb.size);
   return closing;
 }
 

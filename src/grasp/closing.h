@@ -24,9 +24,9 @@ struct Closing {
 /// Closes the hand model on surface samples, as a caliper whose two sides move together: at every
 /// state the fingers allow the object to lie at x >= a and the thumb at x <= b, where
 ///   a = max(finger(y, z) - x), b = min(thumb(y, z) - x)
-/// over the samples between the open jaws. Both touch where a and b meet (bisection over the states,
-/// then linear between two), and the object has been pushed to there. Samples outside of the open
-/// jaws (the far wall of a cup) do not count.
+/// over the samples between the open jaws. Both touch where a and b meet (bisection over the
+/// states, then linear between two), and the object has been pushed to there. Samples outside of
+/// the open jaws (the far wall of a cup) do not count.
 /// @param points_A, normals_A  samples in a frame A whose axes are T's
 /// @param origin_A  T's origin in A [m]
 /// @param open_state  before closing
@@ -37,8 +37,8 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
                                std::span<const Eigen::Vector3d> normals_A, double sample_area_m2,
                                const Eigen::Vector3d& origin_A);
 
-/// The angle [rad] between a contact's inward normal and the line to the other contact. Two contacts
-/// with friction hold a body if both angles are within the friction cone (Nguyen 1988).
+/// The angle [rad] between a contact's inward normal and the line to the other contact. Two
+/// contacts with friction hold a body if both angles are within the friction cone (Nguyen 1988).
 struct AntipodalAngles {
   double finger_rad = 0.0;
   double thumb_rad = 0.0;

@@ -30,8 +30,8 @@ struct Grasp {
 struct GraspOptions {
   /// Off: as published. Pitch 0, tool centre in the top surface's centre, moved down to contact,
   /// the tighter of both sides wins.
-  /// On: candidates slide, turn, deepen and pitch, and are ranked by score.h, because a grip that is
-  /// held by friction alone needs more than to enclose the object:
+  /// On: candidates slide, turn, deepen and pitch, and are ranked by score.h, because a grip that
+  /// is held by friction alone needs more than to enclose the object:
   ///   - pads that do not oppose each other squeeze the object out or turn it: hence other yaws,
   ///     depths below the widest section of round objects, and the narrower axis of wide ones;
   ///   - the fingers curl in and the thumb stays straight, so that level tips do not touch at one
@@ -52,7 +52,9 @@ struct GraspOptions {
 /// objects, power for others (section 5.2), every one with its collision verdict; those that
 /// collide come last.
 /// @param arm_C  the arm's base in C: grasp points next to the arm are preferred (section 5.2).
-/// @param up_C   unit, away from the table.
+/// "Up" is the table's normal. A power grasp of a rotational object is the last resort: it is
+/// planned where neither a cylindrical nor a rim grasp is free.
+/// @throws std::invalid_argument if there is no such object, or options.most < 1.
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
                               const GraspOptions& options);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/shape.h"
+#include "grasp/hand_profiles.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -18,7 +19,9 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using Tree = fcl::BVHModel<fcl::OBBd>;
 
-constexpr int kSides = 16;
+constexpr int kSides = 12;
+// Grown by this, the facets of a tessellated finger lie as much outside of it as inside.
+constexpr double kFacet_m = 0.00015;
 
 /// A surface with its tree and its box, in its own frame.
 struct Body {
@@ -35,7 +38,8 @@ Body MakeBody(geometry::TriangleMesh mesh) {
     triangles.reserve(mesh.triangles.size());
     for (const auto& [a, b, c] : mesh.triangles) triangles.emplace_back(a, b, c);
     body.tree = std::make_unique<Tree>();
-    body.tree->beginModel(static_cast<int>(triangles.size()), static_cast<int>(mesh.vertices.size()));
+    body.tree->beginModel(static_cast<int>(triangles.size()),
+                          static_cast<int>(mesh.vertices.size()));
     body.tree->addSubModel(mesh.vertices, triangles);
     body.tree->endModel();
   }
@@ -47,7 +51,7 @@ std::vector<Body> MakeHand(const robot::HandModel& hand, double margin_m) {
   std::vector<Body> bodies;
   for (geometry::Shape shape : hand.states.front().shapes) {
     shape.X_BS = core::Pose::Identity();
-    bodies.push_back(MakeBody(geometry::Tessellate(Grown(shape, margin_m), kSides)));
+    bodies.push_back(MakeBody(geometry::Tessellate(Grown(shape, margin_m + kFacet_m), kSides)));
   }
   return bodies;
 }
@@ -57,7 +61,8 @@ bool Collide(const Body& a, const core::Pose& X_CA, const Body& b) {
   if (!AlignedBox3d(a.box).transformed(X_CA).intersects(b.box)) return false;
   const fcl::CollisionRequestd request(1, false);
   fcl::CollisionResultd result;
-  return fcl::collide(a.tree.get(), X_CA, b.tree.get(), core::Pose::Identity(), request, result) > 0;
+  return fcl::collide(a.tree.get(), X_CA, b.tree.get(), core::Pose::Identity(), request, result) >
+         0;
 }
 
 }  // namespace
@@ -96,12 +101,18 @@ HandCollider::HandCollider(const robot::HandModel& hand,
                            std::span<const geometry::TriangleMesh> obstacles_C,
                            const geometry::TriangleMesh& own_C, const geometry::Plane& table_C,
                            double object_clearance_m, double table_clearance_m)
-    : impl_(std::make_unique<Impl>(Impl{hand, object_clearance_m, table_clearance_m, table_C,
-                                        MakeHand(hand, object_clearance_m), MakeHand(hand, 0.0),
-                                        {}, MakeBody(own_C)})) {
+    : impl_(std::make_unique<Impl>(Impl{hand,
+                                        object_clearance_m,
+                                        table_clearance_m,
+                                        table_C,
+                                        MakeHand(hand, object_clearance_m),
+                                        MakeHand(hand, 0.0),
+                                        {},
+                                        MakeBody(own_C)})) {
   for (const geometry::TriangleMesh& mesh : obstacles_C) {
     if (!mesh.triangles.empty()) impl_->obstacles.push_back(MakeBody(mesh));
   }
+  if (!impl_->obstacles.empty()) impl_->grown = MakeHand(hand, object_clearance_m);
 }
 HandCollider::~HandCollider() = default;
 HandCollider::HandCollider(HandCollider&&) noexcept = default;
@@ -117,6 +128,8 @@ bool HandCollider::HitsObstacle(const core::Pose& X_CH, std::size_t state) const
   return false;
 }
 
+void HandCollider::SetOwn(const geometry::TriangleMesh& own_C) { impl_->own = MakeBody(own_C); }
+
 bool HandCollider::HitsOwn(const core::Pose& X_CH, std::size_t state) const {
   for (std::size_t i = 0; i < impl_->bare.size(); ++i) {
     if (Collide(impl_->bare[i], impl_->X_CS(X_CH, state, i), impl_->own)) return true;
@@ -125,13 +138,10 @@ bool HandCollider::HitsOwn(const core::Pose& X_CH, std::size_t state) const {
 }
 
 double HandCollider::TableDistance(const core::Pose& X_CH, std::size_t state) const {
+  const geometry::Plane& table = impl_->table_C;
   double lowest = 1e9;
-  for (std::size_t i = 0; i < impl_->bare.size(); ++i) {
-    const core::Pose X = impl_->X_CS(X_CH, state, i);
-    const Vector3d up_S = X.linear().transpose() * impl_->table_C.normal;
-    double low = 1e9;
-    for (const Vector3d& p : impl_->bare[i].mesh.vertices) low = std::min(low, up_S.dot(p));
-    lowest = std::min(lowest, low + impl_->table_C.Distance(X.translation()));
+  for (const geometry::Shape& shape : impl_->hand.states[state].shapes) {
+    lowest = std::min(lowest, table.offset_m - Support(shape, X_CH, -table.normal));
   }
   return lowest;
 }

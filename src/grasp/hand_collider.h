@@ -29,6 +29,9 @@ class HandCollider {
   HandCollider(HandCollider&&) noexcept;
   HandCollider& operator=(HandCollider&&) noexcept;
 
+  /// Another surface of the object to be grasped.
+  void SetOwn(const geometry::TriangleMesh& own_C);
+
   bool HitsObstacle(const core::Pose& X_CH, std::size_t state) const;
   bool HitsOwn(const core::Pose& X_CH, std::size_t state) const;
   bool HitsTable(const core::Pose& X_CH, std::size_t state) const;

@@ -13,7 +13,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr int kSides = 20;  // of a tessellated capsule: 0.12 mm below the true surface at 10 mm radius
+constexpr int kSides = 12;  // of a tessellated capsule: at most 0.3 mm below the true surface
+constexpr double kInnerCell_m = 0.0015;
+constexpr double kLowerCell_m = 0.002;
 
 /// A height field being drawn: coordinates u, v of the points span the grid, w is kept.
 struct Canvas {
@@ -29,7 +31,9 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
   const Eigen::Vector2d e(b[canvas.u] - p.x(), b[canvas.v] - p.y());
   const Eigen::Vector2d f(c[canvas.u] - p.x(), c[canvas.v] - p.y());
   const double area = e.x() * f.y() - e.y() * f.x();
-  if (std::abs(area) < 1e-14) return;
+  // The far side of a shape, whose faces are counter-clockwise from outside, is hidden by the near
+  // one.
+  if ((canvas.largest ? area : -area) < 1e-14) return;
   const auto cell = [&](double x, double x0) {
     return static_cast<int>(std::floor((x - x0) / g.cell_m - 0.5));
   };
@@ -37,7 +41,8 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
   const double u_max = p.x() + std::max({0.0, e.x(), f.x()});
   const double v_min = p.y() + std::min({0.0, e.y(), f.y()});
   const double v_max = p.y() + std::max({0.0, e.y(), f.y()});
-  for (int j = std::max(0, cell(v_min, g.v0_m)); j <= std::min(g.nv - 1, cell(v_max, g.v0_m) + 1); ++j) {
+  for (int j = std::max(0, cell(v_min, g.v0_m)); j <= std::min(g.nv - 1, cell(v_max, g.v0_m) + 1);
+       ++j) {
     for (int i = std::max(0, cell(u_min, g.u0_m)); i <= std::min(g.nu - 1, cell(u_max, g.u0_m) + 1);
          ++i) {
       const double x = g.u0_m + (i + 0.5) * g.cell_m - p.x();
@@ -57,22 +62,14 @@ void Draw(const geometry::Points& vertices, const geometry::TriangleMesh& mesh, 
   for (const auto& [a, b, c] : mesh.triangles) Draw(vertices[a], vertices[b], vertices[c], canvas);
 }
 
-Grid GridOver(const std::vector<geometry::Points>& parts, int u, int v, double cell_m) {
-  double u_min = 1e9, v_min = 1e9, u_max = -1e9, v_max = -1e9;
-  for (const geometry::Points& points : parts) {
-    for (const Vector3d& p : points) {
-      u_min = std::min(u_min, p[u]);
-      u_max = std::max(u_max, p[u]);
-      v_min = std::min(v_min, p[v]);
-      v_max = std::max(v_max, p[v]);
-    }
-  }
+/// A grid that just holds the given ranges.
+Grid GridOver(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper, double cell_m) {
   Grid grid;
   grid.cell_m = cell_m;
-  grid.u0_m = u_min;
-  grid.v0_m = v_min;
-  grid.nu = std::max(0, static_cast<int>(std::ceil((u_max - u_min) / cell_m)));
-  grid.nv = std::max(0, static_cast<int>(std::ceil((v_max - v_min) / cell_m)));
+  grid.u0_m = lower.x();
+  grid.v0_m = lower.y();
+  grid.nu = std::max(0, static_cast<int>(std::ceil((upper.x() - lower.x()) / cell_m)));
+  grid.nv = std::max(0, static_cast<int>(std::ceil((upper.y() - lower.y()) / cell_m)));
   return grid;
 }
 
@@ -84,6 +81,37 @@ std::size_t StateAtGap(const robot::HandModel& hand, double gap_m) {
     if (hand.states[i].gap_m >= gap_m && hand.states[i].gap_m < hand.states[best].gap_m) best = i;
   }
   return best;
+}
+
+double Support(const geometry::Shape& shape, const core::Pose& X_AB, const Vector3d& direction_A) {
+  using Kind = geometry::Shape::Kind;
+  const core::Pose X_AS = X_AB * shape.X_BS;
+  const Vector3d d = X_AS.linear().transpose() * direction_A;
+  const Vector3d& size = shape.size;
+  double reach = 0.0;
+  switch (shape.kind) {
+    case Kind::kSphere:
+      reach = size.x();
+      break;
+    case Kind::kCapsule:
+      reach = size.x() + size.y() * std::abs(d.z());
+      break;
+    case Kind::kCylinder:
+      reach = size.x() * d.head<2>().norm() + size.y() * std::abs(d.z());
+      break;
+    case Kind::kBox:
+      reach = size.dot(d.cwiseAbs());
+      break;
+    case Kind::kEllipsoid:
+      reach = size.cwiseProduct(d).norm();
+      break;
+    case Kind::kConvex:
+    case Kind::kMesh:
+      reach = -1e9;
+      for (const Vector3d& p : shape.mesh.vertices) reach = std::max(reach, d.dot(p));
+      break;
+  }
+  return reach + direction_A.dot(X_AS.translation());
 }
 
 HandProfiles::HandProfiles(const robot::HandModel& hand) : hand_(hand) {
@@ -113,26 +141,41 @@ geometry::Points HandProfiles::Vertices_T(double pitch_rad, std::size_t state,
   return vertices;
 }
 
+Grid HandProfiles::InnerGrid(double pitch_rad) const {
+  const core::Pose X = X_TH(hand_, pitch_rad);
+  Eigen::Vector2d lower(1e9, 1e9);
+  Eigen::Vector2d upper(-1e9, -1e9);
+  for (const robot::HandModel::State& s : hand_.states) {
+    for (std::size_t i = 0; i < s.shapes.size(); ++i) {
+      if (!s.is_finger[i]) continue;
+      for (int k = 0; k < 2; ++k) {
+        const Vector3d axis = Vector3d::Unit(k + 1);
+        lower[k] = std::min(lower[k], -Support(s.shapes[i], X, -axis));
+        upper[k] = std::max(upper[k], Support(s.shapes[i], X, axis));
+      }
+    }
+  }
+  return GridOver(lower, upper, kInnerCell_m);
+}
+
 const HandProfiles::Inner& HandProfiles::InnerSide(double pitch_rad, std::size_t state) {
   const Key key{std::lround(pitch_rad * 1e6), state};
   if (const auto found = inner_.find(key); found != inner_.end()) return found->second;
   const robot::HandModel::State& s = hand_.states[state];
-  std::vector<geometry::Points> parts;
-  std::vector<std::size_t> shapes;
-  for (std::size_t i = 0; i < s.shapes.size(); ++i) {
-    if (!s.is_finger[i] && !s.is_thumb[i]) continue;
-    shapes.push_back(i);
-    parts.push_back(Vertices_T(pitch_rad, state, i));
+  auto grid = inner_grids_.find(key.first);
+  if (grid == inner_grids_.end()) {
+    grid = inner_grids_.emplace(key.first, InnerGrid(pitch_rad)).first;
   }
   Inner inner;
-  inner.grid = GridOver(parts, 1, 2, 0.0015);
+  inner.grid = grid->second;
   const auto cells = static_cast<std::size_t>(inner.grid.nu * inner.grid.nv);
   inner.finger.assign(cells, -kNone);
   inner.thumb.assign(cells, kNone);
   Canvas finger{1, 2, 0, inner.grid, true, inner.finger};
   Canvas thumb{1, 2, 0, inner.grid, false, inner.thumb};
-  for (std::size_t k = 0; k < shapes.size(); ++k) {
-    Draw(parts[k], meshes_[shapes[k]], s.is_thumb[shapes[k]] ? thumb : finger);
+  for (std::size_t i = 0; i < s.shapes.size(); ++i) {
+    if (!s.is_finger[i]) continue;
+    Draw(Vertices_T(pitch_rad, state, i), meshes_[i], s.is_thumb[i] ? thumb : finger);
   }
   inner.finger_min_m = 1e9;
   inner.thumb_max_m = -1e9;
@@ -149,9 +192,17 @@ const HandProfiles::Lower& HandProfiles::LowerSide(double pitch_rad, std::size_t
   const Key key{std::lround(pitch_rad * 1e6), state};
   if (const auto found = lower_.find(key); found != lower_.end()) return found->second;
   std::vector<geometry::Points> parts;
-  for (std::size_t i = 0; i < meshes_.size(); ++i) parts.push_back(Vertices_T(pitch_rad, state, i));
+  Vector3d low = Vector3d::Constant(1e9);
+  Vector3d high = Vector3d::Constant(-1e9);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    parts.push_back(Vertices_T(pitch_rad, state, i));
+    for (const Vector3d& p : parts.back()) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
   Lower lower;
-  lower.grid = GridOver(parts, 0, 1, 0.002);
+  lower.grid = GridOver(low.head<2>(), high.head<2>(), kLowerCell_m);
   lower.z.assign(static_cast<std::size_t>(lower.grid.nu * lower.grid.nv), -kNone);
   Canvas canvas{0, 1, 2, lower.grid, true, lower.z};
   for (std::size_t i = 0; i < meshes_.size(); ++i) Draw(parts[i], meshes_[i], canvas);
@@ -163,15 +214,12 @@ Vector3d HandProfiles::PadCenter_T(double pitch_rad, std::size_t state) const {
   return X_TH(hand_, pitch_rad) * (0.5 * (s.thumb_pad_H + s.finger_pad_H));
 }
 
-double HandProfiles::Extent(double pitch_rad, std::size_t state, const Vector3d& direction_T) const {
+double HandProfiles::Extent(double pitch_rad, std::size_t state,
+                            const Vector3d& direction_T) const {
   const core::Pose X = X_TH(hand_, pitch_rad);
   double extent = -1e9;
-  for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const core::Pose X_TS = X * hand_.states[state].shapes[i].X_BS;
-    const Vector3d direction_S = X_TS.linear().transpose() * direction_T;
-    double farthest = -1e9;
-    for (const Vector3d& p : meshes_[i].vertices) farthest = std::max(farthest, direction_S.dot(p));
-    extent = std::max(extent, farthest + direction_T.dot(X_TS.translation()));
+  for (const geometry::Shape& shape : hand_.states[state].shapes) {
+    extent = std::max(extent, Support(shape, X, direction_T));
   }
   return extent;
 }

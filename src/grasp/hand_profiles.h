@@ -2,11 +2,11 @@
 
 #include <Eigen/Core>
 #include <map>
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "core/frames.h"
+#include "geometry/shape.h"
 #include "robot/hand_model.h"
 
 namespace rangegrasp::grasp {
@@ -31,6 +31,11 @@ struct Grid {
 /// The index of the state whose gap is nearest above gap_m; 0, the open hand, if none is.
 std::size_t StateAtGap(const robot::HandModel& hand, double gap_m);
 
+/// How far a shape at X_AB (its body's frame B in A) reaches from A's origin along a unit direction
+/// of A [m]: its support function. Exact.
+double Support(const geometry::Shape& shape, const core::Pose& X_AB,
+               const Eigen::Vector3d& direction_A);
+
 /// The hand at a pitch as height fields, in its tool frame T: axes as frame G's (x from the fingers
 /// to the thumb, z the approach), origin at the open hand's tip tool centre,
 ///   X_TH = Ry(-pitch) X_HG_tip^-1,
@@ -38,7 +43,7 @@ std::size_t StateAtGap(const robot::HandModel& hand, double gap_m);
 /// Fields are made when they are first asked for and kept. Not thread-safe.
 class HandProfiles {
  public:
-  /// The inner side of fingers and thumb over (y_T, z_T).
+  /// The inner side of fingers and thumb over (y_T, z_T). All states of one pitch share one grid.
   struct Inner {
     Grid grid;
     std::vector<float> finger;  ///< largest x_T of the fingers [m]; -infinity where there is none
@@ -65,15 +70,15 @@ class HandProfiles {
   Eigen::Vector3d PadCenter_T(double pitch_rad, std::size_t state) const;
   /// The farthest extent [m] of the hand along a unit direction of T, from T's origin.
   double Extent(double pitch_rad, std::size_t state, const Eigen::Vector3d& direction_T) const;
-  /// Shape i as triangles in its own frame.
-  const geometry::TriangleMesh& Mesh(std::size_t shape) const { return meshes_[shape]; }
 
  private:
   using Key = std::pair<long, std::size_t>;  ///< pitch in microradians, state
   geometry::Points Vertices_T(double pitch_rad, std::size_t state, std::size_t shape) const;
+  Grid InnerGrid(double pitch_rad) const;
 
   const robot::HandModel& hand_;
   std::vector<geometry::TriangleMesh> meshes_;
+  std::map<long, Grid> inner_grids_;
   std::map<Key, Inner> inner_;
   std::map<Key, Lower> lower_;
 };

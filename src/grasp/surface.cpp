@@ -19,7 +19,8 @@ double TotalArea(const geometry::TriangleMesh& mesh) {
 }
 
 /// Folds a point of the unit square into the triangle and returns p + u (q - p) + v (r - p).
-Vector3d TrianglePoint(const Vector3d& p, const Vector3d& q, const Vector3d& r, double u, double v) {
+Vector3d TrianglePoint(const Vector3d& p, const Vector3d& q, const Vector3d& r, double u,
+                       double v) {
   if (u + v > 1.0) {
     u = 1.0 - u;
     v = 1.0 - v;
@@ -51,15 +52,16 @@ SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t cou
     due += 0.5 * norm / samples.area_m2;
     for (; due >= 1.0; due -= 1.0, ++drawn) {
       const auto k = static_cast<double>(drawn + 1);
-      samples.points.push_back(TrianglePoint(p, q, r, Fraction(0.5 + k * kU), Fraction(0.5 + k * kV)));
+      samples.points.push_back(
+          TrianglePoint(p, q, r, Fraction(0.5 + k * kU), Fraction(0.5 + k * kV)));
       samples.normals.push_back(w / norm);
     }
   }
   return samples;
 }
 
-SurfaceSamples SampleObject(const perception::Scene& scene, const perception::PerceivedObject& object,
-                            std::size_t count) {
+SurfaceSamples SampleObject(const perception::Scene& scene,
+                            const perception::PerceivedObject& object, std::size_t count) {
   SurfaceSamples samples = SampleSurface(object.surface_C, count);
   if (!samples.points.empty()) return samples;
   const bool normals = scene.cloud.normals.size() == scene.cloud.points.size();
@@ -93,12 +95,13 @@ Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& 
     six_volumes += six;
     moment += six * (u + v + w) / 4.0;
   }
-  // A tenth of the box is less than any of the shapes met fills; below it the surface is a shell with
-  // gaps, and its "volume" is noise.
+  // A tenth of the box is less than any of the shapes met fills; below it the surface is a shell
+  // with gaps, and its "volume" is noise.
   const double box = (upper - lower).prod();
   if (std::abs(six_volumes) / 6.0 < 0.1 * box) return mean;
   const Vector3d center = mean + moment / six_volumes;
-  const bool inside = (center.array() >= lower.array()).all() && (center.array() <= upper.array()).all();
+  const bool inside =
+      (center.array() >= lower.array()).all() && (center.array() <= upper.array()).all();
   return inside ? center : mean;
 }
 

@@ -20,12 +20,12 @@ struct SurfaceSamples {
 SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t count);
 
 /// Samples of a perceived object: of its completed surface, or, where it has none, its own points.
-SurfaceSamples SampleObject(const perception::Scene& scene, const perception::PerceivedObject& object,
-                            std::size_t count);
+SurfaceSamples SampleObject(const perception::Scene& scene,
+                            const perception::PerceivedObject& object, std::size_t count);
 
 /// The centre of the volume that the surface encloses (divergence theorem), for a homogeneous
-/// object its centre of mass; where the surface does not enclose one (open, turned mixed) the mean of
-/// the samples.
+/// object its centre of mass; where the surface does not enclose one (open, turned mixed) the mean
+/// of the samples.
 Eigen::Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& samples);
 
 /// One small triangle (side 1 mm) for every cell of a grid of cell_m that holds points: a surface

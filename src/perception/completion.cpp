@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "geometry/hull.h"
 #include "perception/features.h"
 #include "perception/planar.h"
 
@@ -22,22 +21,60 @@ Points PartPoints(const CompletionContext& context, const Part& part) {
   return geometry::Select(context.cloud.points, part.points);
 }
 
-/// The median over slices along `axis` of where, across it, the highest point is.
-double HighestLine(const PlanarFrame& frame, const geometry::Plane& table, const Points& points) {
-  constexpr double kSlice_m = 0.005;
-  std::map<long, std::pair<double, double>> slices;  // height and offset of the highest
-  for (const auto& p : points) {
-    const Eigen::Vector2d q = frame.Flat(p);
-    const double height = table.Distance(p);
-    auto [it, fresh] = slices.try_emplace(std::lround(q.x() / kSlice_m), height, q.y());
-    if (!fresh && height > it->second.first) it->second = {height, q.y()};
+/// The rectangle along the top surface's principal axis where it has one, else the smallest.
+Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+                       const std::optional<TopSurface>& top) {
+  constexpr double kLeastElongation = 1.2;
+  if (!top || top->major_m <= kLeastElongation * top->minor_m) return SmallestRectangle(flat);
+  const Eigen::Vector2d along(top->major_C.dot(frame.u), top->major_C.dot(frame.v));
+  if (along.norm() <= 0.5) return SmallestRectangle(flat);
+  Rectangle box = RectangleAlong(flat, along.normalized());
+  if (box.width_m > box.length_m) {
+    std::swap(box.width_m, box.length_m);
+    box.axis = Eigen::Vector2d(-box.axis.y(), box.axis.x());
   }
-  std::vector<double> offsets;
-  for (const auto& [slice, highest] : slices) offsets.push_back(highest.second);
-  std::nth_element(offsets.begin(),
-                   offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2),
-                   offsets.end());
-  return offsets[offsets.size() / 2];
+  return box;
+}
+
+/// The largest value that has enough others close below it.
+double SupportedEnd(std::vector<double> values) {
+  constexpr double kBand_m = 0.002;
+  constexpr double kLeastShare = 0.002;
+  std::sort(values.begin(), values.end());
+  const std::size_t least = std::max<std::size_t>(
+      4, static_cast<std::size_t>(kLeastShare * static_cast<double>(values.size())));
+  for (std::size_t k = values.size(); k-- > least;) {
+    if (values[k - least] >= values[k] - kBand_m) return values[k];
+  }
+  return values.back();
+}
+
+/// The points without those that hang off the ends of their rectangle singly: mixed points, which
+/// lie below the edge that they hang from. What the top surface has is kept.
+Points WithoutStrays(const CompletionContext& context, const Part& part, const Points& points) {
+  const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
+  const auto flat = Flatten(frame, points);
+  const Rectangle box = FootprintBox(frame, flat, part.top);
+  const Eigen::Vector2d across(-box.axis.y(), box.axis.x());
+  std::vector<bool> stray(points.size(), false);
+  for (const Eigen::Vector2d& side :
+       {box.axis, across, Eigen::Vector2d(-box.axis), Eigen::Vector2d(-across)}) {
+    std::vector<double> offsets;
+    offsets.reserve(flat.size());
+    for (const auto& q : flat) offsets.push_back(q.dot(side));
+    double end = SupportedEnd(offsets);
+    if (part.top) {
+      for (const auto i : part.top->points) {
+        end = std::max(end, frame.Flat(context.cloud.points[i]).dot(side));
+      }
+    }
+    for (std::size_t k = 0; k < offsets.size(); ++k) stray[k] = stray[k] || offsets[k] > end;
+  }
+  Points kept;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!stray[k]) kept.push_back(points[k]);
+  }
+  return kept;
 }
 
 struct Symmetry {
@@ -58,8 +95,7 @@ Symmetry FindSymmetry(const CompletionContext& context, const Part& part) {
     const Eigen::Vector3d along = top.ridge ? top.major_C : level;
     const PlanarFrame frame = MakePlanarFrame(context.table, top.center_C, along);
     Eigen::Vector3d through = top.center_C;
-    // A curved ridge's centre is already on it; a fold's is found from its highest points.
-    if (!top.ridge || std::abs(top.plane.normal.dot(up)) > 1.0 - 1e-12) {
+    if (!top.ridge) {
       through +=
           HighestLine(frame, context.table, geometry::Select(context.cloud.points, top.points)) *
           frame.v;
@@ -138,7 +174,7 @@ geometry::TriangleMesh ConvexPieces(const CompletionContext& context, const Poin
   const double fill = static_cast<double>(cells.size()) * kCell_m * kCell_m /
                       std::max(ConvexPolygon::Around(flat).Area(), 1e-9);
   const Points solid = WithShadow(context.table, points, base_m);
-  if (fill >= kLeastFill) return geometry::ConvexHull(solid);
+  if (fill >= kLeastFill) return OrderedHull(solid);
   const Rectangle box = SmallestRectangle(flat);
   const auto slices = static_cast<std::size_t>(std::ceil(box.length_m / kSlice_m));
   std::vector<Points> pieces(std::max<std::size_t>(1, slices));
@@ -153,25 +189,15 @@ geometry::TriangleMesh ConvexPieces(const CompletionContext& context, const Poin
   }
   geometry::TriangleMesh mesh;
   for (const auto& piece : pieces) {
-    if (piece.size() >= 4) geometry::Append(geometry::ConvexHull(piece), mesh);
+    if (piece.size() >= 4) geometry::Append(OrderedHull(piece), mesh);
   }
   return mesh;
 }
 
-/// The box of an object along `axis` if given, else the smallest.
 void SetBox(const CompletionContext& context, PerceivedObject& object) {
-  constexpr double kLeastElongation = 1.2;
   const PlanarFrame frame = MakePlanarFrame(context.table, context.view.origin_C());
   const auto flat = Flatten(frame, object.completed_C);
-  Rectangle box = SmallestRectangle(flat);
-  if (object.top && object.top->major_m > kLeastElongation * object.top->minor_m) {
-    const Eigen::Vector2d along(object.top->major_C.dot(frame.u), object.top->major_C.dot(frame.v));
-    if (along.norm() > 0.5) box = RectangleAlong(flat, along.normalized());
-    if (box.width_m > box.length_m) {
-      std::swap(box.width_m, box.length_m);
-      box.axis = Eigen::Vector2d(-box.axis.y(), box.axis.x());
-    }
-  }
+  const Rectangle box = FootprintBox(frame, flat, object.top);
   object.size_m = {box.length_m, box.width_m, object.height_m - object.base_m};
   object.center_C = frame.Lift(box.center, 0.5 * (object.height_m + object.base_m));
   object.axis_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
@@ -202,6 +228,8 @@ Completion CompleteOther(const CompletionContext& context, const Part& part, dou
   if (completion.points_C.empty()) return completion;
   const Points image = SymmetricImage(context, part);
   completion.points_C.insert(completion.points_C.end(), image.begin(), image.end());
+  completion.points_C = WithoutStrays(context, part, completion.points_C);
+  if (completion.points_C.empty()) return completion;
   completion.surface_C = ConvexPieces(context, completion.points_C, base_m);
   const Points walls = Walls(context, completion.points_C, base_m);
   completion.points_C.insert(completion.points_C.end(), walls.begin(), walls.end());
@@ -216,7 +244,8 @@ PerceivedObject MakeObject(const CompletionContext& context, const Part& part, d
   object.axis = part.axis;
   object.height_m = TopHeight(context.cloud, part.points, context.table);
   object.base_m = std::min(base_m, object.height_m);
-  object.open = part.top && IsOpen(context.cloud, part.points, *part.top, context.options);
+  object.open = part.top && !part.top->ridge &&
+                IsOpen(context.cloud, part.points, *part.top, context.options);
   Completion completion = part.axis ? CompleteRotational(context, part, object.base_m)
                                     : CompleteOther(context, part, object.base_m);
   object.completed_C = std::move(completion.points_C);

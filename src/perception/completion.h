@@ -29,9 +29,9 @@ struct Completion {
 /// container's with its cavity; points off the circles (a handle) are added as convex pieces.
 Completion CompleteRotational(const CompletionContext& context, const Part& part, double base_m);
 
-/// Other parts: symmetric completion where it applies, then planes square to the table from the
-/// outline down to the base. The surface is the convex hull, or, where the outline is not nearly
-/// convex, hulls of slices along the longest axis.
+/// Other parts: symmetric completion where it applies, strays off the outline left out, then planes
+/// square to the table from the outline down to the base. The surface is the convex hull, or, where
+/// the outline is not nearly convex, hulls of slices along the longest axis.
 Completion CompleteOther(const CompletionContext& context, const Part& part, double base_m);
 
 /// The mirror image (ridges and inclined tops: about the vertical plane through the ridge or the

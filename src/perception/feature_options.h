@@ -30,6 +30,8 @@ struct FeatureOptions {
   /// A short arc fits nearly any curve: the rim has to go this far round, and a circle wider than
   /// the next bound is no tabletop object's.
   double least_arc_rad = 2.1;
+  /// The same for a rim with bridged gaps, whose straight sides count for few points.
+  double least_bridged_arc_rad = 4.2;
   double most_radius_m = 0.15;
 
   // Merging.

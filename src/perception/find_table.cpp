@@ -28,7 +28,11 @@ constexpr std::size_t kFinalists = 5;
 constexpr double kLeastSupport = 0.05;
 constexpr double kMostBelow = 0.01;
 /// How often the hull's vertices are taken away as outliers.
-constexpr int kPeelings = 6;
+constexpr int kPeelings = 4;
+/// Where the hull shows no table (a background behind and under it), the dominant plane is tried,
+/// and the next ones after it; it must hold this share of the points.
+constexpr int kDominantPlanes = 3;
+constexpr double kDominantSupport = 0.2;
 
 /// A plane of the hull, its normal to the inside.
 struct Candidate {
@@ -37,6 +41,15 @@ struct Candidate {
   double area = 0.0;
 };
 
+Plane TowardsSensor(const Plane& plane, const Eigen::Vector3d& sensor_origin) {
+  if (plane.Distance(sensor_origin) >= 0.0) return plane;
+  return {-plane.normal, -plane.offset_m};
+}
+
+bool IsUp(const Plane& plane, const PreprocessOptions& options) {
+  return !options.up_C || plane.normal.dot(options.up_C->normalized()) >= kUpCosine;
+}
+
 std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Eigen::Vector3d& sensor_origin,
                                   const PreprocessOptions& options) {
   std::vector<Candidate> faces;
@@ -44,7 +57,7 @@ std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Eigen::Vector3
     // Outward faces are counter-clockwise; turned round, the normal points inside.
     const auto plane = geometry::PlaneThrough(hull.vertices[a], hull.vertices[c], hull.vertices[b]);
     if (!plane || plane->Distance(sensor_origin) <= 0.0) continue;
-    if (options.up_C && plane->normal.dot(options.up_C->normalized()) < kUpCosine) continue;
+    if (!IsUp(*plane, options)) continue;
     const Eigen::Vector3d u = hull.vertices[b] - hull.vertices[a];
     const Eigen::Vector3d v = hull.vertices[c] - hull.vertices[a];
     faces.push_back({*plane, (hull.vertices[a] + hull.vertices[b] + hull.vertices[c]) / 3.0,
@@ -107,12 +120,11 @@ std::optional<Plane> FitNear(PointSpan points, Plane plane, const PreprocessOpti
                              core::Rng& rng) {
   const geometry::PlaneRansacOptions ransac{options.plane_draws, options.plane_distance_m};
   for (int pass = 0; pass < 2; ++pass) {
-    auto fit = geometry::FitPlaneRansac(Near(points, plane, options.preselection_m), ransac, rng);
+    const auto fit =
+        geometry::FitPlaneRansac(Near(points, plane, options.preselection_m), ransac, rng);
     if (!fit) return std::nullopt;
-    if (fit->plane.normal.dot(plane.normal) < 0.0) {
-      fit->plane = {-fit->plane.normal, -fit->plane.offset_m};
-    }
-    plane = fit->plane;
+    const bool turned = fit->plane.normal.dot(plane.normal) < 0.0;
+    plane = turned ? Plane{-fit->plane.normal, -fit->plane.offset_m} : fit->plane;
   }
   return plane;
 }
@@ -152,8 +164,9 @@ Points Peel(const Points& points, const TriangleMesh& hull) {
   return rest;
 }
 
-std::optional<Plane> FindTablePlane(PointSpan points, const Eigen::Vector3d& sensor_origin,
-                                    const PreprocessOptions& options, core::Rng& rng) {
+/// Section 5.1.1: the deepest plane of the hull.
+std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sensor_origin,
+                                   const PreprocessOptions& options, core::Rng& rng) {
   Points rest(points.begin(), points.end());
   for (int peeling = 0; peeling <= kPeelings; ++peeling) {
     const TriangleMesh hull = geometry::ConvexHull(rest);
@@ -166,6 +179,26 @@ std::optional<Plane> FindTablePlane(PointSpan points, const Eigen::Vector3d& sen
       return plane;
     }
     rest = Peel(rest, hull);
+  }
+  return std::nullopt;
+}
+
+/// Section 4.2.1: the plane with the most points, whatever lies beneath it.
+std::optional<Plane> DominantPlane(PointSpan points, const Eigen::Vector3d& sensor_origin,
+                                   const PreprocessOptions& options, core::Rng& rng) {
+  Points rest(points.begin(), points.end());
+  for (int i = 0; i < kDominantPlanes; ++i) {
+    const auto fit =
+        geometry::FitPlaneRansac(rest, {options.plane_draws, options.plane_distance_m}, rng);
+    if (!fit || static_cast<double>(fit->inliers.size()) <
+                    kDominantSupport * static_cast<double>(points.size())) {
+      return std::nullopt;
+    }
+    const Plane plane = TowardsSensor(fit->plane, sensor_origin);
+    if (IsUp(plane, options)) return plane;
+    std::erase_if(rest, [&](const Eigen::Vector3d& p) {
+      return std::abs(plane.Distance(p)) <= options.plane_distance_m;
+    });
   }
   return std::nullopt;
 }
@@ -187,9 +220,8 @@ std::optional<Plane> FlatCloud(PointSpan points, const Eigen::Vector3d& sensor_o
                                const PreprocessOptions& options) {
   const auto plane = geometry::FitPlane(points);
   if (!plane) return std::nullopt;
-  const Plane up = plane->Distance(sensor_origin) < 0.0 ? Plane{-plane->normal, -plane->offset_m}
-                                                        : *plane;
-  if (options.up_C && up.normal.dot(options.up_C->normalized()) < kUpCosine) return std::nullopt;
+  const Plane up = TowardsSensor(*plane, sensor_origin);
+  if (!IsUp(up, options)) return std::nullopt;
   const bool flat = CountSupport(points, up, options).on == points.size();
   return flat ? std::optional(up) : std::nullopt;
 }
@@ -200,7 +232,8 @@ std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor
                                const PreprocessOptions& options, core::Rng& rng) {
   Check(options);
   auto plane = FlatCloud(points_C, sensor_origin_C, options);
-  if (!plane) plane = FindTablePlane(points_C, sensor_origin_C, options, rng);
+  if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);
+  if (!plane) plane = DominantPlane(points_C, sensor_origin_C, options, rng);
   if (!plane) return std::nullopt;
   Table table;
   table.plane = *plane;

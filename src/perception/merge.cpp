@@ -53,23 +53,26 @@ bool MayBeOneRotationalObject(const MergeContext& context, const Part& a, const 
 /// The union of both, if it is rotational and both parts agree with it.
 std::optional<Part> RotationalUnion(const MergeContext& context, const Part& a, const Part& b,
                                     core::Rng& rng) {
+  // The body share holds for the union (as printed); the part with the handle may be below it.
+  constexpr double kLeastOwnBody = 0.5;
   const auto& [cloud, table, sensor, options] = context;
   Part both = DescribePart(context, Union(a.points, b.points), rng);
   if (!both.axis) return std::nullopt;
-  const Circle circle{both.axis->center_C, both.top->plane.normal, both.axis->radius_m};
   const Indices rim =
       OuterRim(cloud, both.top->points, both.top->plane, options.bridged_rim_alpha_m);
+  const auto fit = FitCircle(geometry::Select(cloud.points, rim), options, rng);
+  if (!fit) return std::nullopt;
   const BodyProfile body = ProfileBody(cloud, both.points, *both.top, both.axis->center_C,
                                        both.axis->direction_C, options);
   for (const Part* part : {&a, &b}) {
     const Indices own_rim = Shared(rim, part->points);
     if (own_rim.empty() ||
-        ShareOnCircle(cloud, own_rim, circle, options.circle_distance_m) < options.rim_share) {
+        ShareOnCircle(cloud, own_rim, fit->circle, options.circle_distance_m) < options.rim_share) {
       return std::nullopt;
     }
     const auto agreeing = static_cast<double>(Shared(body.agreeing, part->points).size());
     const auto differing = static_cast<double>(Shared(body.differing, part->points).size());
-    if (agreeing < options.body_share * (agreeing + differing)) return std::nullopt;
+    if (agreeing < kLeastOwnBody * (agreeing + differing)) return std::nullopt;
   }
   return both;
 }

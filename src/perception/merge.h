@@ -29,9 +29,10 @@ struct MergeContext {
 Part DescribePart(const MergeContext& context, geometry::Indices points, core::Rng& rng);
 
 /// Merging of clipped rotational parts (section 5.1.3, eq. 5.6 to 5.8), pairwise until nothing
-/// changes: two parts become one if the union is rotational, at least the rim share of both parts'
-/// rim points lies on its circle, and at least the body share of both parts' points agrees with
-/// their sections. The first of the pair keeps its place.
+/// changes: two parts become one if the union is rotational (so at least the body share of all
+/// points of both agrees with their sections), at least the rim share of each part's rim points
+/// lies on its circle, and at least half of each part's body agrees. The first of the pair keeps
+/// its place.
 void MergeRotational(const MergeContext& context, std::vector<Part>& parts, core::Rng& rng);
 
 /// Why two parts would be one object.

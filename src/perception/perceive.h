@@ -14,6 +14,10 @@ struct PerceptionOptions {
   FeatureOptions features;
 };
 
+/// Multiplies every length that stands for point spacing or noise: the defaults are those of a laser scanner with 2 mm
+/// between points and 0.5 mm noise. @throws std::invalid_argument unless factor > 0.
+void ScaleLengths(double factor, PerceptionOptions& options);
+
 /// Chapter 5.1 from a cloud to objects: table, filters, normals, segments, top surfaces, rims,
 /// merging, completion. Given a cloud and where the sensor stood, nothing else: it runs on a
 /// recorded cloud as in a trial.

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+
+#include "geometry/hull.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -94,6 +97,49 @@ Rectangle SmallestRectangle(std::span<const Eigen::Vector2d> points) {
     best.axis = Eigen::Vector2d(-best.axis.y(), best.axis.x());
   }
   return best;
+}
+
+double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
+                   geometry::PointSpan points) {
+  constexpr double kSlice_m = 0.005;
+  std::map<long, std::pair<double, double>> slices;  // height and offset of the highest
+  for (const auto& p : points) {
+    const Eigen::Vector2d q = frame.Flat(p);
+    const double height = table.Distance(p);
+    auto [it, fresh] = slices.try_emplace(std::lround(q.x() / kSlice_m), height, q.y());
+    if (!fresh && height > it->second.first) it->second = {height, q.y()};
+  }
+  std::vector<double> offsets;
+  for (const auto& [slice, highest] : slices) offsets.push_back(highest.second);
+  std::nth_element(offsets.begin(),
+                   offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2),
+                   offsets.end());
+  return offsets[offsets.size() / 2];
+}
+
+geometry::TriangleMesh OrderedHull(geometry::PointSpan points) {
+  const geometry::TriangleMesh hull = geometry::ConvexHull(points);
+  std::vector<std::uint32_t> order(hull.vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const auto& p = hull.vertices[a];
+    const auto& q = hull.vertices[b];
+    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+  });
+  geometry::TriangleMesh mesh;
+  std::vector<std::uint32_t> place(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    place[order[i]] = i;
+    mesh.vertices.push_back(hull.vertices[order[i]]);
+  }
+  for (auto triangle : hull.triangles) {
+    for (auto& corner : triangle) corner = place[corner];
+    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                triangle.end());
+    mesh.triangles.push_back(triangle);
+  }
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  return mesh;
 }
 
 ConvexPolygon ConvexPolygon::Around(std::span<const Eigen::Vector2d> points) {

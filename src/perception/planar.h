@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/mesh.h"
 #include "geometry/plane.h"
 #include "geometry/point_cloud.h"
 
@@ -50,6 +51,16 @@ Rectangle RectangleAlong(std::span<const Eigen::Vector2d> points, const Eigen::V
 /// Positions of the points on the convex hull, counter-clockwise (Andrew's monotone chain). All
 /// points come back, in order along the line, where they are collinear.
 std::vector<std::uint32_t> HullPositions(std::span<const Eigen::Vector2d> points);
+
+/// Where, along the frame's v, the highest points over the table are: the median over 5 mm slices
+/// along u of the highest point's v. The line of a fold or an edge that runs along u. Needs a
+/// point.
+double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
+                   geometry::PointSpan points);
+
+/// geometry::ConvexHull with its vertices and triangles in an order that depends on the points
+/// alone.
+geometry::TriangleMesh OrderedHull(geometry::PointSpan points);
 
 /// A convex polygon, counter-clockwise, possibly degenerate.
 struct ConvexPolygon {

@@ -156,7 +156,9 @@ Indices CompressionRateFilter(PointSpan points, const KdTree& tree) {
   return filter.Kept();
 }
 
-Points Smooth(PointSpan points, double radius_m) { return Smooth(points, KdTree(points), radius_m); }
+Points Smooth(PointSpan points, double radius_m) {
+  return Smooth(points, KdTree(points), radius_m);
+}
 
 Points Smooth(PointSpan points, const KdTree& tree, double radius_m) {
   Points smoothed(points.begin(), points.end());

@@ -31,7 +31,9 @@ struct PreprocessOptions {
 /// normal within 15 deg of it), the one wins that the most raw points lie near. Stray points under
 /// the table bend the hull; so the preselection is repeated once round the plane that was fitted,
 /// and where a plane with points beneath it or with little support comes out, the hull's vertices
-/// are taken away and the hull is built again, a bounded number of times.
+/// are taken away and the hull is built again, a bounded number of times. A scene with a background
+/// behind and under the table shows no table on its hull: there the dominant plane is taken
+/// (section 4.2.1).
 ///
 /// Table::points are all points less than table_clearance_m above the plane, and all below it
 /// (eq. 4.3, 4.4). O(n log n).
@@ -52,7 +54,8 @@ CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_
 /// A length to the power of tau has no unit of its own: the value depends on the unit of length,
 /// and the dissertation's is the millimetre, so d_a is taken in mm here.
 double OutlierAlpha(const CompressionRate& rate, std::size_t n_a);
-/// beta = d_k / N_k, eq. 4.9, in mm as eq. 4.8; n_k counts the points within d_k, itself among them.
+/// beta = d_k / N_k, eq. 4.9, in mm as eq. 4.8; n_k counts the points within d_k, itself among
+/// them.
 double OutlierBeta(const CompressionRate& rate, std::size_t n_k);
 
 /// The outlier test, eq. 4.8 and 4.9: alpha = (d_a / N_a)^tau < beta = d_k / N_k; counts within

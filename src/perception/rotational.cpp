@@ -1,5 +1,6 @@
 #include "perception/rotational.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -19,9 +20,14 @@ constexpr std::size_t kLeastBody = 20;
 // Normals within 45 deg of the axis are of caps, floors and lips.
 constexpr double kMostAlongAxis = 0.7;
 
+// A rotational surface's normals pass the axis: their share along the circle, sin(20 deg), leaves
+// room for noise and turns the ends of ellipses away.
+constexpr double kMostTangential = 0.34;
+
 struct Member {
   double distance_m;
   std::uint32_t point;
+  bool normal_passes_axis;
 };
 
 /// The radius about which most members lie within the distance (a window over the sorted
@@ -64,12 +70,12 @@ double Arc(const PointCloud& cloud, const Indices& rim, const CircleFit& fit) {
 
 /// The first rule.
 std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& rim,
-                                        const TopSurface& top, const FeatureOptions& options,
-                                        core::Rng& rng) {
+                                        const TopSurface& top, double least_arc_rad,
+                                        const FeatureOptions& options, core::Rng& rng) {
   const auto fit = FitCircle(geometry::Select(cloud.points, rim), options, rng);
   if (!fit) return std::nullopt;
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
-  if (share < options.rim_share || Arc(cloud, rim, *fit) < options.least_arc_rad) {
+  if (share < options.rim_share || Arc(cloud, rim, *fit) < least_arc_rad) {
     return std::nullopt;
   }
   return RotationAxis{fit->circle.center, top.plane.normal, fit->circle.radius_m, share, 0.0};
@@ -90,6 +96,75 @@ bool JudgeBody(const PointCloud& cloud, const Indices& points, const TopSurface&
     }
   }
   return axis.body_fraction >= options.body_share;
+}
+
+/// The rim's far side is seen at a grazing angle, so its circle lies up to a millimetre towards the
+/// sensor. The body says better where the axis is: concentric circles, one radius a section, by
+/// least squares (Gauss-Newton over the centre; the radii follow).
+void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+                const FeatureOptions& options, RotationAxis& axis) {
+  constexpr double kMostShift_m = 0.004;
+  constexpr double kLeastConditioning = 0.02;  // Of an arc of about 60 deg.
+  constexpr double kTopSections_m = 0.012;
+  const Eigen::Vector3d u = axis.direction_C.unitOrthogonal();
+  const Eigen::Vector3d v = axis.direction_C.cross(u);
+  RotationAxis refined = axis;
+  for (int round = 0; round < 5; ++round) {
+    const BodyProfile body =
+        ProfileBody(cloud, points, top, refined.center_C, refined.direction_C, options);
+    if (body.fraction < options.body_share || body.agreeing.size() < kLeastBody) return;
+    std::map<int, const Section*> sections;
+    for (const Section& s : body.sections) {
+      sections[static_cast<int>(std::floor(s.depth_m / options.section_m))] = &s;
+    }
+    Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    std::map<int, std::pair<Eigen::Vector2d, int>> mean;
+    const auto outer = [&](std::uint32_t i, int& key, Eigen::Vector2d& radial) {
+      const Eigen::Vector3d d = cloud.points[i] - refined.center_C;
+      key = static_cast<int>(std::floor(-d.dot(refined.direction_C) / options.section_m));
+      radial = {d.dot(u), d.dot(v)};
+      return cloud.normals[i].dot(radial.x() * u + radial.y() * v) >= 0.0;
+    };
+    int key = 0;
+    Eigen::Vector2d radial;
+    for (const auto i : body.agreeing) {
+      if (!outer(i, key, radial)) continue;
+      auto& [sum, count] = mean.try_emplace(key, Eigen::Vector2d::Zero(), 0).first->second;
+      sum += radial.normalized();
+      ++count;
+    }
+    double n = 0.0;
+    for (const auto i : body.agreeing) {
+      if (!outer(i, key, radial)) continue;
+      const auto& [sum, count] = mean.at(key);
+      const Eigen::Vector2d g = radial.normalized() - sum / count;
+      normal_matrix += g * g.transpose();
+      right += g * (radial.norm() - sections.at(key)->outer_m);
+      n += 1.0;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(normal_matrix);
+    if (n < kLeastBody || eigen.eigenvalues()[0] < kLeastConditioning * n) return;
+    const Eigen::Vector2d shift = normal_matrix.inverse() * right;
+    refined.center_C += shift.x() * u + shift.y() * v;
+    if ((refined.center_C - axis.center_C).norm() > kMostShift_m) return;
+  }
+  const BodyProfile body =
+      ProfileBody(cloud, points, top, refined.center_C, refined.direction_C, options);
+  if (body.fraction < std::min(axis.body_fraction, options.body_share)) return;
+  refined.body_fraction = body.fraction;
+  double sum = 0.0;
+  double count = 0.0;
+  for (const Section& s : body.sections) {
+    if (s.depth_m < 0.0 || s.depth_m > kTopSections_m) continue;
+    sum += static_cast<double>(s.outer_points) * s.outer_m;
+    count += static_cast<double>(s.outer_points);
+  }
+  // Smoothing rounds the rim; the wall under it gives the radius.
+  if (count >= kLeastBody && std::abs(sum / count - axis.radius_m) < kMostShift_m) {
+    refined.radius_m = sum / count;
+  }
+  axis = refined;
 }
 
 }  // namespace
@@ -117,7 +192,9 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const To
     const double depth = -d.dot(direction_C);
     const Eigen::Vector3d radial = d + depth * direction_C;
     sections[{static_cast<int>(std::floor(depth / options.section_m)), normal.dot(radial) < 0.0}]
-        .push_back({AxisDistance(cloud.points[i], center_C, direction_C), i});
+        .push_back(
+            {AxisDistance(cloud.points[i], center_C, direction_C), i,
+             std::abs(normal.dot(direction_C.cross(radial))) <= kMostTangential * radial.norm()});
   }
   BodyProfile profile;
   for (auto& [key, members] : sections) {
@@ -130,7 +207,8 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const To
     (key.second ? section.inner_m : section.outer_m) = agreement.radius_m;
     (key.second ? section.inner_points : section.outer_points) = agreement.last - agreement.first;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      const bool agrees = k >= agreement.first && k < agreement.last;
+      const bool agrees =
+          k >= agreement.first && k < agreement.last && members[k].normal_passes_axis;
       (agrees ? profile.agreeing : profile.differing).push_back(members[k].point);
     }
   }
@@ -150,8 +228,12 @@ std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indi
   for (const bool bridged : {false, true}) {
     const Indices rim =
         bridged ? OuterRim(cloud, top.points, top.plane, options.bridged_rim_alpha_m) : top.rim;
-    auto axis = AxisFromRim(cloud, rim, top, options, rng);
-    if (axis && JudgeBody(cloud, points, top, table, options, *axis)) return axis;
+    const double least_arc = bridged ? options.least_bridged_arc_rad : options.least_arc_rad;
+    auto axis = AxisFromRim(cloud, rim, top, least_arc, options, rng);
+    if (axis && JudgeBody(cloud, points, top, table, options, *axis)) {
+      RefineAxis(cloud, points, top, options, *axis);
+      return axis;
+    }
   }
   return std::nullopt;
 }

@@ -29,8 +29,9 @@ struct BodyProfile {
 
 /// Section planes of the options' thickness along the axis; in each the distances of the points to
 /// the axis (eq. 5.8) have to correspond: they agree with the radius about which the most of them
-/// lie, within the circle distance. Points facing outward and inward (the inside of a cup) have
-/// radii of their own. The top surface and points facing along the axis are not of the body.
+/// lie, within the circle distance, and their normals pass the axis. Points facing outward and
+/// inward (the inside of a cup) have radii of their own. The top surface and points facing along
+/// the axis are not of the body.
 BodyProfile ProfileBody(const geometry::PointCloud& cloud, const geometry::Indices& points,
                         const TopSurface& top, const Eigen::Vector3d& center_C,
                         const Eigen::Vector3d& direction_C, const FeatureOptions& options);

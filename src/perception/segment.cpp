@@ -50,11 +50,11 @@ double MeshAlpha(double d_max_m, const SegmentOptions& options) {
 std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {
   Check(options);
   if (points.size() < 3) return {};
+  const KdTree tree(points);
   const bool given = options.alpha_m > 0.0;
-  const double d_max_m =
-      given ? 0.0 : geometry::NearestNeighborDistances(points, KdTree(points)).max_m;
-  const auto complex = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options));
-  return Collect(complex.component, complex.components, options.min_points);
+  const double d_max_m = given ? 0.0 : geometry::NearestNeighborDistances(points, tree).max_m;
+  const auto parts = geometry::FindAlphaComponents(points, tree, MeshAlpha(d_max_m, options));
+  return Collect(parts.component, parts.components, options.min_points);
 }
 
 double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {

@@ -31,8 +31,8 @@ std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
                                              const SegmentOptions& options);
 
 /// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbour joins where d * (1 - |cos alpha|)
-/// < d_a, the mean nearest-neighbour distance. The neighbours looked at are those within 3 d_a, else
-/// the weight of parallel normals would join points at any distance. Being symmetric, the test
+/// < d_a, the mean nearest-neighbour distance. The neighbours looked at are those within 3 d_a,
+/// else the weight of parallel normals would join points at any distance. Being symmetric, the test
 /// gives the same regions whatever the start points and the order of growth.
 /// Segments largest first, ties by first point; positions ascending.
 /// @throws std::invalid_argument if there is not one normal a point, or an option is out of range.

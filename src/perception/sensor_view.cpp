@@ -25,8 +25,15 @@ SensorView::SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& orig
   for (const Eigen::Vector3d& p : points_C) {
     const std::ptrdiff_t cell = Cell(p);
     if (cell < 0) continue;
-    float& nearest = nearest_[static_cast<std::size_t>(cell)];
-    nearest = std::min(nearest, static_cast<float>((p - origin_C_).norm()));
+    const auto range = static_cast<float>((p - origin_C_).norm());
+    for (std::ptrdiff_t row = -1; row <= 1; ++row) {
+      for (std::ptrdiff_t column = -1; column <= 1; ++column) {
+        const std::ptrdiff_t at = cell + row * (2 * half_ + 1) + column;
+        if (at < 0 || at >= static_cast<std::ptrdiff_t>(nearest_.size())) continue;
+        float& nearest = nearest_[static_cast<std::size_t>(at)];
+        nearest = std::min(nearest, range);
+      }
+    }
   }
 }
 

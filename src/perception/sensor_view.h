@@ -11,7 +11,8 @@ namespace rangegrasp::perception {
 
 /// What the sensor saw through: measured ranges by direction. A place nearer than everything that
 /// was measured in its direction is free; one behind a measured point, or in a direction without
-/// points, is unseen.
+/// points, is unseen. A point counts for the cells round its own too: surfaces that the sensor sees
+/// at a grazing angle return no points next to their silhouette.
 class SensorView {
  public:
   /// @param points_C  everything measured, the table too. O(n).

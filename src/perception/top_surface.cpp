@@ -17,8 +17,10 @@ using geometry::PointCloud;
 
 // A plane with fewer points than this is no surface.
 constexpr std::size_t kLeastPlanePoints = 12;
-// Depth of the slab of highest points that stands in for a plane.
-constexpr double kSlab_m = 0.005;
+// Depth of the slab of highest points that stands in for a plane: what a plane's inliers span.
+constexpr double kSlab_m = 0.004;
+// A slab this many times as long as wide is a fold; else it is the lip of something.
+constexpr double kFoldElongation = 4.0;
 
 std::vector<double> Heights(const PointCloud& cloud, const Indices& points, const Plane& table) {
   std::vector<double> heights;
@@ -154,9 +156,25 @@ std::pair<Eigen::Vector3d, double> CommonSquare(const PointCloud& cloud, const I
   return {eigen.eigenvectors().col(0), eigen.eigenvalues()[0]};
 }
 
-/// Where the surface is level across the axis: u over sin(theta) fitted by a line, at theta = 0.
-/// For a circle, an ellipse or a roof alike that is its highest line.
-double LevelOffset(const std::vector<double>& sines, const std::vector<double>& offsets) {
+double Correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  double sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  const auto n = static_cast<double>(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sa += a[i];
+    sb += b[i];
+    saa += a[i] * a[i];
+    sbb += b[i] * b[i];
+    sab += a[i] * b[i];
+  }
+  const double variances = (n * saa - sa * sa) * (n * sbb - sb * sb);
+  return variances > 0.0 ? (n * sab - sa * sb) / std::sqrt(variances) : 0.0;
+}
+
+/// Where the surface is level across the axis: u over sin(theta) fitted by a line, at theta = 0
+/// (for a circle, an ellipse or a roof alike that is its highest line), and the line's slope: the
+/// radius.
+std::pair<double, double> LevelLine(const std::vector<double>& sines,
+                                    const std::vector<double>& offsets) {
   double s = 0, u = 0, ss = 0, su = 0;
   const auto n = static_cast<double>(sines.size());
   for (std::size_t i = 0; i < sines.size(); ++i) {
@@ -166,9 +184,26 @@ double LevelOffset(const std::vector<double>& sines, const std::vector<double>& 
     su += sines[i] * offsets[i];
   }
   const double variance = n * ss - s * s;
-  if (variance <= 1e-9 * n * n) return u / n;
+  if (variance <= 1e-9 * n * n) return {u / n, 0.0};
   const double slope = (n * su - s * u) / variance;
-  return (u - slope * s) / n;
+  return {(u - slope * s) / n, slope};
+}
+
+/// How far points off the ridge have come down, over what the arc that their normals speak of would
+/// give. About 1 for a circle, 0.5 and more for a flat ellipse; next to nothing for the lip of a
+/// cup, which has normals to all sides at one height.
+double DropOverArc(const PointCloud& cloud, const Indices& points,
+                   const std::vector<double>& angles, const Eigen::Vector3d& origin,
+                   const Eigen::Vector3d& normal, double ridge_m, double radius_m) {
+  constexpr double kOff_rad = 0.45;
+  double drop = 0.0;
+  double arc = 0.0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (std::abs(angles[k]) < kOff_rad) continue;
+    drop += ridge_m - (cloud.points[points[k]] - origin).dot(normal);
+    arc += radius_m * (1.0 - std::cos(angles[k]));
+  }
+  return arc > 0.0 ? drop / arc : 1.0;
 }
 
 std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segment,
@@ -188,6 +223,7 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
   const Eigen::Vector3d mean = geometry::Centroid(geometry::Select(cloud.points, top.points));
   top.plane = {ridge.normal, -ridge.normal.dot(mean)};
   Describe(cloud, ridge.axis, options, top);
+  if (top.major_m < top.minor_m) return std::nullopt;
   // The scan is denser on the sensor's side; the ridge itself is not.
   top.center_C += (ridge.point - top.center_C).dot(lateral) * lateral;
   return top;
@@ -198,7 +234,6 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
                                   const Plane& table, const FeatureOptions& options) {
   const double height = TopHeight(cloud, segment, table);
   TopSurface top;
-  top.ridge = true;
   for (const auto i : segment) {
     if (table.Distance(cloud.points[i]) >= height - kSlab_m) top.points.push_back(i);
   }
@@ -206,7 +241,13 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
   const Eigen::Vector3d mean = geometry::Centroid(geometry::Select(cloud.points, top.points));
   top.plane = {table.normal, -table.normal.dot(mean)};
   Describe(cloud, std::nullopt, options, top);
-  return top.major_m > 0.0 && top.rim.size() >= 3 ? std::optional(top) : std::nullopt;
+  if (top.major_m <= 0.0 || top.rim.size() < 3) return std::nullopt;
+  top.ridge = top.major_m > kFoldElongation * top.minor_m;
+  if (!top.ridge) return top;
+  // Often only one side of the fold is seen: the strip lies beside it.
+  const PlanarFrame frame = MakePlanarFrame(top.plane, top.center_C, top.major_C);
+  top.center_C += HighestLine(frame, table, geometry::Select(cloud.points, top.points)) * frame.v;
+  return top;
 }
 
 }  // namespace
@@ -258,6 +299,9 @@ std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, 
   constexpr double kMostSquare = 0.045;
   constexpr double kLeastSpread_rad = 0.44;
   constexpr double kMostSlope = 0.5;
+  constexpr double kLeastCorrelation = 0.7;
+  constexpr double kLeastLengthShare = 0.6;
+  constexpr double kLeastDropShare = 0.35;
   const Eigen::Vector3d& up = table.normal;
   Indices upward = UpwardPoints(cloud, segment, up, kWindow_rad);
   if (upward.size() < 2 * kLeastPlanePoints) return std::nullopt;
@@ -280,16 +324,38 @@ std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, 
   if (Quantile(angles, 0.8) - Quantile(angles, 0.2) < kLeastSpread_rad) return std::nullopt;
 
   const Eigen::Vector3d origin = cloud.points[square.front()];
-  std::vector<double> sines, offsets, heights;
+  std::vector<double> all_sines, all_offsets, all_along;
+  for (std::size_t k = 0; k < square.size(); ++k) {
+    all_sines.push_back(std::sin(angles[k]));
+    all_offsets.push_back((cloud.points[square[k]] - origin).dot(lateral));
+    all_along.push_back((cloud.points[square[k]] - origin).dot(axis));
+  }
+  // The near lip and the far wall of a cup both face the sensor; on a ridge the side tells.
+  if (Correlation(all_sines, all_offsets) < kLeastCorrelation) return std::nullopt;
+
+  std::vector<double> sines, offsets, heights, along;
   for (std::size_t k = 0; k < square.size(); ++k) {
     if (std::abs(angles[k]) > options.ridge_half_angle_rad) continue;
     sines.push_back(std::sin(angles[k]));
     offsets.push_back((cloud.points[square[k]] - origin).dot(lateral));
     heights.push_back((cloud.points[square[k]] - origin).dot(normal));
+    along.push_back(all_along[k]);
   }
   if (sines.size() < kLeastPlanePoints) return std::nullopt;
-  const double u = LevelOffset(sines, offsets);
-  return Ridge{axis, normal, origin + u * lateral + Quantile(heights, 0.8) * normal};
+  // A cap above a shoulder is not the shoulder's ridge.
+  if (Quantile(along, 0.95) - Quantile(along, 0.05) <
+      kLeastLengthShare * (Quantile(all_along, 0.95) - Quantile(all_along, 0.05))) {
+    return std::nullopt;
+  }
+  const auto [u, radius] = LevelLine(sines, offsets);
+  const double height = Quantile(heights, 0.8);
+  // A flat top would ask for a drop that its edges are too near for.
+  const double half_width = 0.5 * (Quantile(all_offsets, 0.98) - Quantile(all_offsets, 0.02));
+  if (DropOverArc(cloud, square, angles, origin, normal, height, std::min(radius, half_width)) <
+      kLeastDropShare) {
+    return std::nullopt;
+  }
+  return Ridge{axis, normal, origin + u * lateral + height * normal};
 }
 
 std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,

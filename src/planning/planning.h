@@ -32,12 +32,21 @@ struct PlanOptions {
   double approach_m = 0.2;  ///< the start above the grasp along the approach axis (section 4.3)
   double lift_m = 0.2;
   double lower_clearance_m = 0.004;  ///< the object is let go this far above the height it stood at
-  double planning_s = 2.0;  ///< bound for one OMPL query; solves are normally a hundredth of it
-  int ik_solutions = 6;     ///< tried for each pose
+  double retreat_m = 0.15;           ///< back along the approach axis after release
+  double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
+  /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
+  /// been checked closer than that: in the approach, the lift, the lowering and the retreat.
   double collision_margin_m = 0.003;
-  double resolution_rad = 0.04;      ///< of path validity checks
+  double resolution_rad = 0.04;      ///< of path validity checks (2-norm of the joint step)
+  int ik_solutions = 6;              ///< branches tried, best first, whose approach is free
+  int planning_iterations = 1500;    ///< of RRTConnect, for one query
+  double planning_s = 2.0;           ///< bound for one OMPL query, a backstop to the iterations
+  double carry_tilt_rad = 0.44;      ///< the object leans no further in transit (25 deg)
+  int carry_yaws = 12;               ///< turns about the vertical tried for the delivery
   robot::TimingOptions free_motion;  ///< published limits
-  robot::TimingOptions held_motion;  ///< with the object in the hand
+  /// With the object in the hand: slower, since a tall or heavy one tips and slips when it is
+  /// shaken (an acceleration of half the limits is below 0.1 g at the hand).
+  robot::TimingOptions held_motion{.velocity_scale = 0.7, .acceleration_scale = 0.5};
 };
 
 /// A whole pick and place, all collision-checked against perceived geometry.
@@ -47,7 +56,7 @@ struct PickPlan {
   core::JointTrajectory lift;      ///< straight, vertical
   core::JointTrajectory carry;     ///< to above the delivery place
   core::JointTrajectory lower;     ///< straight, vertical
-  core::JointTrajectory retreat;   ///< straight up after release
+  core::JointTrajectory retreat;   ///< straight back along the approach axis after release
 };
 
 enum class PlanFailure { kNone, kNoIk, kApproachBlocked, kNoReach, kNoCarry };
@@ -59,10 +68,20 @@ struct PlanResult {
   double ik_s = 0.0, path_s = 0.0;  ///< wall seconds
 };
 
-/// Plans with OMPL (RRTConnect in joint space, shortcut) and FCL. The object rides with the hand
-/// during carry. OMPL's random generator is global to the process: seeded from rng, one planner at
-/// a time. The number of iterations, not the clock, decides where it can, so that the same seed
-/// gives the same plan.
+/// Plans with OMPL (RRTConnect in joint space, then shortcuts) and FCL.
+///
+/// Inverse kinematics at the grasp gives branches, those near to q_start and far from the limits
+/// first. Each is followed through approach, lift, carry, lowering and retreat as motions of the
+/// hand on lines; the carry runs on an arc about the arm's base, turned about the vertical alone.
+/// The first branch that is free all the way, and that RRTConnect reaches from q_start, wins. Where
+/// the arc is blocked for all, RRTConnect plans the carry with the tilt bounded.
+///
+/// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
+/// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
+/// allows. What it touches at the grasp is no obstacle to its lift.
+///
+/// Samples come from rng alone and the number of iterations bounds a query, so that the same
+/// arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.
 class Planner {
  public:
   Planner(const robot::Robot& robot, PlanOptions options);

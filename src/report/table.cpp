@@ -1,9 +1,11 @@
 #include "report/table.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/error.h"
 #include "report/statistics.h"
 
 namespace rangegrasp::report {
@@ -23,15 +25,32 @@ struct Published {
   std::optional<double> detection, grasp;
 };
 
+// A rate in per cent; nothing where the cell is empty.
+std::optional<double> PublishedRate(const std::string& cell, const std::string& line) {
+  if (cell.empty()) return std::nullopt;
+  char* end = nullptr;
+  const double percent = std::strtod(cell.c_str(), &end);
+  if (*end != '\0' || !(percent >= 0.0 && percent <= 100.0)) {
+    throw core::InputError("reference table, line '" + line + "': '" + cell +
+                           "' must be a rate from 0 to 100 per cent");
+  }
+  return percent / 100.0;
+}
+
 // The published table: object,name,detection_rate,grasping_rate in per cent; by name, and
 // "overall".
 std::map<std::string, Published> ParseReference(const std::string& csv) {
   std::map<std::string, Published> published;
-  for (const std::string& line : Split(csv, '\n')) {
+  for (std::string line : Split(csv, '\n')) {
+    if (line.ends_with('\r')) line.pop_back();
     const auto cells = Split(line, ',');
-    if (cells.size() < 4 || cells[0] == "object") continue;
+    if (line.empty() || cells[0] == "object") continue;
+    if (cells.size() != 4) {
+      throw core::InputError("reference table, line '" + line +
+                             "': must be object,name,detection_rate,grasping_rate");
+    }
     const std::string name = cells[0] == "overall" ? "overall" : cells[1];
-    published[name] = {std::stod(cells[2]) / 100.0, std::stod(cells[3]) / 100.0};
+    published[name] = {PublishedRate(cells[2], line), PublishedRate(cells[3], line)};
   }
   return published;
 }

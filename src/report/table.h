@@ -40,10 +40,11 @@ struct Table {
   std::optional<double> pooled_detection_rate;
   std::optional<double> pooled_grasp_rate;
   std::vector<StageTime> stage_seconds;
-  std::map<std::string, double> audit_worst;  ///< largest figure over the valid executed trials
+  std::map<std::string, double> audit_worst;  ///< largest figure over all executed trials
 };
 
-/// Builds the table of a store.
+/// Builds the table of a store. @throws core::InputError if the reference in the stamp is no
+/// published table.
 Table BuildTable(const experiment::Store& store);
 Table BuildTable(const std::map<std::string, std::string>& stamp,
                  const std::vector<experiment::TrialResult>& results);

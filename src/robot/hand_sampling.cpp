@@ -1,8 +1,8 @@
+#include "robot/internal/hand_sampling.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "robot/internal/hand_sampling.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -12,11 +12,11 @@ constexpr int kStates = 24;
 /// Who is who among the hand's geoms and joints.
 struct Parts {
   int body = -1;
-  std::vector<int> driven, passive;             // joints
-  std::vector<int> geoms;                       // that collide
-  std::vector<int> fingertips;                  // geoms that may hold an object
-  std::vector<int> thumb_tips, finger_tips;     // last segments among them
-  int thumb_root = -1;                          // body
+  std::vector<int> driven, passive;          // joints
+  std::vector<int> geoms;                    // that collide
+  std::vector<int> fingertips;               // geoms that may hold an object
+  std::vector<int> thumb_tips, finger_tips;  // last segments among them
+  int thumb_root = -1;                       // body
 };
 
 bool IsLeaf(const mjModel& m, int body) {
@@ -45,8 +45,9 @@ Parts FindParts(const Mjcf& mjcf, int hand_body) {
     (thumb ? parts.thumb_tips : parts.finger_tips).push_back(g);
   }
   if (parts.thumb_tips.empty() || parts.finger_tips.empty()) {
-    mjcf.Fail("tuple \"fingertips\" needs the last segments of the thumb (the first of "
-              "\"hand_joints\") and of a finger");
+    mjcf.Fail(
+        "tuple \"fingertips\" needs the last segments of the thumb (the first of "
+        "\"hand_joints\") and of a finger");
   }
   return parts;
 }
@@ -100,8 +101,8 @@ double Gap(const Mjcf& mjcf, const Parts& parts) {
   double gap_m = 1.0;
   for (int finger : parts.finger_tips) {
     for (int thumb : parts.thumb_tips) {
-      gap_m = std::min(gap_m, mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, 1.0,
-                                              nullptr));
+      gap_m = std::min(gap_m,
+                       mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, 1.0, nullptr));
     }
   }
   return gap_m;  // negative: overlap
@@ -151,8 +152,7 @@ double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
   return low;
 }
 
-HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads,
-                          double closing) {
+HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
   const mjModel& m = mjcf.model();
   const core::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
   HandModel::State state;

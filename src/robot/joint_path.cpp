@@ -40,8 +40,8 @@ Corner RoundCorner(const Eigen::VectorXd& before, const Eigen::VectorXd& at,
   Corner corner;
   if (turn < kStraight_rad) return corner;
   const double room = 0.5 * std::min((at - before).norm(), (after - at).norm());
-  const double radius = std::min(corner_rad / (1.0 / std::cos(0.5 * turn) - 1.0),
-                                 room / std::tan(0.5 * turn));
+  const double radius =
+      std::min(corner_rad / (1.0 / std::cos(0.5 * turn) - 1.0), room / std::tan(0.5 * turn));
   if (turn > kSharpest_rad || radius < kShortest_rad) {
     corner.stop = true;
     return corner;

@@ -38,9 +38,8 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   Link link;
   link.name = mjcf.Name(mjOBJ_BODY, body);
   link.parent = parent;
-  link.X_PB = parent < 0
-                  ? mjcf.BodyPose(body)
-                  : internal::FromPosQuat(m.body_pos + 3 * body, m.body_quat + 4 * body);
+  link.X_PB = parent < 0 ? mjcf.BodyPose(body)
+                         : internal::FromPosQuat(m.body_pos + 3 * body, m.body_quat + 4 * body);
   link.axis_B = Eigen::Vector3d::UnitZ();
   link.anchor_B = Eigen::Vector3d::Zero();
   link.joint = ArmJoint(mjcf, body, arm_joints);
@@ -50,8 +49,8 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   link.anchor_B = Eigen::Map<const Eigen::Vector3d>(m.jnt_pos + 3 * id);
   // MuJoCo draws the body at the joint's reference angle: turn it back to zero.
   const Eigen::AngleAxisd back(-m.qpos0[m.jnt_qposadr[id]], link.axis_B);
-  link.X_PB = link.X_PB * Eigen::Translation3d(link.anchor_B) * back *
-              Eigen::Translation3d(-link.anchor_B);
+  link.X_PB =
+      link.X_PB * Eigen::Translation3d(link.anchor_B) * back * Eigen::Translation3d(-link.anchor_B);
   return link;
 }
 

@@ -1,9 +1,10 @@
+#include "robot/internal/mjcf.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "core/error.h"
-#include "robot/internal/mjcf.h"
 
 namespace rangegrasp::robot::internal {
 namespace {

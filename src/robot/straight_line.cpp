@@ -1,4 +1,4 @@
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +18,9 @@ Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q) {
   const Eigen::ArrayXd share = (q - 0.5 * (robot.upper + robot.lower)).array() / half;
   const Eigen::VectorXd descent = -kNullSpaceStep_rad * share.pow(5);
   const Eigen::MatrixXd J = robot.HandJacobian(q);
-  return descent - J.completeOrthogonalDecomposition().solve(J * descent);
+  Eigen::Matrix<double, 6, 6> A = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
+  A.noalias() += J * J.transpose();
+  return descent - J.transpose() * A.llt().solve(J * descent);
 }
 
 }  // namespace
@@ -53,8 +55,8 @@ std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
   std::vector<core::Pose> poses;
   for (int i = 1; i <= steps; ++i) {
     const double t = static_cast<double>(i) / steps;
-    poses.push_back(core::MakePose(from.slerp(t, to).toRotationMatrix(),
-                                   X_start.translation() + t * way));
+    poses.push_back(
+        core::MakePose(from.slerp(t, to).toRotationMatrix(), X_start.translation() + t * way));
   }
   auto path = FollowPoses(robot, q_start, poses);
   if (path) path->insert(path->begin(), q_start);

@@ -11,11 +11,11 @@ namespace {
 
 using internal::PathPiece;
 
-constexpr double kGrid_rad = 0.01;      ///< longest interval along the path
-constexpr double kArcGrid_rad = 0.1;    ///< and of the direction within an arc
-constexpr int kFinePerSample = 5;       ///< fine samples that the sliding mean runs over
-constexpr double kReserve = 0.995;      ///< an arc bends between grid points: (0.1 / 2)^2 / 2 = 0.1 %
-constexpr double kSlowest = 1e-12;      ///< squared path speed
+constexpr double kGrid_rad = 0.01;    ///< longest interval along the path
+constexpr double kArcGrid_rad = 0.1;  ///< and of the direction within an arc
+constexpr int kFinePerSample = 5;     ///< fine samples that the sliding mean runs over
+constexpr double kReserve = 0.995;    ///< an arc bends between grid points: (0.1 / 2)^2 / 2 = 0.1 %
+constexpr double kSlowest = 1e-12;    ///< squared path speed
 
 /// One interval of the grid with the path's derivatives at its ends. With x = (ds/dt)^2 and
 /// u = d2s/dt2 constant in it, x grows by 2 u ds; q'' terms: acceleration = q' u + q'' x.
@@ -189,9 +189,8 @@ core::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eig
     return trajectory;
   }
   const std::vector<Interval> grid = MakeGrid(pieces);
-  const Eigen::VectorXd velocity = options.velocity_scale * robot.velocity;
-  const Eigen::VectorXd acceleration =
-      kReserve * options.acceleration_scale * robot.acceleration;
+  const Eigen::VectorXd velocity = kReserve * options.velocity_scale * robot.velocity;
+  const Eigen::VectorXd acceleration = kReserve * options.acceleration_scale * robot.acceleration;
   const std::vector<double> x = FastestProfile(grid, velocity, acceleration);
   const double dt = options.period_s / kFinePerSample;
   const int window = std::max(1, static_cast<int>(std::lround(options.smoothing_s / dt)));

@@ -66,22 +66,25 @@ class Sweep {
         options_(options),
         camera_(options),
         caster_(meshes),
-        noise_seed_(rng.Next()) {}
+        noise_seed_(rng.Next()),
+        first_slope_(internal::Slope(options, 0.0)),
+        slope_step_(internal::Slope(options, 1.0) - first_slope_) {}
 
   Scan Run();
 
  private:
   std::size_t Samples() const { return static_cast<std::size_t>(options_.samples); }
   std::size_t Profiles() const { return static_cast<std::size_t>(options_.profiles); }
+  double Slope(double sample) const { return first_slope_ + slope_step_ * sample; }
 
   Scan EmptyScan() const;
   std::vector<ProfilePose> JitteredPoses() const;
   void CastMainRays(std::span<const ProfilePose> poses);
   /// Lights the surfaces by rays of one profile; spots[i] is what rays[i] makes.
-  void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::vector<Spot>& spots);
+  void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots);
   void MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
                    Spot& spot) const;
-  void HideBlockedSpots(const ProfilePose& pose, std::vector<Spot>& spots);
+  void HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots);
   bool IsEdge(const Spot& a, const Spot& b) const;
   void MarkEdges();
   /// Resolves the line's width for the marked samples of a profile.
@@ -97,6 +100,8 @@ class Sweep {
   CameraModel camera_;
   internal::RayCaster caster_;
   std::uint64_t noise_seed_;
+  double first_slope_;
+  double slope_step_;
   std::vector<Spot> spots_;  // one a sample
   std::vector<std::uint8_t> edge_;
   // Buffers of Light, kept for their memory.
@@ -135,8 +140,7 @@ std::vector<ProfilePose> Sweep::JitteredPoses() const {
   return poses;
 }
 
-void Sweep::Light(const ProfilePose& pose, std::span<const LaserRay> rays,
-                  std::vector<Spot>& spots) {
+void Sweep::Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots) {
   rays_W_.resize(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Eigen::Vector3d direction_P = Eigen::Vector3d(0.0, rays[i].slope, 1.0).normalized();
@@ -145,8 +149,8 @@ void Sweep::Light(const ProfilePose& pose, std::span<const LaserRay> rays,
                   kFarAway_m};
   }
   caster_.FirstHits(rays_W_, hits_);
-  spots.assign(rays.size(), Spot{});
   for (std::size_t i = 0; i < rays.size(); ++i) {
+    spots[i] = Spot{};
     spots[i].hit = hits_[i];
     if (hits_[i].found()) MeetSurface(pose, rays[i], rays_W_[i], spots[i]);
   }
@@ -173,7 +177,7 @@ void Sweep::MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray&
   spot.brightness = meshes_[spot.hit.mesh].surface.albedo * static_cast<double>(facing);
 }
 
-void Sweep::HideBlockedSpots(const ProfilePose& pose, std::vector<Spot>& spots) {
+void Sweep::HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots) {
   camera_rays_W_.clear();
   camera_ray_spot_.clear();
   const Eigen::Vector3f camera_W = pose.camera_W.cast<float>();
@@ -192,14 +196,11 @@ void Sweep::HideBlockedSpots(const ProfilePose& pose, std::vector<Spot>& spots) 
 void Sweep::CastMainRays(std::span<const ProfilePose> poses) {
   std::vector<LaserRay> rays(Samples());
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    rays[i] = {0.0, internal::Slope(options_, static_cast<double>(i))};
+    rays[i] = {0.0, Slope(static_cast<double>(i))};
   }
-  spots_.clear();
-  spots_.reserve(Profiles() * Samples());
-  std::vector<Spot> spots;
-  for (const ProfilePose& pose : poses) {
-    Light(pose, rays, spots);
-    spots_.insert(spots_.end(), spots.begin(), spots.end());
+  spots_.resize(Profiles() * Samples());
+  for (std::size_t profile = 0; profile < Profiles(); ++profile) {
+    Light(poses[profile], rays, std::span(spots_).subspan(profile * Samples(), Samples()));
   }
 }
 
@@ -236,12 +237,12 @@ void Sweep::Refine(const ProfilePose& pose, std::size_t profile) {
     marked.push_back(i);
     for (const double across : kAcross) {
       for (const double along : kAlong) {
-        rays.push_back({across * options_.line_width_m,
-                        internal::Slope(options_, static_cast<double>(sample) + along)});
+        rays.push_back(
+            {across * options_.line_width_m, Slope(static_cast<double>(sample) + along)});
       }
     }
   }
-  std::vector<Spot> parts;
+  std::vector<Spot> parts(rays.size());
   Light(pose, rays, parts);
   const std::size_t n = kAcross.size() * kAlong.size();
   for (std::size_t k = 0; k < marked.size(); ++k) {
@@ -269,7 +270,11 @@ Spot Sweep::Merge(std::span<const Spot> parts, const Spot& main) const {
   }
   const double width_px = camera_.SpotWidth(parts[glints[0].source].axial_m);
   const internal::Blob blob = internal::BrightestBlob(std::span(glints).first(count), width_px);
-  Spot merged = parts[blob.source];
+  // The truth is the nominal ray's own spot where it is part of the peak and of the same surface.
+  const Spot& brightest = parts[blob.source];
+  const bool own = main.state == SampleState::kMeasured && main.hit.mesh == brightest.hit.mesh &&
+                   main.column_px >= blob.low_px && main.column_px <= blob.high_px;
+  Spot merged = own ? main : brightest;
   if (blob.brightness > 0.0) merged.column_px = blob.column_px;
   return merged;
 }
@@ -316,7 +321,7 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
     if (!spot.hit.found()) continue;
     scan.truth.state[i] = MeasureSample(
         spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle, dropout_draw,
-        internal::Slope(options_, static_cast<double>(sample)), R_WP, scan.image.points_C[i]);
+        Slope(static_cast<double>(sample)), R_WP, scan.image.points_C[i]);
     scan.truth.label[i] = meshes_[spot.hit.mesh].label;
     scan.truth.true_range_m[i] = spot.hit.distance_m;
   }

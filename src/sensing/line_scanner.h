@@ -24,17 +24,17 @@ namespace rangegrasp::sensing {
 struct LineScannerOptions {
   int samples = 512;  ///< a profile: rays evenly spaced in the tangent of the fan's angle
   int profiles = 150;
-  double fan_rad = core::Deg(38.0);        ///< opening of the fan, and of the camera along the line
+  double fan_rad = core::Deg(42.0);        ///< opening of the fan, and of the camera along the line
   double pan_range_rad = core::Deg(34.0);  ///< from first to last profile, symmetric round S's z
   double baseline_m = 0.30;
-  double focal_length_m = 0.007;
+  double focal_length_m = 0.0063;
   double pixel_pitch_m = 9.5e-6;
   int sensor_pixels = 256;        ///< read across the line: limits the depths that are seen
   double focus_distance_m = 0.9;  ///< depth at which the camera's axis meets the fan
   double near_m = 0.20;  ///< surfaces nearer to the head than this are its own and hide nothing
   double line_width_m = 0.001;       ///< 1/e^2 width of the (collimated) line on a surface
   double blur_px = 2.5;              ///< 1/e^2 width that lens and pixels add to the line's image
-  double centroid_sigma_px = 0.08;   ///< white noise of the line's centroid
+  double centroid_sigma_px = 0.07;   ///< white noise of the line's centroid
   double speckle_sigma_m = 0.0002;   ///< depth noise by speckle at a depth of 1 m
   double correlation_samples = 2.0;  ///< 1/e length of the speckle along the line
   double quantisation_px = 0.0625;   ///< step of the centroid; 0: none

@@ -42,15 +42,21 @@ core::Pose PoseInHand(const World& world, const HandGeoms& hand, int target) {
   return X_WH.inverse() * X_WO;
 }
 
-AuditRecorder::AuditRecorder(const World& world, const HandGeoms& hand, const ArmServo& servo, int target)
-    : world_(&world), hand_(&hand), servo_(&servo), target_(target), warnings_before_(world.WarningCount()) {}
+AuditRecorder::AuditRecorder(const World& world, const HandGeoms& hand, const ArmServo& servo,
+                             int target)
+    : world_(&world),
+      hand_(&hand),
+      servo_(&servo),
+      target_(target),
+      warnings_before_(world.WarningCount()) {}
 
 double AuditRecorder::Energy() const {
   const mjModel* model = world_->model();
   const mjData* data = world_->data();
   const int body = world_->object_body(target_);
   mjtNum v[6];
-  mj_objectVelocity(model, data, mjOBJ_BODY, body, v, 1);  // rotation, then translation, in the inertial frame
+  mj_objectVelocity(model, data, mjOBJ_BODY, body, v,
+                    1);  // rotation, then translation, in the inertial frame
   const double mass = model->body_mass[body];
   const mjtNum* inertia = model->body_inertia + 3 * body;
   double energy = 0.5 * mass * (v[3] * v[3] + v[4] * v[4] + v[5] * v[5]);
@@ -59,10 +65,12 @@ double AuditRecorder::Energy() const {
 }
 
 void AuditRecorder::Step(bool holding) {
-  audit_.torque_ratio = std::max(audit_.torque_ratio, servo_->TorqueRatio(world_->model(), world_->data()));
+  audit_.torque_ratio =
+      std::max(audit_.torque_ratio, servo_->TorqueRatio(world_->model(), world_->data()));
   if (!holding) return;
   audit_.equality_error_rad = std::max(audit_.equality_error_rad, EqualityError(world_->data()));
-  const Touch touch = TouchOf(world_->model(), world_->data(), *hand_, world_->object_body(target_));
+  const Touch touch =
+      TouchOf(world_->model(), world_->data(), *hand_, world_->object_body(target_));
   if (touch.hand) penetration_.push_back(touch.deepest_m);
 }
 
@@ -83,10 +91,12 @@ void AuditRecorder::EndRest() {
   const double rest_s = world_->time_s() - rest_start_s_;
   if (rest_s <= 0.0) return;
   audit_.creep_m_s = (X.translation() - rest_pose_.translation()).norm() / rest_s;
-  audit_.creep_rad_s = Eigen::AngleAxisd(rest_pose_.linear().transpose() * X.linear()).angle() / rest_s;
+  audit_.creep_rad_s =
+      Eigen::AngleAxisd(rest_pose_.linear().transpose() * X.linear()).angle() / rest_s;
 }
 
-Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry) {
+Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
+                            bool held_after_carry) {
   if (!penetration_.empty()) {
     audit_.penetration_p95_m = Percentile95(penetration_);
     audit_.penetration_max_m = *std::max_element(penetration_.begin(), penetration_.end());

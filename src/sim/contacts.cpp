@@ -9,11 +9,12 @@
 namespace rangegrasp::sim::internal {
 
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact) {
-  if (contact.efc_address < 0 || contact.dim < 3) return 0.0;
+  if (contact.efc_address < 0 || contact.dim < 3) return -1.0;
   const mjtNum* v = data->efc_vel + contact.efc_address;
   if (model->opt.cone == mjCONE_ELLIPTIC) return std::hypot(v[1], v[2]);
   // Rows of a pyramid: normal +- friction * tangent.
-  return std::hypot((v[0] - v[1]) / (2 * contact.friction[0]), (v[2] - v[3]) / (2 * contact.friction[1]));
+  return std::hypot((v[0] - v[1]) / (2 * contact.friction[0]),
+                    (v[2] - v[3]) / (2 * contact.friction[1]));
 }
 
 double NormalForce(const mjModel* model, const mjData* data, int i) {
@@ -27,7 +28,8 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
   hand_.assign(n, 0);
   tip_.assign(n, 0);
   thumb_.assign(n, 0);
-  for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips")) tip_[static_cast<std::size_t>(geom)] = 1;
+  for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips"))
+    tip_[static_cast<std::size_t>(geom)] = 1;
   const int thumb = model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!Collides(model, geom) || !InSubtree(model, model->geom_bodyid[geom], body_)) continue;
@@ -42,7 +44,8 @@ double HandGeoms::Gap(const mjModel* model, mjData* data) const {
   for (const int a : all_) {
     if (!IsTip(a) || !IsThumb(a)) continue;
     for (const int b : all_) {
-      if (IsTip(b) && !IsThumb(b)) gap = std::min(gap, mj_geomDistance(model, data, a, b, gap, nullptr));
+      if (IsTip(b) && !IsThumb(b))
+        gap = std::min(gap, mj_geomDistance(model, data, a, b, gap, nullptr));
     }
   }
   return gap;

@@ -39,7 +39,8 @@ void InstallHandler() {
   std::call_once(once, [] { previous_handler = mju_setLogHandler(Handle); });
 }
 
-// Alone in its function, so that no automatic object with a destructor stands between setjmp and longjmp.
+// Alone in its function, so that no automatic object with a destructor stands between setjmp and
+// longjmp.
 bool RunRecoverably(Recovery& here, const std::function<void()>& call) {
   if (setjmp(here.point) != 0) return false;
   call();

@@ -8,6 +8,7 @@
 #include "sim/internal/contacts.h"
 #include "sim/internal/hand_controller.h"
 #include "sim/internal/servo.h"
+#include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -111,7 +112,8 @@ class Execution {
     for (double t = 0.0; !controller_.FullyOpen() && t < kOpenLimit_s; t += Period()) Tick();
     Follow(program_.retreat);
     double rest_since_s = world_.time_s();
-    for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s; t += Period()) {
+    for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s;
+         t += Period()) {
       Tick();
       if (world_.ObjectSpeed(target_) >= kRestSpeed_m_s) rest_since_s = world_.time_s();
     }
@@ -124,10 +126,27 @@ class Execution {
     log_.final_distance_m = (center - place).head<2>().norm();
     log_.at_rest = world_.ObjectSpeed(target_) < kRestSpeed_m_s;
     log_.touched_by_hand = touch.hand;
-    // A sleeping object's contacts are not listed: resting above the table's plane without the hand is resting on it.
-    log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z();
+    // A sleeping object's contacts are not listed: at rest over the table and free of the hand, it
+    // rests on the table.
+    log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z() && OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
+  }
+
+  // The engine's planes are infinite whatever their size: what left the table comes to rest on
+  // nothing.
+  bool OverTable(const Eigen::Vector3d& point_W) const {
+    const mjModel* model = world_.model();
+    bool bounded = false;
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      const mjtNum* size = model->geom_size + 3 * geom;
+      if (model->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model, geom)) continue;
+      if (size[0] <= 0.0 || size[1] <= 0.0) return true;
+      const Eigen::Vector3d point_G = internal::GeomPose(world_.data(), geom).inverse() * point_W;
+      if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
+      bounded = true;
+    }
+    return !bounded;
   }
 
   void Follow(const core::JointTrajectory& trajectory) {
@@ -203,10 +222,12 @@ class Execution {
 
 }  // namespace
 
-ExecutionLog Execute(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
-                     const AuditBounds& bounds, const ExecutionObserver& observer) {
+ExecutionLog Execute(World& world, int target, const GraspProgram& program,
+                     const HandControlOptions& hand, const AuditBounds& bounds,
+                     const ExecutionObserver& observer) {
   if (target < 0 || target >= world.objects() || world.parked(target)) {
-    throw std::invalid_argument("Execute: object " + std::to_string(target) + " is not in the world");
+    throw std::invalid_argument("Execute: object " + std::to_string(target) +
+                                " is not in the world");
   }
   return Execution(world, target, program, hand, bounds, observer).Run();
 }

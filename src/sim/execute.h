@@ -35,12 +35,12 @@ struct AuditBounds {
   double torque_ratio = 1.0;  ///< joint torque over its limit
   double energy_gain_J = 0.005;
 };
-/// Which steps count. Torque: all. Penetration (the deepest of the hand's contacts with the target in
-/// a step) and equality errors: from the closed hand to its release. Creep and energy: the rest after
-/// the lift (rest_s below, when the servos have settled). The figures of a hold are judged only if
-/// the target was held after the lift; creep only if it was held to the end of the carry and no
-/// fingertip slid during the rest: an object that slides out of the fingers obeys Coulomb's law, it
-/// does not creep.
+/// Which steps count. Torque: all. Penetration (the deepest of the hand's contacts with the target
+/// in a step) and equality errors: from the closed hand to its release. Creep and energy: the rest
+/// after the lift (rest_s below, when the servos have settled). The figures of a hold are judged
+/// only if the target was held after the lift; creep only if it was held to the end of the carry
+/// and no fingertip slid during the rest: an object that slides out of the fingers obeys Coulomb's
+/// law, it does not creep.
 struct Audit {
   double penetration_p95_m = 0.0;
   double penetration_max_m = 0.0;
@@ -83,12 +83,12 @@ struct ExecutionObserver {
 
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
 /// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
-/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s at
-/// most). It ends early where the target is not held after the lift, or is lost on the way: the
+/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s
+/// at most). It ends early where the target is not held after the lift, or is lost on the way: the
 /// outcome is decided. The arm should stand at the first sample of `reach`.
 /// Everything depends on the world's state and the arguments alone.
-/// @throws core::InputError if the scene lacks a tuple, body or site that it needs; std::invalid_argument if
-/// `target` is not in the world.
+/// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
+/// std::invalid_argument if `target` is not in the world.
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
                      const HandControlOptions& hand, const AuditBounds& bounds,
                      const ExecutionObserver& observer = {});

@@ -9,9 +9,9 @@ namespace rangegrasp::sim {
 const std::vector<SurfaceFriction>& FrictionTable() {
   static const std::vector<SurfaceFriction> table = {
       // surface, glove {static, kinetic}, on laminate {static, kinetic}
-      {"cardboard", {0.60, 0.50}, {0.30, 0.25}},     {"painted_metal", {0.60, 0.50}, {0.25, 0.20}},
-      {"plastic", {0.50, 0.40}, {0.25, 0.20}},       {"hdpe", {0.50, 0.40}, {0.25, 0.20}},
-      {"pet", {0.50, 0.40}, {0.25, 0.20}},           {"ceramic", {0.70, 0.55}, {0.35, 0.30}},
+      {"cardboard", {0.60, 0.50}, {0.30, 0.25}}, {"painted_metal", {0.60, 0.50}, {0.25, 0.20}},
+      {"plastic", {0.50, 0.40}, {0.25, 0.20}},   {"hdpe", {0.50, 0.40}, {0.25, 0.20}},
+      {"pet", {0.50, 0.40}, {0.25, 0.20}},       {"ceramic", {0.70, 0.55}, {0.35, 0.30}},
   };
   return table;
 }
@@ -22,8 +22,10 @@ const SurfaceFriction& FrictionOf(std::string_view surface) {
                                 [&](const SurfaceFriction& r) { return r.surface == surface; });
   if (row != table.end()) return *row;
   std::string known;
-  for (const SurfaceFriction& r : table) known += (known.empty() ? "" : ", ") + std::string(r.surface);
-  throw core::InputError("surface \"" + std::string(surface) + "\" has no friction; known surfaces: " + known);
+  for (const SurfaceFriction& r : table)
+    known += (known.empty() ? "" : ", ") + std::string(r.surface);
+  throw core::InputError("surface \"" + std::string(surface) +
+                         "\" has no friction; known surfaces: " + known);
 }
 
 FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options) {

@@ -10,10 +10,12 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr double kTorquePerForce = 0.135;  // Nm at the motor for a newton between the tips, if the model does not say
-constexpr double kSpeedDamping = 0.61;     // Nm s/rad, likewise
-constexpr double kPositionGain = 15.0;     // Nm/rad, of the pre-shape
-constexpr double kFelt_N = 0.5;            // least pressure that a side feels
+constexpr double kTorquePerForce =
+    0.135;  // Nm at the motor for a newton between the tips, if the model does not say
+constexpr double kSpeedDamping = 0.61;   // Nm s/rad, likewise
+constexpr double kBacklash_rad = 0.008;  // of the gear, likewise
+constexpr double kPositionGain = 15.0;   // Nm/rad, of the pre-shape
+constexpr double kFelt_N = 0.5;          // least pressure that a side feels
 constexpr double kStallSpeed_rad_s = 0.03;
 constexpr double kStallTime_s = 0.06;
 constexpr double kForceRate_N_s = 250.0;
@@ -24,9 +26,10 @@ constexpr int kGapSamples = 60;
 }  // namespace
 
 void Glove::Tick(mjModel* model, const mjData* data) {
-  std::vector<double> speed(hand_->all().size(), 0.0);
+  std::vector<double> speed(hand_->all().size(), -1.0);
   std::vector<int> slot(static_cast<std::size_t>(model->ngeom), -1);
-  for (std::size_t i = 0; i < hand_->all().size(); ++i) slot[static_cast<std::size_t>(hand_->all()[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < hand_->all().size(); ++i)
+    slot[static_cast<std::size_t>(hand_->all()[i])] = static_cast<int>(i);
   for (int i = 0; i < data->ncon; ++i) {
     const mjContact& contact = data->contact[i];
     for (const int geom : contact.geom) {
@@ -36,32 +39,31 @@ void Glove::Tick(mjModel* model, const mjData* data) {
     }
   }
   states_.resize(hand_->all().size());
+  slides_ = false;
   for (std::size_t i = 0; i < states_.size(); ++i) {
     states_[i].Update(speed[i]);
     model->geom_friction[3 * hand_->all()[i]] = states_[i].Coefficient(pair_);
+    slides_ = slides_ || (states_[i].sliding && speed[i] >= 0.0 && hand_->IsTip(hand_->all()[i]));
   }
 }
 
-bool Glove::Slides() const {
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (states_[i].sliding && hand_->IsTip(hand_->all()[i])) return true;
-  }
-  return false;
-}
-
-HandController::HandController(World& world, const HandGeoms& hand, const HandControlOptions& options)
+HandController::HandController(World& world, const HandGeoms& hand,
+                               const HandControlOptions& options)
     : world_(&world),
       hand_(&hand),
       options_(options),
       joints_(TupleOf(world.model(), mjOBJ_JOINT, "hand_joints")),
       torque_per_force_(kTorquePerForce),
-      speed_damping_(kSpeedDamping) {
+      speed_damping_(kSpeedDamping),
+      backlash_rad_(kBacklash_rad) {
   const mjModel* model = world.model();
   const auto motors = TupleOf(model, mjOBJ_ACTUATOR, "hand_motor");
   if (motors.size() != 1) throw core::InputError("tuple \"hand_motor\" must hold one actuator");
   motor_ = motors[0];
   const auto calibration = NumericOf(model, "grip_torque_per_force");
   if (!calibration.empty()) torque_per_force_ = calibration[0];
+  const auto backlash = NumericOf(model, "gear_backlash");
+  if (!backlash.empty()) backlash_rad_ = backlash[0];
   const double damping = -model->actuator_biasprm[motor_ * mjNBIAS + 2];
   if (damping > 0.0) speed_damping_ = damping;
   for (const int joint : joints_) open_limit_.push_back(model->jnt_range[2 * joint]);
@@ -113,7 +115,8 @@ void HandController::Close() {
 void HandController::Open() {
   mode_ = Mode::kOpening;
   force_N_ = 0.0;
-  for (std::size_t i = 0; i < joints_.size(); ++i) world_->model()->jnt_range[2 * joints_[i]] = open_limit_[i];
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    world_->model()->jnt_range[2 * joints_[i]] = open_limit_[i];
 }
 
 bool HandController::FeelsBothSides() const {
@@ -130,7 +133,8 @@ bool HandController::FeelsBothSides() const {
 }
 
 bool HandController::Stalls() {
-  stalled_s_ = std::abs(Speed()) < kStallSpeed_rad_s ? stalled_s_ + world_->physics().timestep_s : 0.0;
+  stalled_s_ =
+      std::abs(Speed()) < kStallSpeed_rad_s ? stalled_s_ + world_->physics().timestep_s : 0.0;
   return stalled_s_ > kStallTime_s;
 }
 
@@ -141,7 +145,7 @@ void HandController::Ratchet() {
   for (const int joint : joints_) {
     const double angle = world_->data()->qpos[model->jnt_qposadr[joint]];
     double* range = model->jnt_range + 2 * joint;
-    range[0] = std::max(range[0], std::min(angle, range[1]));
+    range[0] = std::max(range[0], std::min(angle - backlash_rad_, range[1]));
   }
 }
 
@@ -192,7 +196,9 @@ void HandController::Tick(bool slides) {
 }
 
 bool HandController::Preshaped() const { return std::abs(Angle() - target_angle_) < 0.02; }
-bool HandController::Gripping() const { return mode_ == Mode::kGripping && gripping_s_ >= kFirstGripHold_s; }
+bool HandController::Gripping() const {
+  return mode_ == Mode::kGripping && gripping_s_ >= kFirstGripHold_s;
+}
 bool HandController::FullyClosed() const {
   return Angle() > world_->model()->jnt_range[2 * joints_[0] + 1] - 0.01;
 }

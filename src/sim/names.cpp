@@ -55,8 +55,8 @@ int Find(const mjModel* model, mjtObj type, std::string_view suffix) {
     const std::string_view name = Suffix(NameOf(model, type, i));
     if (!name.empty()) known += (known.empty() ? "" : ", ") + std::string(name);
   }
-  throw core::InputError("the scene has no " + std::string(mju_type2Str(type)) + " \"" + std::string(suffix) +
-                         "\"; it has: " + (known.empty() ? "none" : known));
+  throw core::InputError("the scene has no " + std::string(mju_type2Str(type)) + " \"" +
+                         std::string(suffix) + "\"; it has: " + (known.empty() ? "none" : known));
 }
 
 std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suffix) {
@@ -65,8 +65,9 @@ std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suf
   for (int i = 0; i < model->tuple_size[tuple]; ++i) {
     const int element = model->tuple_adr[tuple] + i;
     if (model->tuple_objtype[element] != type) {
-      throw core::InputError("tuple \"" + std::string(suffix) + "\" of the scene must hold elements of type " +
-                             mju_type2Str(type) + " only");
+      throw core::InputError("tuple \"" + std::string(suffix) +
+                             "\" of the scene must hold elements of type " + mju_type2Str(type) +
+                             " only");
     }
     ids.push_back(model->tuple_objid[element]);
   }

@@ -20,8 +20,9 @@ struct CloseFile {
 bool Encode(std::FILE* file, const Image& image, png_structp png, png_infop info) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_init_io(png, file);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
-               PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width),
+               static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(png, 6);
   png_write_info(png, info);
   for (int row = 0; row < image.height; ++row) {
@@ -35,7 +36,8 @@ bool Encode(std::FILE* file, const Image& image, png_structp png, png_infop info
 
 void WritePng(const std::string& file, const Image& image) {
   if (image.width <= 0 || image.height <= 0 ||
-      image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
+      image.rgb.size() !=
+          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
     throw std::invalid_argument("WritePng: an image has width * height * 3 bytes");
   }
   std::unique_ptr<std::FILE, CloseFile> out(std::fopen(file.c_str(), "wb"));
@@ -46,7 +48,8 @@ void WritePng(const std::string& file, const Image& image) {
   png_destroy_write_struct(&png, &info);
   // What is still in the buffer can fail to reach a full disk.
   const bool flushed = std::fflush(out.get()) == 0;
-  if (!encoded || !flushed) throw core::RunError("cannot write " + file + ": " + std::strerror(errno));
+  if (!encoded || !flushed)
+    throw core::RunError("cannot write " + file + ": " + std::strerror(errno));
 }
 
 }  // namespace rangegrasp::sim

@@ -22,8 +22,8 @@ struct ContextDeleter {
 
 bool ParseFreeView(const std::string& text, Eigen::Vector3d& eye, Eigen::Vector3d& look) {
   int used = 0;
-  const int fields = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", &eye.x(), &eye.y(), &eye.z(), &look.x(),
-                                 &look.y(), &look.z(), &used);
+  const int fields = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", &eye.x(), &eye.y(),
+                                 &eye.z(), &look.x(), &look.y(), &look.z(), &used);
   return fields == 6 && static_cast<std::size_t>(used) == text.size();
 }
 
@@ -90,7 +90,8 @@ struct Renderer::Impl {
 };
 
 Renderer::Renderer(const World& world, int width, int height) : impl_(std::make_unique<Impl>()) {
-  if (width <= 0 || height <= 0) throw std::invalid_argument("Renderer: width and height must be above 0");
+  if (width <= 0 || height <= 0)
+    throw std::invalid_argument("Renderer: width and height must be above 0");
   impl_->width = width;
   impl_->height = height;
   impl_->gl.reset(OSMesaCreateContextExt(GL_RGBA, 24, 8, 0, nullptr));
@@ -106,7 +107,8 @@ Renderer::Renderer(const World& world, int width, int height) : impl_(std::make_
     mjr_resizeOffscreen(width, height, &impl_->context);
     mjr_setBuffer(mjFB_OFFSCREEN, &impl_->context);
   });
-  if (impl_->context.currentBuffer != mjFB_OFFSCREEN) throw core::RunError("no offscreen buffer for pictures");
+  if (impl_->context.currentBuffer != mjFB_OFFSCREEN)
+    throw core::RunError("no offscreen buffer for pictures");
 }
 
 Renderer::~Renderer() {
@@ -123,7 +125,8 @@ Image Renderer::Render(World& world, const std::string& camera_name, const Overl
   const auto row = static_cast<std::size_t>(impl_->width) * 3;
   std::vector<unsigned char> pixels(row * static_cast<std::size_t>(impl_->height));
   internal::CallEngine(nullptr, [&] {
-    mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL, &impl_->scene);
+    mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
+                    &impl_->scene);
     AddOverlay(overlay, impl_->scene);
     mjr_render(viewport, &impl_->scene, &impl_->context);
     mjr_readPixels(pixels.data(), nullptr, viewport, &impl_->context);
@@ -131,7 +134,8 @@ Image Renderer::Render(World& world, const std::string& camera_name, const Overl
   Image image{impl_->width, impl_->height, std::vector<std::uint8_t>(pixels.size())};
   for (int y = 0; y < image.height; ++y) {
     const auto from = static_cast<std::ptrdiff_t>(row) * (image.height - 1 - y);
-    std::copy_n(pixels.begin() + from, row, image.rgb.begin() + static_cast<std::ptrdiff_t>(row) * y);
+    std::copy_n(pixels.begin() + from, row,
+                image.rgb.begin() + static_cast<std::ptrdiff_t>(row) * y);
   }
   return image;
 }

@@ -15,14 +15,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSegments = 64;               // of round primitives
+constexpr int kSegments = 64;                // of round primitives
 constexpr double kCoplanarAngle_rad = 0.01;  // triangles of one face of the hull
 constexpr double kCoplanar_m = 5e-5;
 constexpr double kFootTolerance_m = 1e-5;
 constexpr double kTiltStep_rad = 0.5 * core::kPi / 180.0;
 constexpr int kAzimuths = 24;
-// A face of a polygon that stands for a round surface is no valley of its own: rises below this share of the height
-// of the centre of mass are ripples.
+// A face of a polygon that stands for a round surface is no valley of its own: rises below this
+// share of the height of the centre of mass are ripples.
 constexpr double kRipple = 0.02;
 constexpr double kSameHeight_m = 0.001;
 constexpr double kSameTilt_rad = 0.05;
@@ -32,7 +32,8 @@ struct Facet {
   double offset = 0.0;  // normal . x = offset
   std::vector<std::size_t> triangles;
   double solid_angle = 0.0;
-  // Where the foot of the centre of mass lies outside the most: the signed distance and the facet beyond that edge.
+  // Where the foot of the centre of mass lies outside the most: the signed distance and the facet
+  // beyond that edge.
   double least_inside = 0.0;
   std::size_t beyond = 0;
   std::vector<Vector3d> edge_normals;  // in the facet's plane, outward
@@ -72,7 +73,8 @@ class Hull {
     double tipping = core::kPi / 2;
     for (int i = 0; i < kAzimuths; ++i) {
       const double azimuth = 2 * core::kPi * i / kAzimuths;
-      tipping = std::min(tipping, TippingTowards(facet.normal, std::cos(azimuth) * u + std::sin(azimuth) * v));
+      tipping = std::min(
+          tipping, TippingTowards(facet.normal, std::cos(azimuth) * u + std::sin(azimuth) * v));
     }
     for (const Vector3d& edge : facet.edge_normals) {
       tipping = std::min(tipping, TippingTowards(facet.normal, edge));
@@ -106,11 +108,13 @@ class Hull {
   void BuildFacets() {
     std::vector<std::size_t> order(mesh_.triangles.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return Cross(a).norm() > Cross(b).norm(); });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return Cross(a).norm() > Cross(b).norm();
+    });
     facet_of_.resize(order.size());
     for (const std::size_t t : order) {
-      const auto same = std::find_if(facets_.begin(), facets_.end(), [&](const Facet& f) { return Lies(t, f); });
+      const auto same =
+          std::find_if(facets_.begin(), facets_.end(), [&](const Facet& f) { return Lies(t, f); });
       if (same == facets_.end()) {
         const Vector3d normal = Cross(t).normalized();
         Facet facet;
@@ -129,7 +133,8 @@ class Hull {
     for (int k = 0; k < 3; ++k) {
       if (std::abs(facet.normal.dot(Vertex(t, k)) - facet.offset) > kCoplanar_m) return false;
     }
-    return Cross(t).normalized().dot(facet.normal) > std::cos(kCoplanarAngle_rad) || Cross(t).norm() < 1e-8;
+    return Cross(t).normalized().dot(facet.normal) > std::cos(kCoplanarAngle_rad) ||
+           Cross(t).norm() < 1e-8;
   }
 
   void Measure(Facet& facet) {
@@ -147,7 +152,8 @@ class Hull {
         const auto twin = twins_.find({mesh_.triangles[t][(k + 1) % 3], mesh_.triangles[t][k]});
         if (twin == twins_.end() || facet_of_[twin->second] == facet_of_[t]) continue;
         const Vector3d& a = Vertex(t, static_cast<int>(k));
-        const Vector3d outward = (Vertex(t, static_cast<int>(k) + 1) - a).cross(facet.normal).normalized();
+        const Vector3d outward =
+            (Vertex(t, static_cast<int>(k) + 1) - a).cross(facet.normal).normalized();
         facet.edge_normals.push_back(outward);
         const double inside = outward.dot(a - facet.offset * facet.normal);
         if (inside >= facet.least_inside) continue;
@@ -184,11 +190,13 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::Collides(model, geom)) continue;
     const core::Pose X_WG = internal::GeomPose(data, geom);
-    for (const Vector3d& v : internal::GeomSurface(model, geom, kSegments).vertices) points.push_back(X_WG * v);
+    for (const Vector3d& v : internal::GeomSurface(model, geom, kSegments).vertices)
+      points.push_back(X_WG * v);
   }
   const core::Pose X_BW =
-      core::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * root),
-                     Eigen::Map<const Vector3d>(data->xpos + 3 * root))
+      core::MakePose(
+          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * root),
+          Eigen::Map<const Vector3d>(data->xpos + 3 * root))
           .inverse();
   for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
@@ -212,18 +220,21 @@ struct PoseClass {
   double solid_angle = 0.0;
 };
 
-// The class that a facet belongs to: found cheaply for twins of a known member, else by its tilt margin.
+// The class that a facet belongs to: found cheaply for twins of a known member, else by its tilt
+// margin.
 PoseClass& ClassOf(const Hull& hull, std::size_t facet, std::vector<PoseClass>& classes) {
   const double height = hull.facets()[facet].offset;
   const double area = hull.Area(hull.facets()[facet]);
   for (PoseClass& c : classes) {
-    if (std::abs(c.center_height_m - height) < 0.2 * kSameHeight_m && std::abs(c.area_m2 - area) < 0.02 * area) {
+    if (std::abs(c.center_height_m - height) < 0.2 * kSameHeight_m &&
+        std::abs(c.area_m2 - area) < 0.02 * area) {
       return c;
     }
   }
   const double tipping = hull.Tipping(hull.facets()[facet]);
   for (PoseClass& c : classes) {
-    if (std::abs(c.center_height_m - height) > kSameHeight_m || std::abs(c.tipping_rad - tipping) > kSameTilt_rad) {
+    if (std::abs(c.center_height_m - height) > kSameHeight_m ||
+        std::abs(c.tipping_rad - tipping) > kSameTilt_rad) {
       continue;
     }
     if (height < c.center_height_m - 1e-6) {
@@ -260,8 +271,9 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
     ClassOf(hull, rest, classes).solid_angle += hull.facets()[f].solid_angle;
   }
   std::erase_if(classes, [&](const PoseClass& c) { return c.tipping_rad < min_tipping_rad; });
-  std::stable_sort(classes.begin(), classes.end(),
-                   [](const PoseClass& a, const PoseClass& b) { return a.solid_angle > b.solid_angle; });
+  std::stable_sort(classes.begin(), classes.end(), [](const PoseClass& a, const PoseClass& b) {
+    return a.solid_angle > b.solid_angle;
+  });
   double total = 0.0;
   for (const PoseClass& c : classes) total += c.solid_angle;
 

@@ -19,7 +19,8 @@ Eigen::VectorXd VelocityAt(const core::JointTrajectory& trajectory, std::size_t 
 
 JointCommand CommandAt(const core::JointTrajectory& trajectory, double time_s) {
   const auto& q = trajectory.positions;
-  const double place = std::clamp(time_s / trajectory.period_s, 0.0, static_cast<double>(q.size() - 1));
+  const double place =
+      std::clamp(time_s / trajectory.period_s, 0.0, static_cast<double>(q.size() - 1));
   const std::size_t from = std::min(static_cast<std::size_t>(place), q.size() - 1);
   const std::size_t to = std::min(from + 1, q.size() - 1);
   const double u = place - static_cast<double>(from);
@@ -31,7 +32,8 @@ ArmServo::ArmServo(const mjModel* model)
     : joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
       actuators_(TupleOf(model, mjOBJ_ACTUATOR, "arm_actuators")) {
   if (joints_.size() != actuators_.size()) {
-    throw core::InputError("tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
+    throw core::InputError(
+        "tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
   }
 }
 

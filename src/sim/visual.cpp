@@ -21,7 +21,8 @@ geometry::TriangleMesh MeshOf(const mjModel* model, int mesh) {
   }
   const int* faces = model->mesh_face + 3 * model->mesh_faceadr[mesh];
   for (int f = 0; f < model->mesh_facenum[mesh]; ++f) {
-    result.triangles.push_back({static_cast<std::uint32_t>(faces[3 * f]), static_cast<std::uint32_t>(faces[3 * f + 1]),
+    result.triangles.push_back({static_cast<std::uint32_t>(faces[3 * f]),
+                                static_cast<std::uint32_t>(faces[3 * f + 1]),
                                 static_cast<std::uint32_t>(faces[3 * f + 2])});
   }
   return result;
@@ -53,12 +54,15 @@ geometry::Shape::Kind KindOf(int type) {
 
 bool Visible(const mjModel* model, int geom) {
   const int material = model->geom_matid[geom];
-  const float alpha = material >= 0 ? model->mat_rgba[4 * material + 3] : model->geom_rgba[4 * geom + 3];
+  const float alpha =
+      material >= 0 ? model->mat_rgba[4 * material + 3] : model->geom_rgba[4 * geom + 3];
   return model->geom_group[geom] <= 2 && alpha > 0.0f;
 }
 
-void AppendGeom(const mjModel* model, const mjData* data, int geom, geometry::TriangleMesh& mesh_W) {
-  geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)), mesh_W);
+void AppendGeom(const mjModel* model, const mjData* data, int geom,
+                geometry::TriangleMesh& mesh_W) {
+  geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)),
+                   mesh_W);
 }
 
 bool IsObject(const mjModel* model, int body) {
@@ -138,7 +142,8 @@ geometry::VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
   const int scanner = site >= 0 ? model->site_bodyid[site] : 0;  // never leave out the world itself
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int body = model->geom_bodyid[geom];
-    if (!Visible(model, geom) || IsObject(model, body) || (scanner > 0 && body == scanner)) continue;
+    if (!Visible(model, geom) || IsObject(model, body) || (scanner > 0 && body == scanner))
+      continue;
     AppendGeom(model, data, geom, visual.mesh_W);
   }
   const auto albedo = NumericOf(model, "scene_albedo");

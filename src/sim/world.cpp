@@ -15,12 +15,15 @@ using internal::ObjectEntry;
 
 namespace {
 
-// Parked objects stand here, out of sight and reach, weightless and asleep.
-constexpr double kParkingX_m = 1000.0;
+// Parked objects hang here, out of sight and reach (the table is an infinite plane to the engine),
+// weightless and asleep.
+constexpr double kParking_m = 1000.0;
 constexpr double kParkingSpacing_m = 5.0;
 constexpr double kLost_m = -1.0;
 
-Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) { return Eigen::Map<const Eigen::Vector3d>(p); }
+Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) {
+  return Eigen::Map<const Eigen::Vector3d>(p);
+}
 
 Eigen::Matrix3d Mat3(const mjtNum* p) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
@@ -45,7 +48,8 @@ struct World::Impl {
     arm_joints = internal::TupleOf(model.get(), mjOBJ_JOINT, "arm_joints");
     arm_actuators = internal::TupleOf(model.get(), mjOBJ_ACTUATOR, "arm_actuators");
     if (arm_joints.size() != arm_actuators.size()) {
-      throw core::InputError("tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
+      throw core::InputError(
+          "tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
     }
   }
 
@@ -62,18 +66,16 @@ struct World::Impl {
     }
   }
 
-  // A velocity of -0.0 wakes what sleeps and changes nothing else; what leaned on a moved object must not stay asleep.
-  void WakeObjects() {
-    for (const ObjectEntry& object : objects) {
-      if (object.parked || data->tree_asleep[object.tree] < 0) continue;
-      std::fill_n(data->qvel + object.dof, 6, -0.0);
-    }
-  }
-
+  // A velocity of -0.0 wakes a tree, and with it what it touches, and changes nothing else.
   void SetPose(const ObjectEntry& object, const core::Pose& X_WO) {
     const Eigen::Quaterniond q(X_WO.linear());
-    const double pose[7] = {X_WO.translation().x(), X_WO.translation().y(), X_WO.translation().z(), q.w(), q.x(),
-                            q.y(),                  q.z()};
+    const double pose[7] = {X_WO.translation().x(),
+                            X_WO.translation().y(),
+                            X_WO.translation().z(),
+                            q.w(),
+                            q.x(),
+                            q.y(),
+                            q.z()};
     std::copy_n(pose, 7, data->qpos + object.qpos);
     std::fill_n(data->qvel + object.dof, 6, -0.0);
     std::fill_n(data->qacc_warmstart + object.dof, 6, 0.0);
@@ -83,7 +85,8 @@ struct World::Impl {
     ObjectEntry& object = at(index);
     object.parked = true;
     model->body_gravcomp[object.body] = 1.0;
-    SetPose(object, core::MakePose(Eigen::Matrix3d::Identity(), {kParkingX_m + kParkingSpacing_m * index, 0, 0}));
+    SetPose(object, core::MakePose(Eigen::Matrix3d::Identity(),
+                                   {kParking_m + kParkingSpacing_m * index, 0, kParking_m}));
   }
 
   void Refresh() {
@@ -108,7 +111,8 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->LoadArm();
   const std::vector<double> home = internal::NumericOf(model(), "home");
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {
-    impl_->SetArm(Eigen::Map<const Eigen::VectorXd>(home.data(), static_cast<Eigen::Index>(home.size())));
+    impl_->SetArm(
+        Eigen::Map<const Eigen::VectorXd>(home.data(), static_cast<Eigen::Index>(home.size())));
   }
   for (int object = 0; object < this->objects(); ++object) impl_->Park(object);
   impl_->Refresh();
@@ -126,7 +130,8 @@ bool World::parked(int object) const { return impl_->at(object).parked; }
 
 core::Pose World::ObjectPose(int object) const {
   const mjtNum* q = data()->qpos + impl_->at(object).qpos;
-  return core::MakePose(Eigen::Quaterniond(q[3], q[4], q[5], q[6]).normalized().toRotationMatrix(), Vec3(q));
+  return core::MakePose(Eigen::Quaterniond(q[3], q[4], q[5], q[6]).normalized().toRotationMatrix(),
+                        Vec3(q));
 }
 
 Eigen::Vector3d World::ObjectCenterOfMass(int object) const {
@@ -138,7 +143,9 @@ Eigen::Vector3d World::ObjectCenterOfMass(int object) const {
   return moment / model()->body_subtreemass[root];
 }
 
-double World::ObjectMass(int object) const { return model()->body_subtreemass[impl_->at(object).body]; }
+double World::ObjectMass(int object) const {
+  return model()->body_subtreemass[impl_->at(object).body];
+}
 
 double World::ObjectTop(int object) const {
   const int root = impl_->at(object).body;
@@ -160,13 +167,11 @@ double World::ObjectSpeed(int object) const {
 void World::PlaceObject(int object, const core::Pose& X_WO) {
   impl_->at(object).parked = false;
   model()->body_gravcomp[impl_->at(object).body] = 0.0;
-  impl_->WakeObjects();
   impl_->SetPose(impl_->at(object), X_WO);
   impl_->Refresh();
 }
 
 void World::ParkObject(int object) {
-  impl_->WakeObjects();
   impl_->Park(object);
   impl_->Refresh();
 }
@@ -187,7 +192,8 @@ Eigen::VectorXd World::ArmPositions() const {
 double World::time_s() const { return data()->time; }
 
 void World::Step() {
-  internal::CallEngine(&impl_->warnings, [this] { mj_step(impl_->model.get(), impl_->data.get()); });
+  internal::CallEngine(&impl_->warnings,
+                       [this] { mj_step(impl_->model.get(), impl_->data.get()); });
 }
 
 bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {

@@ -10,7 +10,8 @@ namespace rangegrasp::core {
 namespace {
 
 TEST(Rng, PhiloxMatchesThePublishedVectorForKeyAndCounterZero) {
-  // Random123's known answers, philox4x32 10 rounds, counter 0, key 0: 6627e8d5 e169c58d bc57ac4c 9b00dbd8.
+  // Random123's known answers, philox4x32 10 rounds, counter 0, key 0: 6627e8d5 e169c58d bc57ac4c
+  // 9b00dbd8.
   Rng rng(0);
   EXPECT_EQ(rng.Next(), 0xe169c58d6627e8d5u);
 }
@@ -33,7 +34,8 @@ TEST(Rng, UniformHasTheMomentsOfAUniform) {
     sum += u;
     squares += u * u;
   }
-  // Five standard errors of the mean: sigma = 1 / sqrt(12 n); of the second moment: sqrt(4 / 45 / n).
+  // Five standard errors of the mean: sigma = 1 / sqrt(12 n); of the second moment: sqrt(4 / 45 /
+  // n).
   EXPECT_NEAR(sum / n, 0.5, 5.0 / std::sqrt(12.0 * n));
   EXPECT_NEAR(squares / n, 1.0 / 3.0, 5.0 * std::sqrt(4.0 / 45.0 / n));
 }

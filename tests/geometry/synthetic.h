@@ -12,9 +12,9 @@
 #include "core/units.h"
 #include "geometry/point_cloud.h"
 
-/// Synthetic tabletop scans for tests: the surfaces of simple solids in W that a sensor at one place
-/// sees, on a grid of about the given step, with noise along the line of sight. Independent of the
-/// scanner model.
+/// Synthetic tabletop scans for tests: the surfaces of simple solids in W that a sensor at one
+/// place sees, on a grid of about the given step, with noise along the line of sight. Independent
+/// of the scanner model.
 namespace rangegrasp::synthetic {
 
 /// A box standing upright, its edges turned by yaw about z.
@@ -136,7 +136,8 @@ void Sample(const Box& box, double step, const Add& add) {
 
 template <class Add>
 void Sample(const Cylinder& cylinder, double step, const Add& add) {
-  const Eigen::Vector3d top = cylinder.center_W + cylinder.height_m / 2.0 * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d top =
+      cylinder.center_W + cylinder.height_m / 2.0 * Eigen::Vector3d::UnitZ();
   SampleRectangle(top, {cylinder.radius_m, 0.0, 0.0}, {0.0, cylinder.radius_m, 0.0}, step,
                   [&](const Surfel& s) {
                     if ((s.point - top).norm() < cylinder.radius_m) add(s);
@@ -158,8 +159,8 @@ void Sample(const Cylinder& cylinder, double step, const Add& add) {
 template <class Add>
 void Sample(const Sphere& sphere, double step, const Add& add) {
   // A Fibonacci lattice: one point for each step^2 of the surface.
-  const int n = std::max(
-      4, static_cast<int>(4.0 * core::kPi * std::pow(sphere.radius_m / step, 2)));
+  const int n =
+      std::max(4, static_cast<int>(4.0 * core::kPi * std::pow(sphere.radius_m / step, 2)));
   const double golden = core::kPi * (3.0 - std::sqrt(5.0));
   for (int i = 0; i < n; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / n;
@@ -187,7 +188,8 @@ inline Scan MakeScan(const std::vector<Solid>& solids, const ScanOptions& option
   core::Rng rng(options.seed);
   const auto add = [&](const Surfel& surfel, int label) {
     const Eigen::Vector3d to_sensor = options.sensor_W - surfel.point;
-    if (surfel.normal.dot(to_sensor) <= 0.05 * to_sensor.norm() || surfel.point.z() < -1e-12) return;
+    if (surfel.normal.dot(to_sensor) <= 0.05 * to_sensor.norm() || surfel.point.z() < -1e-12)
+      return;
     const Eigen::Vector3d from = surfel.point + 1e-6 * surfel.normal;
     for (const Solid& solid : solids) {
       const bool hidden = std::visit(
@@ -224,12 +226,11 @@ inline Scan MakeScan(const std::vector<Solid>& solids, const ScanOptions& option
   return scan;
 }
 
-/// A table with objects of several kinds: with the default step about 20,000 points on the table and
-/// as many on the objects.
+/// A table with objects of several kinds: with the default step about 20,000 points on the table
+/// and as many on the objects.
 inline std::vector<Solid> MixedObjects() {
   return {Box{{0.00, -0.08, 0.06}, {0.08, 0.06, 0.12}, 0.3},
-          Cylinder{{0.03, 0.06, 0.06}, 0.035, 0.12},
-          Sphere{{-0.08, 0.00, 0.04}, 0.04},
+          Cylinder{{0.03, 0.06, 0.06}, 0.035, 0.12}, Sphere{{-0.08, 0.00, 0.04}, 0.04},
           Box{{-0.07, 0.10, 0.02}, {0.06, 0.05, 0.04}, -0.4},
           Cylinder{{-0.08, -0.10, 0.03}, 0.03, 0.06}};
 }

@@ -14,6 +14,8 @@ constexpr double kBlackLoss = 0.9;
 
 Blob Sum(std::span<const Glint> group) {
   Blob blob;
+  blob.low_px = group.front().column_px;
+  blob.high_px = group.back().column_px;
   double moment = 0.0;
   double brightest = 0.0;
   for (const Glint& glint : group) {

@@ -37,7 +37,9 @@ struct Glint {
 
 /// A peak of the line's image.
 struct Blob {
-  double column_px = 0.0;   ///< centroid
+  double column_px = 0.0;  ///< centroid
+  double low_px = 0.0;     ///< extent: the columns of its outermost glints
+  double high_px = 0.0;
   double brightness = 0.0;  ///< sum
   std::size_t source = 0;   ///< of its brightest glint
 };

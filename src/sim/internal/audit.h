@@ -17,14 +17,16 @@ class AuditRecorder {
  public:
   AuditRecorder(const World& world, const HandGeoms& hand, const ArmServo& servo, int target);
 
-  /// After each step. Penetration and equality errors count while `holding`: from the closed hand to its release.
+  /// After each step. Penetration and equality errors count while `holding`: from the closed hand
+  /// to its release.
   void Step(bool holding);
   /// The rest after the lift: creep and energy are taken between these two calls.
   void BeginRest();
   void RestStep(bool slides);
   void EndRest();
 
-  /// @param held  the object was held after the lift and to the end of the carry; without that, what describes a hold
+  /// @param held  the object was held after the lift and to the end of the carry; without that,
+  /// what describes a hold
   ///              is reported but not judged.
   Audit Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry);
 

@@ -6,7 +6,7 @@
 
 namespace rangegrasp::sim::internal {
 
-/// Tangential speed of a contact that bears load [m/s]; 0 if it bears none.
+/// Tangential speed of a contact [m/s]; negative if it is none that can bear load.
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact);
 /// Normal force of contact number i [N].
 double NormalForce(const mjModel* model, const mjData* data, int i);
@@ -14,7 +14,8 @@ double NormalForce(const mjModel* model, const mjData* data, int i);
 /// The hand's collision geoms and what they are.
 class HandGeoms {
  public:
-  /// @throws core::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints", "fingertips").
+  /// @throws core::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints",
+  /// "fingertips").
   explicit HandGeoms(const mjModel* model);
 
   bool IsHand(int geom) const { return hand_[static_cast<std::size_t>(geom)]; }
@@ -35,7 +36,7 @@ class HandGeoms {
 /// What touches an object.
 struct Touch {
   bool hand = false;
-  bool other = false;  ///< anything but the hand
+  bool other = false;      ///< anything but the hand
   double deepest_m = 0.0;  ///< penetration at the hand's contacts
 };
 Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body);

@@ -11,26 +11,29 @@
 
 namespace rangegrasp::sim::internal {
 
-/// The glove's friction on the target: each hand geom has the static coefficient until one of its contacts slides, then
-/// the kinetic one until it sticks again.
+/// The glove's friction on the target: each hand geom has the static coefficient until one of its
+/// contacts slides, then the kinetic one until it sticks again.
 class Glove {
  public:
   Glove(const HandGeoms& hand, const FrictionPair& pair) : hand_(&hand), pair_(pair) {}
   void Tick(mjModel* model, const mjData* data);
-  bool Slides() const;  ///< any fingertip
+  bool Slides() const { return slides_; }  ///< any fingertip that touches something
 
  private:
   const HandGeoms* hand_;
   FrictionPair pair_;
   std::vector<SlipState> states_;
+  bool slides_ = false;
 };
 
-/// One motor closes thumb and fingers. Positive control closes. What it reads is what the real hand feels: the motor's
-/// angle and speed, the pressure on thumb and fingers, and slip at the fingertips.
+/// One motor closes thumb and fingers. Positive control closes. What it reads is what the real hand
+/// feels: the motor's angle and speed, the pressure on thumb and fingers, and slip at the
+/// fingertips.
 ///
-/// Closing runs at the speed limit until both sides feel pressure (or the motor stalls), then the force rises to the
-/// first grip; each slip felt after that adds to it. The gear is not back-drivable: while it closes, the lower limit of
-/// each driven joint follows its angle.
+/// Closing runs at the speed limit until both sides feel pressure (or the motor stalls), then the
+/// force rises to the first grip; each slip felt after that adds to it. The gear is not
+/// back-drivable: while it closes, the lower limit of each driven joint follows its angle, less the
+/// gear's backlash (without that it would lock in the blow of the closing fingers).
 class HandController {
  public:
   HandController(World& world, const HandGeoms& hand, const HandControlOptions& options);
@@ -67,6 +70,7 @@ class HandController {
   int motor_;
   double torque_per_force_;
   double speed_damping_;  ///< of the motor, Nm s/rad
+  double backlash_rad_;
 
   Mode mode_ = Mode::kPreshape;
   double target_angle_ = 0.0;

@@ -15,10 +15,10 @@ struct ObjectEntry {
   std::string name;
   std::string surface;  ///< of the friction table
   geometry::OpticalSurface optical;
-  int body = -1;      ///< root body
-  int tree = -1;      ///< kinematic tree
-  int qpos = -1;      ///< address of the free joint's 7 coordinates
-  int dof = -1;       ///< address of its 6 velocities
+  int body = -1;          ///< root body
+  int tree = -1;          ///< kinematic tree
+  int qpos = -1;          ///< address of the free joint's 7 coordinates
+  int dof = -1;           ///< address of its 6 velocities
   double radius_m = 0.0;  ///< of a ball round the body's origin that holds all collision geometry
   bool parked = true;
 };
@@ -31,8 +31,8 @@ struct BuiltScene {
 
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.
 /// @throws core::InputError naming the file and what is wrong with it.
-BuiltScene BuildScene(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
-                      const PhysicsOptions& options);
+BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
+                      const std::vector<ObjectModel>& objects, const PhysicsOptions& options);
 
 /// An object alone, checked to be one. @throws core::InputError likewise.
 BuiltScene BuildObject(const ObjectModel& object);

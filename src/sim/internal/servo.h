@@ -9,15 +9,15 @@
 
 namespace rangegrasp::sim::internal {
 
-/// A trajectory's position and velocity at a time; positions are linear between samples, velocities (central
-/// differences at the samples) too, so that the drives see no staircase.
+/// A trajectory's position and velocity at a time; positions are linear between samples, velocities
+/// (central differences at the samples) too, so that the drives see no staircase.
 struct JointCommand {
   Eigen::VectorXd position, velocity;
 };
 JointCommand CommandAt(const core::JointTrajectory& trajectory, double time_s);
 
-/// The arm's position servos. The reference velocity is fed forward against the servo's own damping: control =
-/// reference + (kv + damping) / kp * reference velocity.
+/// The arm's position servos. The reference velocity is fed forward against the servo's own
+/// damping: control = reference + (kv + damping) / kp * reference velocity.
 class ArmServo {
  public:
   explicit ArmServo(const mjModel* model);

@@ -9,7 +9,8 @@ namespace rangegrasp::sim::internal {
 
 /// Whether a geom takes part in collisions.
 bool Collides(const mjModel* model, int geom);
-/// The surface of a geom in the geom's frame; a plane is cut at its size, or at 10 m where it is infinite.
+/// The surface of a geom in the geom's frame; a plane is cut at its size, or at 10 m where it is
+/// infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
 /// Pose of a geom in W as of the last kinematics.
 core::Pose GeomPose(const mjData* data, int geom);
@@ -18,8 +19,9 @@ double TopOfGeom(const mjModel* model, const mjData* data, int geom);
 
 /// Visible geoms (groups 0 to 2, not transparent) below a root body, in W.
 geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
-/// Visible geoms of everything that is no object (no tree with a free joint), without the body that holds the site
-/// "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that of the blue laminate.
+/// Visible geoms of everything that is no object (no tree with a free joint), without the body that
+/// holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
+/// of the blue laminate.
 geometry::VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
 
 }  // namespace rangegrasp::sim::internal

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/point_cloud.h"
+#include "perception/scene.h"
+
+namespace rangegrasp::grasp {
+
+/// The Gaussian curvature [1/m^2] of a surface at `center` from neighbouring points: least squares
+/// of
+///   h(u, v) = a u^2 + b u v + c v^2 + d u + e v + f
+/// over the plane of the two largest principal axes, and
+///   K = (4 a c - b^2) / (1 + d^2 + e^2)^2
+/// (Porteous 1994). Positive on a dome, negative on a saddle, 0 on a cylinder.
+/// @return nullopt for fewer than six points or a degenerate neighbourhood.
+std::optional<double> GaussianCurvature(geometry::PointSpan neighbors,
+                                        const Eigen::Vector3d& center);
+
+/// A circular Gaussian filter: values at angles [rad], smoothed with sigma_rad.
+std::vector<double> SmoothAround(std::span<const double> angles_rad, std::span<const double> values,
+                                 double sigma_rad);
+
+/// The top rim seen from the rotation axis, in equal steps of the angle round it.
+struct RimSector {
+  double angle_rad = 0.0;  ///< from the given direction, positive about the axis
+  double radius_m = 0.0;   ///< middle of the wall
+  double wall_m = 0.0;     ///< thickness as far as both sides were seen, else an assumed one
+  double curvature = 0.0;  ///< |K| after the Gaussian filter, 1 at the strongest
+};
+/// @param axis_C  unit, away from the table
+/// @param zero_C  unit, normal to the axis: where the angle is 0
+std::vector<RimSector> DescribeRim(const perception::Scene& scene,
+                                   const perception::PerceivedObject& object,
+                                   const Eigen::Vector3d& axis_C, const Eigen::Vector3d& zero_C,
+                                   int sectors);
+
+}  // namespace rangegrasp::grasp

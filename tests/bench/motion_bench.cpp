@@ -1,0 +1,116 @@
+// Scan, grasp planning, motion planning, physics, and a whole trial.
+
+#include <benchmark/benchmark.h>
+
+#include "core/stopwatch.h"
+#include "grasp/grasp.h"
+#include "planning/planning.h"
+#include "tabletop.h"
+
+namespace rangegrasp::bench {
+namespace {
+
+using benchmark::Counter;
+using benchmark::State;
+
+const experiment::TrialSpec kTrial{"spread", 0};
+
+void Arrange(State& state) {
+  const auto& context = Context();
+  const auto seed = experiment::TrialSeed(context.experiment.seed, kTrial);
+  for (auto _ : state) benchmark::DoNotOptimize(experiment::Arrange(context, kTrial, seed));
+}
+BENCHMARK(Arrange)->Unit(benchmark::kMillisecond);
+
+void Scan(State& state) {
+  const auto& context = Context();
+  const sim::World& world = FiveObjects();
+  for (auto _ : state) benchmark::DoNotOptimize(experiment::ScanWorld(context, world, 1));
+  state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
+}
+BENCHMARK(Scan)->Unit(benchmark::kMillisecond);
+
+std::vector<grasp::Grasp> GraspsForTheTopmost() {
+  const auto& context = Context();
+  const Eigen::Vector3d arm = context.robot.links().front().X_PB.translation();
+  return grasp::PlanGrasps(FiveObjectsScene(), 0, context.robot.hand(), arm,
+                           context.experiment.grasp);
+}
+
+void PlanGrasps(State& state) {
+  FiveObjectsScene();
+  for (auto _ : state) benchmark::DoNotOptimize(GraspsForTheTopmost());
+}
+BENCHMARK(PlanGrasps)->Unit(benchmark::kMillisecond);
+
+// The first free grasp that has a path; counted are all plans up to it.
+void PlanMotion(State& state) {
+  const auto& context = Context();
+  const auto& scene = FiveObjectsScene();
+  planning::PlanningScene obstacles;
+  obstacles.target_W = scene.objects.front().surface_C;
+  for (std::size_t i = 1; i < scene.objects.size(); ++i) {
+    obstacles.obstacles_W.push_back(scene.objects[i].surface_C);
+  }
+  auto grasps = GraspsForTheTopmost();
+  std::erase_if(grasps, [](const grasp::Grasp& g) { return g.collides; });
+  int plans = 0;
+  bool found = false;
+  for (auto _ : state) {
+    core::Rng rng(1);
+    planning::Planner planner(context.robot, context.experiment.planning);
+    plans = 0;
+    found = false;
+    for (const auto& grasp : grasps) {
+      planning::PickRequest request;
+      request.q_start = context.robot.home;
+      request.X_WH = grasp.X_CH;
+      request.approach_W = grasp.X_CG.linear().col(2);
+      request.opening_m = grasp.opening_m;
+      request.closed_gap_m = grasp.width_m;
+      ++plans;
+      found = planner.Plan(obstacles, request, rng).plan.has_value();
+      if (found) break;
+    }
+  }
+  state.counters["plans"] = plans;
+  state.counters["found"] = found ? 1.0 : 0.0;
+}
+BENCHMARK(PlanMotion)->Unit(benchmark::kMillisecond);
+
+// One step of the tabletop with the arm at home and one object at rest on it.
+void PhysicsStep(State& state) {
+  const auto& context = Context();
+  auto trial =
+      experiment::Arrange(context, kTrial, experiment::TrialSeed(context.experiment.seed, kTrial));
+  if (!trial) return state.SkipWithError("no arrangement");
+  double simulated_s = 0.0;
+  for (auto _ : state) {
+    trial->world.Step();
+    simulated_s += context.experiment.physics.timestep_s;
+  }
+  state.counters["real_time_factor"] = Counter(simulated_s, Counter::kIsRate);
+}
+BENCHMARK(PhysicsStep)->Unit(benchmark::kMicrosecond);
+
+// Counters: seconds of every stage, and simulated over wall time of the execution.
+void Trial(State& state) {
+  const auto& context = Context();
+  std::map<std::string, double> sum_s;
+  bool delivered = false;
+  for (auto _ : state) {
+    const auto result = experiment::RunTrial(context, kTrial);
+    for (const auto& [stage, seconds] : result.seconds) {
+      if (stage.find(':') == std::string::npos) sum_s[stage] += seconds;
+    }
+    delivered = result.outcome == experiment::Outcome::kDelivered;
+  }
+  for (const auto& [stage, seconds] : sum_s) {
+    state.counters[stage + "_s"] = Counter(seconds, Counter::kAvgIterations);
+  }
+  state.counters["delivered"] = delivered ? 1.0 : 0.0;
+}
+BENCHMARK(Trial)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace rangegrasp::bench

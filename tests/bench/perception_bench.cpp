@@ -1,0 +1,92 @@
+// Perception of a scene of five objects, whole and by its steps, and the Point Cloud Library's
+// counterparts in the same run on the same cloud.
+
+#include <benchmark/benchmark.h>
+
+#include <map>
+
+#include "core/stopwatch.h"
+#include "pcl_pipeline.h"
+#include "perception/perceive.h"
+#include "tabletop.h"
+
+namespace rangegrasp::bench {
+namespace {
+
+using benchmark::Counter;
+
+perception::Scene PerceiveFiveObjects() {
+  core::Rng rng(1);
+  return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Context().experiment.perception,
+                              rng);
+}
+
+double SecondsOf(const perception::Scene& scene, const std::string& step) {
+  double sum = 0.0;
+  for (const auto& [name, seconds] : scene.seconds) sum += name == step ? seconds : 0.0;
+  return sum;
+}
+
+// Counters: milliseconds of every step.
+void Perceive(benchmark::State& state) {
+  FiveObjectsCloud();
+  std::map<std::string, double> sum_s;
+  std::size_t objects = 0;
+  for (auto _ : state) {
+    const auto scene = PerceiveFiveObjects();
+    for (const auto& [step, seconds] : scene.seconds) sum_s[step] += seconds;
+    objects = scene.objects.size();
+  }
+  for (const auto& [step, seconds] : sum_s) {
+    state.counters[step + "_ms"] = Counter(seconds * 1e3, Counter::kAvgIterations);
+  }
+  state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
+  state.counters["objects"] = static_cast<double>(objects);
+}
+BENCHMARK(Perceive)->Unit(benchmark::kMillisecond);
+
+// Ours (table, filter, normals, segments) and PCL's (plane, outliers, normals, clusters), one after
+// the other in every iteration. Argument: whether PCL's steps after the plane take the whole cloud
+// or what is above the table, as ours do. Counters: milliseconds of each, and ours / PCL for every
+// step and their sum.
+void PerceiveBesidePcl(benchmark::State& state) {
+  const bool whole_cloud = state.range(0) != 0;
+  FiveObjectsCloud();
+  double table = 0.0;
+  double filter = 0.0;
+  double normals = 0.0;
+  double segments = 0.0;
+  PclSeconds pcl;
+  for (auto _ : state) {
+    const auto scene = PerceiveFiveObjects();
+    table += SecondsOf(scene, "table");
+    filter += SecondsOf(scene, "filter");
+    normals += SecondsOf(scene, "normals");
+    segments += SecondsOf(scene, "segments");
+    const PclSeconds one = RunPcl(FiveObjectsCloud(), whole_cloud);
+    pcl.plane += one.plane;
+    pcl.filter += one.filter;
+    pcl.normals += one.normals;
+    pcl.clusters += one.clusters;
+    pcl.points = one.points;
+  }
+  const double ours = table + filter + normals + segments;
+  auto& c = state.counters;
+  c["ours_ms"] = Counter(ours * 1e3, Counter::kAvgIterations);
+  c["pcl_ms"] = Counter(pcl.Sum() * 1e3, Counter::kAvgIterations);
+  c["pcl_points"] = static_cast<double>(pcl.points);
+  c["ratio"] = ours / pcl.Sum();
+  c["ratio_plane"] = table / pcl.plane;
+  c["ratio_filter"] = filter / pcl.filter;
+  c["ratio_normals"] = normals / pcl.normals;
+  c["ratio_segments"] = segments / pcl.clusters;
+}
+BENCHMARK(PerceiveBesidePcl)
+    ->ArgName("whole_cloud")
+    ->Arg(0)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->MinTime(2.0);
+
+}  // namespace
+}  // namespace rangegrasp::bench

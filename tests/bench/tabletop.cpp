@@ -1,0 +1,70 @@
+#include "tabletop.h"
+
+#include <stdexcept>
+
+namespace rangegrasp::bench {
+namespace {
+
+sim::World PlaceFiveObjects() {
+  const auto& context = Context();
+  const std::vector<std::string> names = {"coffee_cup", "salt_cuboid", "spread", "sweets_cylinder",
+                                          "dextrose"};
+  const std::vector<Eigen::Vector2d> places = {
+      {0.0, 0.0}, {0.09, 0.08}, {0.09, -0.08}, {-0.09, 0.09}, {-0.09, -0.09}};
+  std::vector<sim::ObjectModel> models;
+  for (const auto& name : names) {
+    models.push_back(experiment::ObjectModelOf(context.experiment, name));
+  }
+  sim::World world(context.experiment.scene, models, context.experiment.physics);
+  world.SetArm(context.robot.home);
+  for (int i = 0; i < world.objects(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const auto& pose = context.resting_poses.at(names[at]).front();
+    const Eigen::Vector3d place =
+        context.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
+    world.PlaceObject(i, core::MakePose(pose.R_WO.toRotationMatrix(),
+                                        {place.x(), place.y(), pose.height_m + 0.0005}));
+  }
+  if (!world.Settle()) throw std::runtime_error("the five objects do not come to rest");
+  return world;
+}
+
+}  // namespace
+
+const experiment::TrialContext& Context() {
+  static const auto context = experiment::Prepare(
+      experiment::ReadExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml"));
+  return context;
+}
+
+const sim::World& FiveObjects() {
+  static const sim::World world = PlaceFiveObjects();
+  return world;
+}
+
+const sensing::Scan& FiveObjectsScan() {
+  static const sensing::Scan scan = experiment::ScanWorld(Context(), FiveObjects(), 1);
+  return scan;
+}
+
+const geometry::Points& FiveObjectsCloud() {
+  static const geometry::Points points = [] {
+    geometry::Points all = geometry::ToCloud(FiveObjectsScan().image).points;
+    std::erase_if(all, [](const Eigen::Vector3d& p_W) { return p_W.x() < -0.3; });
+    return all;
+  }();
+  return points;
+}
+
+Eigen::Vector3d SensorOrigin() { return FiveObjectsScan().image.origins_C.front(); }
+
+const perception::Scene& FiveObjectsScene() {
+  static const perception::Scene scene = [] {
+    core::Rng rng(1);
+    return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Context().experiment.perception,
+                                rng);
+  }();
+  return scene;
+}
+
+}  // namespace rangegrasp::bench

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <string>
+#include <vector>
+
+#include "core/hash.h"
+#include "core/stopwatch.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::testing_support {
+
+/// The `rangegrasp` program in a process of its own.
+class Command {
+ public:
+  explicit Command(std::vector<std::string> arguments, const std::string& stdout_file = "") {
+    arguments.insert(arguments.begin(), RANGEGRASP_BINARY);
+    const std::string out = stdout_file.empty() ? (folder_ / "out").string() : stdout_file;
+    const std::string err = (folder_ / "err").string();
+    pid_ = fork();
+    if (pid_ != 0) return;
+    Redirect("/dev/null", O_RDONLY, STDIN_FILENO);
+    Redirect(out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
+    Redirect(err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
+    std::vector<char*> argv;
+    for (auto& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  ~Command() {
+    if (!ended_) Kill();
+  }
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  void Kill() {
+    kill(pid_, SIGKILL);
+    Wait(10.0);
+  }
+  bool Runs() {
+    if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;
+    return !ended_;
+  }
+  /// The exit code; -n if signal n ended it, -1000 if it was killed here after the limit.
+  int Wait(double limit_s = 300.0) {
+    const core::Stopwatch watch;
+    while (Runs()) {
+      if (watch.Seconds() > limit_s) {
+        kill(pid_, SIGKILL);
+        ended_ = waitpid(pid_, &status_, 0) == pid_;
+        return -1000;
+      }
+      usleep(1000);
+    }
+    return WIFSIGNALED(status_) ? -WTERMSIG(status_) : WEXITSTATUS(status_);
+  }
+  std::string Out() const { return Text("out"); }
+  std::string Err() const { return Text("err"); }
+
+ private:
+  static void Redirect(const std::string& file, int flags, int to) {
+    const int fd = open(file.c_str(), flags, 0600);
+    if (fd < 0 || dup2(fd, to) < 0) _exit(126);
+  }
+  std::string Text(const std::string& name) const {
+    const auto file = folder_ / name;
+    if (!std::filesystem::exists(file) || std::filesystem::is_empty(file)) return "";
+    return core::ReadFile(file);
+  }
+
+  TempFolder folder_;
+  pid_t pid_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+};
+
+struct Ran {
+  int code = 0;
+  std::string out, err;
+};
+
+/// Runs it to its end.
+inline Ran RunProgram(const std::vector<std::string>& arguments,
+                      const std::string& stdout_file = "") {
+  Command command(arguments, stdout_file);
+  const int code = command.Wait();
+  return {code, command.Out(), command.Err()};
+}
+
+}  // namespace rangegrasp::testing_support

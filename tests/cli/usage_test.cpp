@@ -1,0 +1,216 @@
+// The command line's contract: help, exit codes, and what it says to bad usage and bad input.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+
+const std::vector<std::string> kCommands = {"run",      "table", "trial",    "compare", "merge",
+                                            "snapshot", "scan",  "perceive", "version"};
+
+// Bad usage or input: code 2, a message on stderr that holds `says`, nothing on stdout.
+void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+  const Ran ran = RunProgram(arguments);
+  const std::string what = testing::PrintToString(arguments) + "\n" + ran.err;
+  EXPECT_EQ(ran.code, 2) << what;
+  EXPECT_EQ(ran.out, "") << what;
+  EXPECT_THAT(ran.err, HasSubstr(says)) << what;
+}
+
+TEST(Help, EveryCommandHasAnExampleOfItself) {
+  for (const std::string& command : kCommands) {
+    const Ran ran = RunProgram({command, "--help"});
+    EXPECT_EQ(ran.code, 0) << command;
+    EXPECT_EQ(ran.err, "") << command;
+    EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp " + command)) << ran.out;
+  }
+}
+
+TEST(Help, TheProgramListsItsCommandsAndExitCodes) {
+  const Ran ran = RunProgram({"--help"});
+  EXPECT_EQ(ran.code, 0);
+  for (const std::string& command : kCommands) EXPECT_THAT(ran.out, HasSubstr("  " + command));
+  EXPECT_THAT(ran.out, HasSubstr("Exit codes"));
+}
+
+TEST(Usage, NoCommandOrAnUnknownOneIsRefused) {
+  ExpectRefused({}, "subcommand");
+  ExpectRefused({"fly"}, "fly");
+}
+
+TEST(Usage, UnknownOptionsAndMissingArgumentsAreRefused) {
+  for (const std::string& command : kCommands) {
+    ExpectRefused({command, "--no-such-option"}, "");
+    if (command != "version") ExpectRefused({command}, "required");
+  }
+}
+
+TEST(Usage, OptionValuesOutOfRangeAreRefused) {
+  const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
+  const TempFolder folder;
+  const std::string out = (folder / "out").string();
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"run", experiment, "--out", out});
+    return more;
+  };
+  ExpectRefused(with({"--trials", "0"}), "--trials");
+  ExpectRefused(with({"--trials", "x"}), "--trials");
+  ExpectRefused(with({"--jobs", "0"}), "--jobs");
+  ExpectRefused(with({"--seed", "-1"}), "--seed");
+  ExpectRefused(with({"--format", "xml"}), "--format");
+  for (const char* shard : {"0/2", "3/2", "1", "a/b", "1/2x", "-1/2", ""}) {
+    ExpectRefused(with({std::string("--shard=") + shard}), "--shard");
+  }
+  ExpectRefused(with({"--objects", "coffee_cap"}), "nearest: 'coffee_cup'");
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  for (const char* size : {"0x0", "100", "100x", "x100", "1x1", "99999x99999", "100x100x"}) {
+    ExpectRefused({"snapshot", (kSource / "scenes/tabletop.xml").string(), "-o",
+                   (folder / "a.png").string(), "--size", size},
+                  size);
+  }
+}
+
+TEST(Version, IsJsonThatNamesTheProgramAndItsLibraries) {
+  const Ran ran = RunProgram({"version", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  for (const char* name : {"rangegrasp", "commit", "mujoco", "eigen", "cgal", "ompl", "fcl",
+                           "embree", "sqlite", "yaml-cpp"}) {
+    EXPECT_NE(json.value(name, ""), "") << name << "\n" << ran.out;
+  }
+}
+
+class BadInputTest : public testing::Test {
+ protected:
+  // An experiment on a scene and an object of its own.
+  std::string Experiment(const std::string& scene, const std::string& objects = "[thing]") {
+    folder_.Write("experiments/e.yaml",
+                  "name: demo\nscene: " + scene +
+                      "\nsensor: " + (kSource / "models/sensors/line_scanner.yaml").string() +
+                      "\nobjects: " + objects + "\n");
+    return (folder_ / "experiments/e.yaml").string();
+  }
+  std::string Tabletop() const { return (kSource / "scenes/tabletop.xml").string(); }
+  void Thing(const std::string& mjcf) { folder_.Write("models/objects/thing/thing.xml", mjcf); }
+  std::string Out() const { return (folder_ / "out").string(); }
+
+  TempFolder folder_;
+};
+
+TEST_F(BadInputTest, ABadExperimentIsNamedWithFileAndLine) {
+  ExpectRefused({"run", (folder_ / "none.yaml").string()}, (folder_ / "none.yaml").string());
+  const std::string file = folder_.Write("e.yaml", "name: demo\nsceen: x\n").string();
+  ExpectRefused({"run", file, "--out", Out()}, file + ":1: key 'scene'");
+  folder_.Write("e.yaml", "name: [\n");
+  ExpectRefused({"run", file, "--out", Out()}, file + ":");
+  Thing("<mujoco/>");
+  const std::string typo = Experiment(Tabletop());
+  folder_.Write("experiments/e.yaml",
+                core::ReadFile(folder_ / "experiments/e.yaml") + "trails_per_object: 3\n");
+  for (const char* command : {"run", "scan", "snapshot"}) {
+    std::vector<std::string> arguments = {command, typo};
+    if (command != std::string("run")) arguments.insert(arguments.end(), {"-o", Out()});
+    ExpectRefused(arguments, typo + ":5: unknown key 'trails_per_object'");
+  }
+  EXPECT_FALSE(std::filesystem::exists(Out()));
+}
+
+TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
+  Thing(
+      "<mujoco><worldbody><body name=\"thing\"><freejoint/><geom size=\".1\"/></body></worldbody>"
+      "</mujoco>");
+  ExpectRefused({"run", Experiment("missing.xml"), "--out", Out()}, "missing.xml");
+  for (const char* text : {"", "no xml", "<mujoco>", "<mujoco><worldbody><geom/></worldbody>"}) {
+    const std::string scene = folder_.Write("experiments/broken.xml", text).string();
+    ExpectRefused({"run", Experiment("broken.xml"), "--out", Out()}, scene);
+    ExpectRefused({"snapshot", scene, "-o", (folder_ / "a.png").string()}, scene);
+    ExpectRefused({"scan", scene, "-o", (folder_ / "a.pcd").string()}, scene);
+  }
+  ExpectRefused({"snapshot", (folder_ / "none.xml").string(), "-o", Out()}, "none.xml");
+}
+
+TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {
+  const std::string model = (folder_ / "models/objects/thing/thing.xml").string();
+  for (const char* text : {"", "<mujoco>", "<mujoco/>",
+                           // no freejoint
+                           "<mujoco><worldbody><body name=\"thing\"><geom "
+                           "size=\".1\"/></body></worldbody></mujoco>"}) {
+    Thing(text);
+    ExpectRefused({"run", Experiment(Tabletop()), "--out", Out()}, model);
+  }
+  ExpectRefused({"run", Experiment(Tabletop(), "[none]"), "--out", Out()}, "nearest: 'thing'");
+}
+
+TEST_F(BadInputTest, ACloudThatIsNoneIsNamed) {
+  const std::string header =
+      "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n";
+  std::string no_points = header;
+  no_points.replace(no_points.find("WIDTH 3"), 7, "WIDTH 0");
+  no_points.replace(no_points.find("POINTS 3"), 8, "POINTS 0");
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {"empty.pcd", ""},
+      {"text.pcd", "hello\n"},
+      {"header.pcd", header},
+      {"short.pcd", header + "1 2 3\n"},
+      {"words.pcd", header + "a b c\na b c\na b c\n"},
+      {"no_points.pcd", no_points},
+      {"nan.pcd", header + "nan nan nan\nnan nan nan\nnan nan nan\n"},
+      {"few.pcd", header + "0 0 0\n1 0 0\n0 1 0\n"},
+      {"cloud.xyz", "1 2 3\n"},
+      {"text.ply", "ply\nformat ascii 1.0\n"},
+  };
+  for (const auto& [name, text] : files) {
+    const std::string file = folder_.Write(name, text).string();
+    ExpectRefused({"perceive", file}, file);
+  }
+  ExpectRefused({"perceive", (folder_ / "missing.pcd").string()}, "missing.pcd");
+  ExpectRefused({"perceive", folder_.path().string()}, folder_.path().string());
+}
+
+TEST_F(BadInputTest, AFolderWithoutResultsIsNamed) {
+  const std::string folder = folder_.path().string();
+  ExpectRefused({"table", folder}, folder);
+  ExpectRefused({"trial", folder, "mug-0000"}, folder);
+  ExpectRefused({"compare", folder, folder}, folder);
+  ExpectRefused({"merge", folder, "-o", Out()}, folder);
+  folder_.Write("results.sqlite", std::string(4096, 'x'));
+  ExpectRefused({"table", folder}, folder);
+}
+
+TEST_F(BadInputTest, AnOutputThatCannotBeMadeIsNamed) {
+  const std::string below = (folder_.Write("file", "") / "below").string();
+  const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
+  ExpectRefused({"run", experiment, "--out", below}, below);
+  ExpectRefused({"run", experiment, "--out", "/proc/self"}, "/proc/self");
+  ExpectRefused({"snapshot", Tabletop(), "-o", below + "/a.png", "--size", "16x16"}, below);
+}
+
+TEST(FullDisk, IsSaidAndEndsWithCodeOne) {
+  for (const auto& arguments : {std::vector<std::string>{"version"}, {"version", "--json"}}) {
+    const Ran ran = RunProgram(arguments, "/dev/full");
+    EXPECT_EQ(ran.code, 1);
+    EXPECT_THAT(ran.err, HasSubstr("stdout"));
+  }
+  const TempFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder / "full.png");
+  const Ran ran = RunProgram({"snapshot", (kSource / "scenes/tabletop.xml").string(), "-o",
+                              (folder / "full.png").string(), "--size", "64x64"});
+  EXPECT_EQ(ran.code, 1) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("full.png"));
+}
+
+}  // namespace
+}  // namespace rangegrasp

@@ -1,0 +1,219 @@
+#include "experiment/store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <array>
+#include <set>
+
+#include "core/error.h"
+#include "experiment/child.h"
+#include "experiment/sample_result.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::InChild;
+using testing_support::LimitFileSize;
+using testing_support::TempFolder;
+
+void ExpectSame(const std::vector<TrialResult>& a, const std::vector<TrialResult>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(Row(a[i]), Row(b[i]));
+    EXPECT_EQ(a[i].seconds, b[i].seconds);
+  }
+}
+
+template <typename Error>
+std::string MessageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& e) {
+    return e.what();
+  } catch (const std::exception& e) {
+    ADD_FAILURE() << "another error: " << e.what();
+    return "";
+  }
+  ADD_FAILURE() << "no error";
+  return "";
+}
+
+TEST(Store, RoundTripsEveryFieldExactly) {
+  const TempFolder folder;
+  std::vector<TrialResult> written;
+  for (int i = 0; i < 30; ++i) written.push_back(SampleResult({"mug", i}));
+  written[3].seed = ~std::uint64_t{0};
+  written[4].detail = std::string("nul \0, quote ' and \" and \xff", 27);
+  written[5].seconds.clear();
+  written[6].log = std::string(200000, 'x');
+  {
+    Store store = Store::Create(folder / "a/b");
+    for (const auto& result : written) store.Write(result);
+    ExpectSame(store.ReadAll(), written);
+  }
+  ExpectSame(Store::Open(folder / "a/b").ReadAll(), written);
+}
+
+TEST(Store, AllComeBackById) {
+  const TempFolder folder;
+  Store store = Store::Create(folder.path());
+  for (const int i : {2, 0, 1}) store.Write(SampleResult({"mug", i}));
+  store.Write(SampleResult({"ball", 7}));
+  std::vector<std::string> ids;
+  for (const auto& result : store.ReadAll()) ids.push_back(result.id);
+  EXPECT_EQ(ids, (std::vector<std::string>{"ball-0007", "mug-0000", "mug-0001", "mug-0002"}));
+}
+
+TEST(Store, ATrialOfTheSameIdIsReplacedWhole) {
+  const TempFolder folder;
+  Store store = Store::Create(folder.path());
+  TrialResult result = SampleResult({"mug", 0});
+  store.Write(result);
+  result.detail = "again";
+  result.seconds = {{"only", 2.0}};
+  store.Write(result);
+  ExpectSame(store.ReadAll(), {result});
+}
+
+TEST(Store, KeepsItsStamp) {
+  const TempFolder folder;
+  Store store = Store::Create(folder.path());
+  EXPECT_TRUE(store.ReadStamp().empty());
+  store.WriteStamp({{"seed", "1"}, {"reference", "a,b\n1,2\n"}});
+  store.WriteStamp({{"seed", "2"}});
+  EXPECT_EQ(Store::Open(folder.path()).ReadStamp(),
+            (std::map<std::string, std::string>{{"seed", "2"}, {"reference", "a,b\n1,2\n"}}));
+}
+
+TEST(Store, MayBeReadWhileItIsWritten) {
+  const TempFolder folder;
+  Store writer = Store::Create(folder.path());
+  writer.Write(SampleResult({"mug", 0}));
+  const Store reader = Store::Open(folder.path());
+  EXPECT_EQ(reader.ReadAll().size(), 1u);
+  writer.Write(SampleResult({"mug", 1}));
+  EXPECT_EQ(reader.ReadAll().size(), 2u);
+}
+
+// A writer in a process of its own is killed after about `delay_us`: what it had acknowledged on a
+// pipe must be there, and every row whole.
+void KillWriterAfter(useconds_t delay_us, const std::filesystem::path& folder) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    Store store = Store::Create(folder);
+    for (int i = 0; i < 9999; ++i) {
+      store.Write(SampleResult({"mug", i}));
+      if (write(ends[1], "x", 1) != 1) _exit(1);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  std::size_t acknowledged = 0;
+  std::array<char, 4096> buffer{};
+  ASSERT_EQ(read(ends[0], buffer.data(), 1), 1);
+  usleep(delay_us);
+  kill(pid, SIGKILL);
+  acknowledged = 1;
+  for (ssize_t n = 0; (n = read(ends[0], buffer.data(), buffer.size())) > 0;) {
+    acknowledged += static_cast<std::size_t>(n);
+  }
+  close(ends[0]);
+  waitpid(pid, nullptr, 0);
+
+  Store store = Store::Create(folder);
+  const auto rows = store.ReadAll();
+  EXPECT_GE(rows.size(), acknowledged);
+  EXPECT_LE(rows.size(), acknowledged + 1);
+  std::vector<TrialResult> expected;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    expected.push_back(SampleResult({"mug", static_cast<int>(i)}));
+  }
+  ExpectSame(rows, expected);
+  store.Write(SampleResult({"next", 0}));
+  EXPECT_EQ(store.ReadAll().size(), rows.size() + 1);
+}
+
+TEST(Store, AKilledWriterLosesNothingThatItHadFinished) {
+  const TempFolder folder;
+  for (useconds_t i = 0; i < 20; ++i) {
+    KillWriterAfter(i * 1700, folder / std::to_string(i));
+  }
+}
+
+TEST(Store, AFullDiskIsARunErrorAndKeepsTheRowsBefore) {
+  const TempFolder folder;
+  const int code = InChild([&] {
+    Store store = Store::Create(folder.path());
+    store.Write(SampleResult({"mug", 0}));
+    LimitFileSize(300000);
+    for (int i = 1; i < 1000; ++i) {
+      TrialResult result = SampleResult({"mug", i});
+      result.log = std::string(10000, 'x');
+      try {
+        store.Write(result);
+      } catch (const core::RunError& e) {
+        const bool named = std::string(e.what()).find("results.sqlite") != std::string::npos;
+        return named ? 10 + (static_cast<int>(store.ReadAll().size()) == i ? 0 : 1) : 12;
+      }
+    }
+    return 1;
+  });
+  EXPECT_EQ(code, 10);
+  const auto rows = Store::Open(folder.path()).ReadAll();
+  ASSERT_GT(rows.size(), 3u);
+  EXPECT_EQ(Row(rows[0]), Row(SampleResult({"mug", 0})));
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i].log.size(), 10000u);
+}
+
+TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {
+  const TempFolder folder;
+  folder.Write("file", "");
+  for (const std::filesystem::path& bad :
+       {folder / "file", folder / "file/below", std::filesystem::path("/proc/rangegrasp")}) {
+    EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
+  }
+  // A folder that exists but takes no files, whoever asks.
+  EXPECT_THAT(MessageOf<core::InputError>([] { Store::Create("/proc/self"); }),
+              HasSubstr("/proc/self/results.sqlite"));
+}
+
+TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
+  const TempFolder folder;
+  const auto file = folder.Write("results.sqlite", std::string(5000, 'x'));
+  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder.path()); }),
+              HasSubstr(file.string()));
+  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Create(folder.path()); }),
+              HasSubstr(file.string()));
+  folder.Write("empty/results.sqlite", "");
+  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder / "empty"); }),
+              HasSubstr("no results"));
+}
+
+TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
+  const TempFolder folder;
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db, "CREATE TABLE other(x)", nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder.path()); }),
+              HasSubstr("no such table"));
+}
+
+TEST(Store, AFolderWithoutResultsIsAnInputErrorThatSaysWhatToGive) {
+  const TempFolder folder;
+  EXPECT_FALSE(Store::Exists(folder.path()));
+  for (const auto& bad : {folder.path(), folder / "missing"}) {
+    EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(bad); }),
+                testing::AllOf(HasSubstr(bad.string()), HasSubstr("no results here")));
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::experiment

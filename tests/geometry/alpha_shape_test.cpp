@@ -1,0 +1,261 @@
+#include "geometry/alpha_shape.h"
+
+#include <CGAL/Alpha_shape_2.h>
+#include <CGAL/Alpha_shape_3.h>
+#include <CGAL/Alpha_shape_cell_base_3.h>
+#include <CGAL/Alpha_shape_face_base_2.h>
+#include <CGAL/Alpha_shape_vertex_base_2.h>
+#include <CGAL/Alpha_shape_vertex_base_3.h>
+#include <CGAL/Delaunay_triangulation_2.h>
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/units.h"
+#include "geometry/random_points.h"
+#include "geometry/synthetic.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Alpha3 = CGAL::Alpha_shape_3<CGAL::Delaunay_triangulation_3<
+    Kernel, CGAL::Triangulation_data_structure_3<CGAL::Alpha_shape_vertex_base_3<Kernel>,
+                                                 CGAL::Alpha_shape_cell_base_3<Kernel>>>>;
+using Alpha2 = CGAL::Alpha_shape_2<CGAL::Delaunay_triangulation_2<
+    Kernel, CGAL::Triangulation_data_structure_2<CGAL::Alpha_shape_vertex_base_2<Kernel>,
+                                                 CGAL::Alpha_shape_face_base_2<Kernel>>>>;
+using TriangleSet = std::set<std::array<std::uint32_t, 3>>;
+
+template <class Point>
+struct Less {
+  bool operator()(const Point& a, const Point& b) const {
+    return std::lexicographical_compare(a.data(), a.data() + a.size(), b.data(),
+                                        b.data() + b.size());
+  }
+};
+
+/// CGAL's own alpha shape: every facet that is not exterior.
+TriangleSet ReferenceTriangles(const Points& points, double alpha) {
+  std::map<Eigen::Vector3d, std::uint32_t, Less<Eigen::Vector3d>> position;
+  std::vector<Kernel::Point_3> input;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    position.emplace(points[i], i);
+    input.emplace_back(points[i].x(), points[i].y(), points[i].z());
+  }
+  Alpha3 shape(input.begin(), input.end(), alpha * alpha, Alpha3::GENERAL);
+  TriangleSet triangles;
+  for (auto f = shape.finite_facets_begin(); f != shape.finite_facets_end(); ++f) {
+    if (shape.classify(*f) == Alpha3::EXTERIOR) continue;
+    std::array<std::uint32_t, 3> t{};
+    for (int i = 0; i < 3; ++i) {
+      const auto& p = f->first->vertex((f->second + 1 + i) & 3)->point();
+      t[static_cast<std::size_t>(i)] = position.at(Eigen::Vector3d(p.x(), p.y(), p.z()));
+    }
+    std::sort(t.begin(), t.end());
+    triangles.insert(t);
+  }
+  return triangles;
+}
+
+class SeededAlpha : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededAlpha, ::testing::Range<std::uint64_t>(0, 20));
+
+TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
+  core::Rng rng(GetParam());
+  const Points points = testing::RandomPoints(4 + rng.Index(200), 1.0, rng);
+  const double alpha = rng.Uniform(0.1, 0.8);
+  const AlphaComplex complex = BuildAlphaComplex(points, alpha);
+  const TriangleSet triangles(complex.triangles.begin(), complex.triangles.end());
+  EXPECT_EQ(triangles.size(), complex.triangles.size());
+  EXPECT_EQ(triangles, ReferenceTriangles(points, alpha));
+}
+
+/// Components over the triangles by repeated relabelling, without a union-find.
+std::vector<std::uint32_t> SlowComponents(std::size_t n, const AlphaComplex& complex) {
+  std::vector<std::uint32_t> label(n);
+  for (std::uint32_t i = 0; i < n; ++i) label[i] = i;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& t : complex.triangles) {
+      const std::uint32_t low = std::min({label[t[0]], label[t[1]], label[t[2]]});
+      for (const std::uint32_t i : t) {
+        changed = changed || label[i] != low;
+        label[i] = low;
+      }
+    }
+  }
+  return label;
+}
+
+TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
+  core::Rng rng(GetParam());
+  const Points points = testing::RandomPoints(300, 1.0, rng);
+  const AlphaComplex complex = BuildAlphaComplex(points, 0.13);
+  const auto expected = SlowComponents(points.size(), complex);
+  std::set<std::uint32_t> used;
+  for (const auto& t : complex.triangles) used.insert(t.begin(), t.end());
+  std::map<std::int32_t, std::set<std::uint32_t>> parts;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    EXPECT_EQ(complex.component[i] < 0, !used.contains(i));
+    if (complex.component[i] >= 0) parts[complex.component[i]].insert(expected[i]);
+  }
+  EXPECT_EQ(static_cast<std::int32_t>(parts.size()), complex.components);
+  std::set<std::uint32_t> seen;
+  std::size_t before = points.size();
+  for (const auto& [label, slow] : parts) {
+    EXPECT_EQ(slow.size(), 1u);
+    EXPECT_TRUE(seen.insert(*slow.begin()).second);
+    const auto size = static_cast<std::size_t>(
+        std::count(complex.component.begin(), complex.component.end(), label));
+    EXPECT_LE(size, before);
+    before = size;
+  }
+}
+
+TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
+  core::Rng rng(GetParam());
+  Points points;  // cospherical everywhere: the triangulation itself is ambiguous
+  for (int x = 0; x < 7; ++x) {
+    for (int y = 0; y < 7; ++y) {
+      for (int z = 0; z < 3; ++z) points.emplace_back(x, y, z);
+    }
+  }
+  const Indices order = testing::Permutation(points.size(), rng);
+  const Points shuffled = Select(points, order);
+  const AlphaComplex a = BuildAlphaComplex(points, 0.8);
+  AlphaComplex b = BuildAlphaComplex(shuffled, 0.8);
+  EXPECT_EQ(a.components, b.components);
+  for (auto& t : b.triangles) {
+    for (std::uint32_t& i : t) i = order[i];
+    std::sort(t.begin(), t.end());
+  }
+  EXPECT_EQ(TriangleSet(a.triangles.begin(), a.triangles.end()),
+            TriangleSet(b.triangles.begin(), b.triangles.end()));
+}
+
+TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
+  core::Rng rng(GetParam());
+  // A table scene, thinned at random, so that there are gaps about as wide as alpha.
+  synthetic::ScanOptions options;
+  options.seed = GetParam();
+  options.step_m = 0.004;
+  options.sigma_m = rng.Uniform(0.0, 0.001);
+  options.outliers = 10;
+  Points points;
+  const double keep = rng.Uniform(0.2, 1.0);
+  for (const Eigen::Vector3d& p :
+       synthetic::MakeScan(synthetic::MixedObjects(), options).points_W) {
+    if (rng.Uniform() < keep) points.push_back(p);
+  }
+  const double alpha = rng.Uniform(0.002, 0.012);
+  const AlphaComplex complex = BuildAlphaComplex(points, alpha);
+  const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
+  EXPECT_EQ(fast.components, complex.components);
+  EXPECT_EQ(fast.component, complex.component);
+}
+
+TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
+  core::Rng rng(GetParam());
+  Points points = testing::RandomPoints(rng.Index(400), 1.0, rng);
+  if (GetParam() % 4 == 1) {  // flat
+    for (Eigen::Vector3d& p : points) p.z() = 0.5;
+  }
+  if (GetParam() % 4 == 2) {  // on a grid, with twins
+    for (Eigen::Vector3d& p : points) p = (8.0 * p).array().round() / 8.0;
+  }
+  for (const double alpha : {0.02, 0.06, 0.1, 0.13, 0.2, 0.5, 3.0}) {
+    const AlphaComplex complex = BuildAlphaComplex(points, alpha);
+    const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
+    EXPECT_EQ(fast.components, complex.components) << alpha;
+    EXPECT_EQ(fast.component, complex.component) << alpha;
+  }
+}
+
+TEST(Alpha, TwinsShareAComponent) {
+  const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0},
+                         {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {9.0, 9.0, 9.0}};
+  const AlphaComplex complex = BuildAlphaComplex(points, 1.0);
+  EXPECT_EQ(complex.component, (std::vector<std::int32_t>{0, 0, 0, 0, 0, -1}));
+}
+
+TEST(Alpha, FlatAndTinyCloudsHaveTheirComplexToo) {
+  const Points square = {{0.0, 0.0, 1.0}, {1.0, 0.0, 1.0}, {1.0, 1.0, 1.0}, {0.0, 1.0, 1.0}};
+  EXPECT_EQ(BuildAlphaComplex(square, 0.71).triangles.size(), 2u);
+  EXPECT_TRUE(BuildAlphaComplex(square, 0.70).triangles.empty());
+  EXPECT_TRUE(BuildAlphaComplex(Points{}, 1.0).triangles.empty());
+  EXPECT_TRUE(BuildAlphaComplex(Points(4, {0.0, 0.0, 0.0}), 1.0).triangles.empty());
+}
+
+double SignedArea(const std::vector<Eigen::Vector2d>& p, const std::vector<std::uint32_t>& loop) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const auto& a = p[loop[i]];
+    const auto& b = p[loop[(i + 1) % loop.size()]];
+    area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+  }
+  return area;
+}
+
+TEST_P(SeededAlpha, The2DTrianglesAreThoseOfCgalsAlphaShapeAndTheLoopsBoundThem) {
+  core::Rng rng(GetParam());
+  std::vector<Eigen::Vector2d> points;
+  std::vector<Kernel::Point_2> input;
+  for (std::size_t i = 0; i < 200; ++i) {
+    const double x = rng.Uniform();
+    const double y = rng.Uniform();
+    points.emplace_back(x, y);
+    input.emplace_back(x, y);
+  }
+  const double alpha = rng.Uniform(0.03, 0.15);
+  const AlphaShape2 shape = BuildAlphaShape2(points, alpha);
+  Alpha2 reference(input.begin(), input.end(), alpha * alpha, Alpha2::GENERAL);
+  std::size_t interior = 0;
+  for (auto f = reference.finite_faces_begin(); f != reference.finite_faces_end(); ++f) {
+    interior += reference.classify(f) == Alpha2::INTERIOR ? 1 : 0;
+  }
+  EXPECT_EQ(shape.triangles.size(), interior);
+  double loops = 0.0;
+  for (const auto& loop : shape.loops) {
+    EXPECT_GE(loop.size(), 3u);
+    loops += SignedArea(points, loop);
+  }
+  EXPECT_NEAR(loops, shape.area_m2, 1e-12);  // Green: holes count negative
+}
+
+TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
+  std::vector<Eigen::Vector2d> points;
+  core::Rng rng(4);
+  for (double r : {0.05, 0.0485, 0.047, 0.0455, 0.044}) {
+    for (int i = 0; i < 200; ++i) {
+      const double angle = 2.0 * core::kPi * (i + rng.Uniform(-0.2, 0.2)) / 200;
+      points.emplace_back(r * std::cos(angle), r * std::sin(angle));
+    }
+  }
+  const AlphaShape2 shape = BuildAlphaShape2(points, 0.004);
+  ASSERT_EQ(shape.loops.size(), 2u);
+  EXPECT_GT(SignedArea(points, shape.loops[0]), 0.0);
+  EXPECT_LT(SignedArea(points, shape.loops[1]), 0.0);
+  // The chords of 200 sides stay within 1 - cos(1.2 pi / 200) = 2e-4 of the radius.
+  for (const std::uint32_t i : shape.loops[0]) EXPECT_NEAR(points[i].norm(), 0.05, 1e-9);
+  for (const std::uint32_t i : shape.loops[1]) EXPECT_NEAR(points[i].norm(), 0.044, 1e-9);
+  EXPECT_NEAR(shape.area_m2, core::kPi * (0.05 * 0.05 - 0.044 * 0.044), 1e-5);
+}
+
+TEST(Alpha2D, TrianglesThatTouchInAPointGiveSimpleLoops) {
+  const std::vector<Eigen::Vector2d> points = {
+      {0.0, 0.0}, {1.0, 0.5}, {1.0, -0.5}, {-1.0, 0.5}, {-1.0, -0.5}};
+  const AlphaShape2 shape = BuildAlphaShape2(points, 0.7);
+  EXPECT_EQ(shape.triangles.size(), 2u);
+  EXPECT_EQ(shape.loops.size(), 2u);
+  for (const auto& loop : shape.loops) EXPECT_EQ(loop.size(), 3u);
+  EXPECT_TRUE(BuildAlphaShape2({}, 1.0).loops.empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,94 @@
+#include "geometry/hull.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "geometry/plane.h"
+#include "geometry/random_points.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+class SeededHull : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededHull, ::testing::Range<std::uint64_t>(0, 20));
+
+TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
+  core::Rng rng(GetParam());
+  const Points points = testing::RandomPoints(4 + rng.Index(300), 1.0, rng);
+  const TriangleMesh hull = ConvexHull(points);
+  ASSERT_FALSE(hull.triangles.empty());
+  for (const auto& [a, b, c] : hull.triangles) {
+    const auto plane = PlaneThrough(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
+    ASSERT_TRUE(plane);
+    for (const Eigen::Vector3d& p : points) EXPECT_LE(plane->Distance(p), 1e-12);
+  }
+  for (const Eigen::Vector3d& v : hull.vertices) {
+    EXPECT_NE(std::find(points.begin(), points.end(), v), points.end());
+  }
+  EXPECT_GT(Volume(hull), 0.0);
+  // Euler: a closed triangle mesh of a ball.
+  EXPECT_EQ(hull.triangles.size(), 2 * hull.vertices.size() - 4);
+}
+
+TEST_P(SeededHull, VerticesAreThePointsThatABruteForceFindsExtreme) {
+  core::Rng rng(GetParam());
+  const Points points = testing::RandomPoints(25, 1.0, rng);
+  // A vertex is on some plane through three points that has all others on one side.
+  std::vector<bool> extreme(points.size(), false);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      for (std::size_t k = j + 1; k < points.size(); ++k) {
+        const auto plane = PlaneThrough(points[i], points[j], points[k]);
+        int above = 0;
+        int below = 0;
+        for (std::size_t m = 0; m < points.size(); ++m) {
+          if (m == i || m == j || m == k) continue;
+          (plane->Distance(points[m]) > 0.0 ? above : below) += 1;
+        }
+        if (above == 0 || below == 0) extreme[i] = extreme[j] = extreme[k] = true;
+      }
+    }
+  }
+  const auto expected = std::count(extreme.begin(), extreme.end(), true);
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(ConvexHull(points).vertices.size()), expected);
+}
+
+TEST(Hull, OfACubeWithPointsOnItsFacesIsTheCube) {
+  Points points;
+  for (int x = 0; x <= 4; ++x) {
+    for (int y = 0; y <= 4; ++y) {
+      for (int z = 0; z <= 4; ++z) points.emplace_back(x / 4.0, y / 4.0, z / 4.0);
+    }
+  }
+  EXPECT_NEAR(Volume(ConvexHull(points)), 1.0, 1e-12);
+}
+
+TEST(Hull, OfFlatPointsIsEmpty) {
+  core::Rng rng(1);
+  Points flat = testing::RandomPoints(50, 1.0, rng);
+  for (Eigen::Vector3d& p : flat) p.z() = 2.0 * p.x() - p.y();
+  EXPECT_TRUE(ConvexHull(flat).triangles.empty());
+  EXPECT_TRUE(ConvexHull(Points{}).triangles.empty());
+  EXPECT_TRUE(ConvexHull(Points(10, Eigen::Vector3d(1.0, 1.0, 1.0))).triangles.empty());
+}
+
+TEST(Hull2, OfASquareWithPointsInItIsItsCornersCounterClockwise) {
+  const std::vector<Eigen::Vector2d> points = {{0.0, 0.0}, {0.5, 0.5}, {1.0, 1.0}, {0.0, 1.0},
+                                               {1.0, 0.0}, {0.5, 0.0}, {0.3, 0.8}, {1.0, 1.0}};
+  const auto hull = ConvexHull2(points);
+  ASSERT_EQ(hull.size(), 4u);
+  double area = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& a = hull[i];
+    const auto& b = hull[(i + 1) % 4];
+    area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+  }
+  EXPECT_NEAR(area, 1.0, 1e-12);
+  EXPECT_TRUE(ConvexHull2({}).empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,346 @@
+#include "geometry/io.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <sstream>
+
+#include "core/error.h"
+#include "geometry/random_points.h"
+#include "geometry/shape.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+using core::InputError;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// A folder of the test's own, removed at its end.
+class Io : public ::testing::Test {
+ protected:
+  Io() : folder_(std::filesystem::temp_directory_path() / ("rangegrasp_io_" + Name())) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~Io() override { std::filesystem::remove_all(folder_); }
+
+  static std::string Name() {
+    return ::testing::UnitTest::GetInstance()->current_test_info()->name() + std::string("_") +
+           std::to_string(::getpid());
+  }
+  std::filesystem::path Path(const std::string& name) const { return folder_ / name; }
+  std::filesystem::path Write(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name), std::ios::binary) << text;
+    return Path(name);
+  }
+  static std::string Read(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::string Message(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(no InputError)";
+}
+
+std::string Ascii(const std::string& points = "POINTS 2\n", const std::string& fields = "x y z",
+                  const std::string& type = "F F F", const std::string& body = "1 2 3\n4 5 6\n",
+                  const std::string& data = "ascii") {
+  return "# .PCD v0.7\nVERSION 0.7\nFIELDS " + fields + "\nSIZE 4 4 4\nTYPE " + type +
+         "\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0.5 0 1 1 0 0 0\n" + points + "DATA " + data +
+         "\n" + body;
+}
+
+pcl::PointCloud<pcl::PointXYZRGB> RandomPclCloud(core::Rng& rng) {
+  pcl::PointCloud<pcl::PointXYZRGB> cloud(20, 10);
+  for (auto& p : cloud) {
+    p.x = static_cast<float>(rng.Normal());
+    p.y = static_cast<float>(rng.Normal());
+    p.z = static_cast<float>(rng.Normal());
+    p.r = static_cast<std::uint8_t>(rng.Index(3));
+  }
+  cloud.at(3, 4).x = std::numeric_limits<float>::quiet_NaN();
+  cloud.sensor_origin_ = {0.25f, 0.5f, 1.0f, 1.0f};
+  return cloud;
+}
+
+void ExpectSame(const CloudFile& ours, const pcl::PointCloud<pcl::PointXYZRGB>& theirs,
+                double tolerance) {
+  ASSERT_EQ(ours.width, static_cast<int>(theirs.width));
+  ASSERT_EQ(ours.height, static_cast<int>(theirs.height));
+  ASSERT_EQ(ours.points.size(), theirs.size());
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    const Eigen::Vector3d p = theirs[i].getVector3fMap().cast<double>();
+    EXPECT_EQ(ours.points[i].allFinite(), p.allFinite());
+    if (!p.allFinite()) continue;
+    EXPECT_LE((ours.points[i] - p).norm(), tolerance);
+  }
+  ASSERT_TRUE(ours.sensor_origin);
+  EXPECT_EQ(*ours.sensor_origin, Eigen::Vector3d(0.25, 0.5, 1.0));
+}
+
+TEST_F(Io, ReadsWhatPclWritesInEveryPcdFormat) {
+  core::Rng rng(1);
+  const auto cloud = RandomPclCloud(rng);
+  pcl::PCDWriter writer;
+  writer.writeASCII(Path("a.pcd").string(), cloud, 9);
+  writer.writeBinary(Path("b.pcd").string(), cloud);
+  writer.writeBinaryCompressed(Path("c.pcd").string(), cloud);
+  ExpectSame(ReadCloud(Path("a.pcd")), cloud, 1e-6);  // 9 digits
+  ExpectSame(ReadCloud(Path("b.pcd")), cloud, 0.0);
+  ExpectSame(ReadCloud(Path("c.pcd")), cloud, 0.0);
+}
+
+RangeImage RandomImage(core::Rng& rng) {
+  RangeImage image;
+  image.profiles = 7;
+  image.samples = 11;
+  image.points_C = testing::RandomPoints(77, 1.0, rng);
+  image.points_C[5].setConstant(std::numeric_limits<double>::quiet_NaN());
+  image.origins_C = {{0.8, 0.0, 0.62}};
+  return image;
+}
+
+TEST_F(Io, PclReadsWhatWeWrite) {
+  core::Rng rng(2);
+  const RangeImage image = RandomImage(rng);
+  CloudField label{"label", Indices(77, 3u)};
+  label.values[4] = 4000000000u;
+  WriteCloud(Path("w.pcd"), image, {label});
+  pcl::PointCloud<pcl::PointXYZL> cloud;
+  ASSERT_EQ(pcl::io::loadPCDFile(Path("w.pcd").string(), cloud), 0);
+  ASSERT_EQ(cloud.width, 11u);
+  ASSERT_EQ(cloud.height, 7u);
+  EXPECT_NEAR(static_cast<double>(cloud.sensor_origin_.z()), 0.62, 1e-6);
+  for (std::size_t i = 0; i < 77; ++i) {
+    EXPECT_EQ(cloud[i].label, label.values[i]);
+    if (i == 5) continue;
+    EXPECT_EQ(cloud[i].getVector3fMap(), image.points_C[i].cast<float>());
+  }
+}
+
+TEST_F(Io, CloudsSurviveAWriteAndARead) {
+  core::Rng rng(3);
+  const RangeImage image = RandomImage(rng);
+  WriteCloud(Path("w.pcd"), image);
+  WriteCloud(Path("w.ply"), image, {{"label", Indices(77, 1u)}});
+  const CloudFile pcd = ReadCloud(Path("w.pcd"));
+  const CloudFile ply = ReadCloud(Path("w.ply"));
+  EXPECT_EQ(pcd.width, 11);
+  EXPECT_EQ(pcd.height, 7);
+  EXPECT_EQ(ply.points.size(), 76u);  // the measured ones
+  EXPECT_TRUE(std::isnan(pcd.points[5].x()));
+  for (std::size_t i = 0; i < 77; ++i) {
+    if (i == 5) continue;
+    EXPECT_LE((pcd.points[i] - image.points_C[i]).norm(), 1e-7);
+    EXPECT_LE((ply.points[i - (i > 5 ? 1 : 0)] - image.points_C[i]).norm(), 1e-7);
+  }
+  EXPECT_THROW(WriteCloud(Path("x.pcd"), image, {{"label", {1}}}), std::invalid_argument);
+}
+
+TEST_F(Io, TheUnitScalesPointsAndViewpoint) {
+  const CloudFile cloud = ReadCloud(Write("mm.pcd", Ascii()), 0.001);
+  EXPECT_TRUE(cloud.points[1].isApprox(Eigen::Vector3d(0.004, 0.005, 0.006)));
+  EXPECT_TRUE(cloud.sensor_origin->isApprox(Eigen::Vector3d(0.0005, 0.0, 0.001)));
+  EXPECT_THROW(ReadCloud(Path("mm.pcd"), 0.0), std::invalid_argument);
+}
+
+TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
+  const auto message = [this](const std::string& text) {
+    const auto file = Write("broken.pcd", text);
+    return Message([&] { ReadCloud(file); });
+  };
+  EXPECT_THAT(Message([&] { ReadCloud(Path("none.pcd")); }),
+              AllOf(HasSubstr("none.pcd"), HasSubstr("no such file")));
+  EXPECT_THAT(Message([&] { ReadCloud(folder_); }), HasSubstr("is a folder"));
+  EXPECT_THAT(message(""), HasSubstr("is empty"));
+  EXPECT_THAT(message("hello\n"), AllOf(HasSubstr("broken.pcd:1:"), HasSubstr("\"hello\"")));
+  EXPECT_THAT(message("# nothing more\n"), HasSubstr("without DATA"));
+  EXPECT_THAT(message(Ascii("POINTS 99999999999999\n")),
+              AllOf(HasSubstr("broken.pcd:10:"), HasSubstr("99999999999999")));
+  EXPECT_THAT(message(Ascii("POINTS 3\n")), HasSubstr("WIDTH x HEIGHT is 2 x 1"));
+  EXPECT_THAT(message(Ascii("POINTS -2\n")), HasSubstr("\"-2\""));
+  EXPECT_THAT(message(Ascii("", "x y q")), HasSubstr("has no z"));
+  EXPECT_THAT(message(Ascii("", "x y z", "U F F")),
+              AllOf(HasSubstr("field x"), HasSubstr("TYPE U")));
+  EXPECT_THAT(message(Ascii("", "x y")), HasSubstr("2 FIELDS"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n")), HasSubstr("after 1 points"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1\n")), HasSubstr("truncated"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n   \n")), HasSubstr("after 1 points"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5\n")),
+              AllOf(HasSubstr("broken.pcd:12:"), HasSubstr("2 values")));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 five 6\n")), HasSubstr("\"five\""));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "nan nan nan\nnan 1 2\n")),
+              HasSubstr("none of its 2 points is finite"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "0123456789", "binary")), HasSubstr("24"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "0123456789", "zip")), HasSubstr("\"zip\""));
+  EXPECT_THAT(message("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nDATA ascii\n"),
+              HasSubstr("no points"));
+  EXPECT_THAT(message("FIELDS x y z\nWIDTH 2147483647\nHEIGHT 2147483647\nDATA binary\n"),
+              HasSubstr("absurd"));
+}
+
+TEST_F(Io, ReadsPlyCloudsInBothBinaryOrdersAndAscii) {
+  const std::string properties =
+      "element vertex 1\nproperty uchar red\nproperty double x\nproperty float y\n"
+      "property float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
+  Write("a.ply", "ply\nformat ascii 1.0\ncomment hi\n" + properties + "7 1.5 2 -3\n");
+  // 1.5 = 3ff8..., 2 = 40000000, -3 = c0400000, most significant byte first.
+  const std::string big("\x07\x3f\xf8\0\0\0\0\0\0\x40\0\0\0\xc0\x40\0\0", 17);
+  const std::string little("\x07\0\0\0\0\0\0\xf8\x3f\0\0\0\x40\0\0\x40\xc0", 17);
+  Write("b.ply", "ply\nformat binary_big_endian 1.0\n" + properties + big);
+  Write("l.ply", "ply\nformat binary_little_endian 1.0\n" + properties + little);
+  for (const char* name : {"a.ply", "b.ply", "l.ply"}) {
+    EXPECT_EQ(ReadCloud(Path(name)).points, (Points{{1.5, 2.0, -3.0}})) << name;
+  }
+}
+
+TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
+  const auto message = [this](const std::string& text) {
+    const auto file = Write("broken.ply", text);
+    return Message([&] { ReadCloud(file); });
+  };
+  const std::string head = "ply\nformat ascii 1.0\nelement vertex ";
+  const std::string xyz = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  EXPECT_THAT(message("plx\n"), HasSubstr("starts with the line"));
+  EXPECT_THAT(message("ply\nformat zip 1.0\nelement vertex 1" + xyz), HasSubstr("\"zip\""));
+  EXPECT_THAT(message(head + "99999999999" + xyz), HasSubstr("broken.ply:3:"));
+  EXPECT_THAT(message(head + "1000000" + xyz + "1 2 3\n"), HasSubstr("truncated"));
+  EXPECT_THAT(message(head + "0" + xyz), HasSubstr("no points"));
+  EXPECT_THAT(message(head + "1\nproperty float x\nend_header\n1\n"), HasSubstr("no property y"));
+  EXPECT_THAT(message(head + "1\nproperty int x\nend_header\n1\n"), HasSubstr("\"int\""));
+  EXPECT_THAT(message(head + "1\nproperty float x\n"), HasSubstr("without end_header"));
+}
+
+/// Flips, cuts, doubles or fills bytes at random.
+std::string Mutated(std::string bytes, core::Rng& rng) {
+  const std::size_t changes = 1 + rng.Index(8);
+  for (std::size_t i = 0; i < changes && !bytes.empty(); ++i) {
+    // Half of the changes hit the header.
+    const std::size_t end =
+        rng.Index(2) == 0 ? bytes.size() : std::min<std::size_t>(300, bytes.size());
+    const std::size_t at = rng.Index(end);
+    switch (rng.Index(5)) {
+      case 0:
+        bytes[at] = static_cast<char>(rng.Index(256));
+        break;
+      case 1:
+        bytes.resize(at);
+        break;
+      case 2:
+        bytes.erase(at, rng.Index(20));
+        break;
+      case 3:
+        bytes.insert(at, bytes.substr(rng.Index(bytes.size()), 20));
+        break;
+      default:
+        bytes[at] = static_cast<char>('0' + rng.Index(10));
+        break;
+    }
+  }
+  return bytes;
+}
+
+TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
+  core::Rng rng(11);
+  const auto cloud = RandomPclCloud(rng);
+  pcl::PCDWriter().writeASCII(Path("0").string(), cloud, 9);
+  pcl::PCDWriter().writeBinary(Path("1").string(), cloud);
+  pcl::PCDWriter().writeBinaryCompressed(Path("2").string(), cloud);
+  WriteCloud(Path("3.ply"), RandomImage(rng));
+  const std::vector<std::string> seeds = {Read(Path("0")), Read(Path("1")), Read(Path("2")),
+                                          Read(Path("3.ply"))};
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  int refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto file = Write("mutated", Mutated(seeds[rng.Index(seeds.size())], rng));
+    try {
+      EXPECT_FALSE(ReadCloud(file).points.empty());
+    } catch (const InputError& error) {
+      ++refused;
+      EXPECT_THAT(error.what(), HasSubstr("mutated"));
+    }
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_GT(refused, 500);
+  EXPECT_LT(refused, 2000);
+}
+
+TEST_F(Io, AFullDiskAndAMissingFolderAreRunErrors) {
+  core::Rng rng(4);
+  const RangeImage image = RandomImage(rng);
+  EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd"), image), core::RunError);
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  try {
+    WriteCloud("/dev/full", image);
+    FAIL() << "expected a RunError";
+  } catch (const core::RunError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/dev/full"));
+  }
+}
+
+TEST_F(Io, AColoredMeshIsReadBack) {
+  Shape box;
+  box.kind = Shape::Kind::kBox;
+  box.size = {0.1, 0.2, 0.3};
+  const TriangleMesh mesh = Tessellate(box);
+  WriteColoredPly(Path("box.ply"), mesh, {8, {255, 0, 10}});
+  const TriangleMesh read = ReadMesh(Path("box.ply"));
+  EXPECT_EQ(read.vertices.size(), 8u);
+  EXPECT_EQ(read.triangles.size(), 12u);
+  EXPECT_NEAR(Volume(read), 8.0 * 0.1 * 0.2 * 0.3, 1e-7);  // single precision
+  EXPECT_THROW(WriteColoredPly(Path("box.ply"), mesh, {}), std::invalid_argument);
+}
+
+TEST_F(Io, ReadsTheMeshFormats) {
+  Write("t.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  Write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  std::string stl = "solid t\n";
+  for (const char* facet :
+       {"0 0 0|0 1 0|1 0 0", "0 0 0|1 0 0|0 0 1", "1 0 0|0 1 0|0 0 1", "0 0 0|0 0 1|0 1 0"}) {
+    std::string corners = facet;
+    stl += "facet normal 0 0 0\nouter loop\n";
+    for (std::size_t bar; (bar = corners.find('|')) != std::string::npos;) {
+      stl += "vertex " + corners.substr(0, bar) + "\n";
+      corners.erase(0, bar + 1);
+    }
+    stl += "vertex " + corners + "\nendloop\nendfacet\n";
+  }
+  Write("t.stl", stl + "endsolid t\n");
+  for (const char* name : {"t.off", "t.obj", "t.stl"}) {
+    const TriangleMesh mesh = ReadMesh(Path(name));
+    EXPECT_EQ(mesh.vertices.size(), 4u) << name;
+    EXPECT_EQ(mesh.triangles.size(), 4u) << name;
+    EXPECT_NEAR(Volume(mesh), 1.0 / 6.0, 1e-9) << name;
+  }
+}
+
+TEST_F(Io, BrokenMeshesAreNamed) {
+  EXPECT_THAT(Message([&] { ReadMesh(Path("none.off")); }), HasSubstr("no such file"));
+  Write("junk.off", "this is no mesh");
+  EXPECT_THAT(Message([&] { ReadMesh(Path("junk.off")); }), HasSubstr("junk.off"));
+  Write("points.obj", "v 0 0 0\nv 1 0 0\n");
+  EXPECT_THAT(Message([&] { ReadMesh(Path("points.obj")); }), HasSubstr("points.obj"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

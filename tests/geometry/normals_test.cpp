@@ -1,0 +1,84 @@
+#include "geometry/normals.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "geometry/random_points.h"
+#include "geometry/synthetic.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+TEST(Normals, OfAPlaneAreItsNormalTurnedToTheOrigin) {
+  core::Rng rng(1);
+  const Eigen::Vector3d normal = testing::RandomDirection(rng);
+  Points points = testing::RandomPoints(800, 0.03, rng);
+  for (Eigen::Vector3d& p : points) p -= p.dot(normal) * normal;
+  const KdTree tree(points);
+  for (const double side : {1.0, -1.0}) {
+    for (const auto& n : EstimateNormals(points, tree, 0.005, side * normal)) {
+      EXPECT_NEAR(n.dot(side * normal), 1.0, 1e-9);
+    }
+  }
+}
+
+TEST(Normals, OfASphereAreRadial) {
+  const double radius = 0.05;
+  Points points;
+  synthetic::Sample(synthetic::Sphere{{0.1, 0.2, 0.3}, radius}, 0.001,
+                    [&](const synthetic::Surfel& s) { points.push_back(s.point); });
+  const KdTree tree(points);
+  const Points normals = EstimateNormals(points, tree, 0.005, {0.1, 0.2, 0.3});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // Towards the centre, since the origin is there. About 75 samples in the neighbourhood are
+    // spread evenly to a fraction of a sample's width, 1 mm of 5: well below 0.02 rad of tilt.
+    const Eigen::Vector3d inward = (Eigen::Vector3d(0.1, 0.2, 0.3) - points[i]).normalized();
+    EXPECT_GT(normals[i].dot(inward), std::cos(0.02));
+    EXPECT_NEAR(normals[i].norm(), 1.0, 1e-12);
+  }
+}
+
+TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
+  // A direct transcription of eq. 4.10-4.12 with another solver.
+  core::Rng rng(5);
+  const Points points = testing::RandomPoints(300, 0.02, rng);
+  const KdTree tree(points);
+  const Points normals = EstimateNormals(points, tree, 0.01, {1.0, 1.0, 1.0});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Points near;
+    for (const Eigen::Vector3d& p : points) {
+      if ((p - points[i]).norm() < 0.01) near.push_back(p);
+    }
+    if (near.size() < 4) continue;
+    const Eigen::Vector3d mean = Centroid(near);
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (const auto& p : near) covariance += (p - mean) * (p - mean).transpose();
+    covariance /= static_cast<double>(near.size() - 1);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+    if (solver.eigenvalues()[1] < 1.05 * solver.eigenvalues()[0]) continue;  // ill-defined
+    EXPECT_NEAR(std::abs(normals[i].dot(solver.eigenvectors().col(0))), 1.0, 1e-8);
+  }
+}
+
+TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
+  const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
+  for (const auto& n : EstimateNormals(points, KdTree(points), 0.005, {0.2, 0.2, 3.0})) {
+    EXPECT_NEAR(n.z(), 1.0, 1e-12);
+  }
+}
+
+TEST(Normals, AreUnitLengthWhereNothingDefinesThem) {
+  for (const Points& points :
+       {Points{{0.0, 0.0, 0.0}}, Points{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
+        Points{{0.0, 0.0, 0.0}, {0.001, 0.0, 0.0}, {0.002, 0.0, 0.0}}}) {
+    for (const auto& n : EstimateNormals(points, KdTree(points), 0.005, {0.0, 0.0, 0.0})) {
+      EXPECT_NEAR(n.norm(), 1.0, 1e-12);
+    }
+  }
+  EXPECT_TRUE(EstimateNormals(Points{}, KdTree(Points{}), 0.005, {0.0, 0.0, 0.0}).empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,118 @@
+#include "geometry/plane.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "geometry/random_points.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+using testing::RandomDirection;
+using testing::RandomPoint;
+
+class SeededPlane : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededPlane, ::testing::Range<std::uint64_t>(0, 40));
+
+/// n points of a square of side 2 half in the plane, with noise across it.
+Points OnPlane(const Plane& plane, std::size_t n, double half, double sigma, core::Rng& rng) {
+  Points points;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d p = plane.Project(RandomPoint(half, rng));
+    points.push_back(p + sigma * rng.Normal() * plane.normal);
+  }
+  return points;
+}
+
+Plane RandomPlane(core::Rng& rng) {
+  Plane plane;
+  plane.normal = RandomDirection(rng);
+  plane.offset_m = rng.Uniform(-0.1, 0.1);
+  return plane;
+}
+
+TEST_P(SeededPlane, PlaneThroughHoldsItsPointsAndHasAUnitNormal) {
+  core::Rng rng(GetParam());
+  const Eigen::Vector3d a = RandomPoint(1.0, rng);
+  const Eigen::Vector3d b = RandomPoint(1.0, rng);
+  const Eigen::Vector3d c = RandomPoint(1.0, rng);
+  const auto plane = PlaneThrough(a, b, c);
+  ASSERT_TRUE(plane);
+  EXPECT_NEAR(plane->normal.norm(), 1.0, 1e-12);
+  for (const Eigen::Vector3d& p : {a, b, c}) EXPECT_NEAR(plane->Distance(p), 0.0, 1e-12);
+  EXPECT_GT(plane->normal.dot((b - a).cross(c - a)), 0.0);
+  EXPECT_FALSE(PlaneThrough(a, b, a + 2.5 * (b - a)));
+  EXPECT_FALSE(PlaneThrough(a, a, b));
+}
+
+TEST_P(SeededPlane, DistanceChangesSignAcrossThePlaneAndProjectLandsOnIt) {
+  core::Rng rng(GetParam());
+  const Plane plane = RandomPlane(rng);
+  const Eigen::Vector3d on = plane.Project(RandomPoint(1.0, rng));
+  EXPECT_NEAR(plane.Distance(on), 0.0, 1e-12);
+  EXPECT_NEAR(plane.Distance(on + 0.3 * plane.normal), 0.3, 1e-12);
+  EXPECT_NEAR(plane.Distance(on - 0.3 * plane.normal), -0.3, 1e-12);
+}
+
+TEST_P(SeededPlane, FitPlaneFindsTheTruthWithinItsStandardError) {
+  core::Rng rng(GetParam());
+  const Plane truth = RandomPlane(rng);
+  const double sigma = 0.001;
+  const std::size_t n = 500;
+  const auto plane = FitPlane(OnPlane(truth, n, 0.2, sigma, rng));
+  ASSERT_TRUE(plane);
+  // The slope's standard error is sigma / (spread sqrt(n)); the spread of a projected cube of half
+  // side 0.2 is at least 0.2 / sqrt(3) = 0.115. Six of them.
+  const double error = 6.0 * sigma / (0.115 * std::sqrt(static_cast<double>(n)));
+  EXPECT_GT(std::abs(plane->normal.dot(truth.normal)), std::cos(error));
+}
+
+TEST(Plane, FitPlaneRefusesWhatLiesOnALine) {
+  EXPECT_FALSE(FitPlane(Points{{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}}));
+  EXPECT_FALSE(FitPlane(Points{{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, {2.0, 2.0, 2.0}}));
+  EXPECT_FALSE(FitPlane(Points(5, Eigen::Vector3d(1.0, 2.0, 3.0))));
+}
+
+TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
+  core::Rng rng(GetParam());
+  const Plane truth = RandomPlane(rng);
+  Points points = OnPlane(truth, 400, 0.2, 0.0005, rng);
+  for (int i = 0; i < 400; ++i) points.push_back(RandomPoint(0.2, rng));
+  // 100 draws miss with probability (1 - 0.5^3)^100 = 2e-6.
+  const auto fit = FitPlaneRansac(points, {}, rng);
+  ASSERT_TRUE(fit);
+  EXPECT_GT(std::abs(fit->plane.normal.dot(truth.normal)), std::cos(0.01));
+  EXPECT_GE(fit->inliers.size(), 395u);  // 4 sigma of noise, and a handful lost to tilt
+  for (std::size_t i = 1; i < fit->inliers.size(); ++i) {
+    EXPECT_LT(fit->inliers[i - 1], fit->inliers[i]);
+  }
+  std::size_t within = 0;
+  for (const Eigen::Vector3d& p : points) {
+    within += std::abs(fit->plane.Distance(p)) <= 0.002 ? 1 : 0;
+  }
+  EXPECT_EQ(within, fit->inliers.size());
+}
+
+TEST(Plane, RansacNeedsThreePointsThatAreNotOnALine) {
+  core::Rng rng(1);
+  EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}}, {}, rng));
+  EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}, {}, rng));
+  EXPECT_THROW(FitPlaneRansac(Points{}, {0, 0.002}, rng), std::invalid_argument);
+  EXPECT_THROW(FitPlaneRansac(Points{}, {100, 0.0}, rng), std::invalid_argument);
+}
+
+TEST(Plane, RansacFindsTheOnlyPlaneOfThreePointsInOneDraw) {
+  // Three draws without repetition leave no choice: a repeated index would give no plane.
+  const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    core::Rng rng(seed);
+    const auto fit = FitPlaneRansac(points, {1, 0.002}, rng);
+    ASSERT_TRUE(fit);
+    EXPECT_EQ(fit->inliers.size(), 3u);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

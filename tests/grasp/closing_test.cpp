@@ -1,0 +1,177 @@
+#include "grasp/closing.h"
+
+#include <gtest/gtest.h>
+
+#include "core/rng.h"
+#include "grasp/fixtures.h"
+#include "grasp/score.h"
+#include "grasp/surface.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using namespace test;
+
+/// A box of a width along x, its top at z = -15 mm and its bottom at 60 mm, in the frame T.
+SurfaceSamples BoxBetweenThePads(double width_m, double x_m) {
+  auto mesh = Extrude(Rectangle(width_m, 0.08), 0.075);
+  return SampleSurface(geometry::Transformed(mesh, Move(x_m, 0.0, -0.015)), 10000);
+}
+
+TEST(StateAtGap, IsTheNearestOneAbove) {
+  const auto hand = SensorHand();
+  for (double gap = 0.005; gap < 0.1; gap += 0.007) {
+    const std::size_t s = StateAtGap(hand, gap);
+    EXPECT_GE(hand.states[s].gap_m, gap);
+    if (s + 1 < hand.states.size()) {
+      EXPECT_LT(hand.states[s + 1].gap_m, gap);
+    }
+  }
+  EXPECT_EQ(StateAtGap(hand, 0.5), 0u);
+}
+
+TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
+  const auto hand = SensorHand();
+  HandProfiles profiles(hand);
+  const auto& open = hand.states[0];
+  for (const double pitch : {0.0, 0.1, 0.25}) {
+    const core::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+    const Vector3d line = X_TH * open.thumb_pad_H - X_TH * open.finger_pad_H;
+    // The tips are level within 1 mm at pitch 0.
+    EXPECT_NEAR(line.z(), std::sin(pitch) * line.norm(), 0.0015);
+    EXPECT_GT(line.x(), 0.09);
+  }
+}
+
+TEST(HandProfiles, FieldsAgreeWithTheShapes) {
+  const auto hand = SensorHand();
+  HandProfiles profiles(hand);
+  const double pitch = 0.15;
+  const auto& inner = profiles.InnerSide(pitch, 5);
+  const core::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+  int covered = 0;
+  for (int j = 0; j < inner.grid.nv; ++j) {
+    for (int i = 0; i < inner.grid.nu; ++i) {
+      const double y = inner.grid.u0_m + (i + 0.5) * inner.grid.cell_m;
+      const double z = inner.grid.v0_m + (j + 0.5) * inner.grid.cell_m;
+      const double x = inner.thumb[static_cast<std::size_t>(j * inner.grid.nu + i)];
+      if (!std::isfinite(x)) continue;
+      ++covered;
+      // Distance of the field's point to the nearest thumb capsule's surface.
+      double nearest = 1.0;
+      for (std::size_t k = 0; k < hand.states[5].shapes.size(); ++k) {
+        const auto& shape = hand.states[5].shapes[k];
+        if (!hand.states[5].is_thumb[k]) continue;
+        const Vector3d q = (X_TH * shape.X_BS).inverse() * Vector3d(x, y, z);
+        const double along = std::clamp(q.z(), -shape.size.y(), shape.size.y());
+        nearest = std::min(nearest, (q - Vector3d(0, 0, along)).norm() - shape.size.x());
+      }
+      // Facets of 12 sides lie up to r (1 - cos 15 deg) = 0.34 mm inside, at a capsule's end,
+      // faceted both ways, twice that.
+      EXPECT_NEAR(nearest, 0.0, 0.0008);
+    }
+  }
+  EXPECT_GT(covered, 300);
+}
+
+TEST(CloseOn, FindsTheWidthAndTheFacesOfABox) {
+  const auto hand = SensorHand();
+  HandProfiles profiles(hand);
+  for (const double width : {0.03, 0.045, 0.06, 0.075}) {
+    const auto box = BoxBetweenThePads(width, 0.0);
+    const auto closing =
+        CloseOn(profiles, 0.14, 0, box.points, box.normals, box.area_m2, Vector3d::Zero());
+    ASSERT_TRUE(closing);
+    EXPECT_NEAR(closing->thumb_T.x() - closing->finger_T.x(), width, 1e-6);
+    EXPECT_GT(closing->thumb_out_T.x(), 0.999);
+    EXPECT_LT(closing->finger_out_T.x(), -0.999);
+    // The gap is between the capsules; pads that lean do not touch where they are nearest to each
+    // other: up to r (1 / cos 25 deg - 1) = 2 mm on both sides, and 0.7 mm of facets.
+    EXPECT_NEAR(closing->gap_m, width, 0.003);
+  }
+}
+
+TEST(CloseOn, DragsWhatIsNotMidway) {
+  const auto hand = SensorHand();
+  HandProfiles profiles(hand);
+  const auto at = [&](double x) {
+    const auto box = BoxBetweenThePads(0.05, x);
+    return CloseOn(profiles, 0.14, 0, box.points, box.normals, box.area_m2, Vector3d::Zero())
+        .value();
+  };
+  const double here = at(0.0).drag_m;
+  // A box that stands 6 mm nearer to the thumb is dragged 6 mm further to the fingers.
+  EXPECT_NEAR(at(0.006).drag_m, here - 0.006, 5e-4);
+  EXPECT_NEAR(at(-0.006).drag_m, here + 0.006, 5e-4);
+}
+
+TEST(CloseOn, NeedsBothSides) {
+  const auto hand = SensorHand();
+  HandProfiles profiles(hand);
+  // A sheet far below the tips.
+  const auto box = BoxBetweenThePads(0.05, 0.0);
+  EXPECT_FALSE(
+      CloseOn(profiles, 0.0, 0, box.points, box.normals, box.area_m2, Vector3d(0.0, 0.0, -0.1)));
+}
+
+TEST(Antipodal, MatchesTheAngleOfACylindersChord) {
+  // A chord at height h of a circle of radius R: both normals stand asin(h / R) off the chord.
+  const double R = 0.035;
+  for (const double h : {0.0, 0.005, 0.02}) {
+    const double x = std::sqrt(R * R - h * h);
+    const Vector3d finger(-x, 0.0, h), thumb(x, 0.0, h);
+    const auto angles = Antipodal(finger, finger / R, thumb, thumb / R);
+    EXPECT_NEAR(angles.finger_rad, std::asin(h / R), 1e-12);
+    EXPECT_NEAR(angles.thumb_rad, std::asin(h / R), 1e-12);
+  }
+}
+
+TEST(Antipodal, MatchesTheDirectFormula) {
+  core::Rng rng(3);
+  const auto vector = [&] {
+    const double x = rng.Normal();
+    const double y = rng.Normal();
+    const double z = rng.Normal();
+    return Vector3d(x, y, z);
+  };
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d f = vector();
+    const Vector3d t = vector();
+    const Vector3d nf = vector().normalized();
+    const Vector3d nt = vector().normalized();
+    const auto angles = Antipodal(f, nf, t, nt);
+    EXPECT_NEAR(std::cos(angles.finger_rad), -nf.dot(t - f) / (t - f).norm(), 1e-12);
+    EXPECT_NEAR(std::cos(angles.thumb_rad), nt.dot(t - f) / (t - f).norm(), 1e-12);
+  }
+}
+
+TEST(Score, FallsWithEveryFlaw) {
+  Quality good;
+  good.top_margin_m = 0.03;
+  good.room_m = 0.03;
+  good.contact_m2 = 4e-4;
+  const double best = Score(good, 0.46);
+  EXPECT_NEAR(best, 1.0 + ScoreWeights{}.tight, 1e-12);
+  const auto with = [&](auto change) {
+    Quality q = good;
+    change(q);
+    return Score(q, 0.46);
+  };
+  EXPECT_LT(with([](Quality& q) { q.angles.thumb_rad = 0.1; }), best);
+  EXPECT_LT(with([](Quality& q) { q.angles.finger_rad = 0.1; }), best);
+  EXPECT_LT(with([](Quality& q) { q.pitch_rad = 0.1; }), best);
+  EXPECT_LT(with([](Quality& q) { q.lever_m = 0.01; }), best);
+  EXPECT_LT(with([](Quality& q) { q.above_m = 0.01; }), best);
+  EXPECT_LT(with([](Quality& q) { q.above_m = -0.01; }), best);
+  EXPECT_LT(with([](Quality& q) { q.drag_m = -0.01; }), best);
+  EXPECT_LT(with([](Quality& q) { q.slope_m = -0.01; }), best);
+  EXPECT_LT(with([](Quality& q) { q.top_margin_m = 0.005; }), best);
+  EXPECT_LT(with([](Quality& q) { q.room_m = 0.005; }), best);
+  EXPECT_LT(with([](Quality& q) { q.contact_m2 = 1e-4; }), best);
+  EXPECT_LT(with([](Quality& q) { q.thumb_to_arm = -0.5; }), best);
+  // At the edge of the friction cone the term is its weight.
+  EXPECT_NEAR(with([](Quality& q) { q.angles.thumb_rad = 0.46; }), best - 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/rng.h"
+#include "robot/robot.h"
+
+namespace rangegrasp {
+
+inline std::filesystem::path SmallCell() {
+  return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "tests/data/small_cell.xml";
+}
+inline std::filesystem::path Tabletop() {
+  return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "scenes/tabletop.xml";
+}
+/// The test's own cell, and the real one.
+inline std::vector<std::filesystem::path> Cells() { return {SmallCell(), Tabletop()}; }
+
+inline std::string CellName(const std::filesystem::path& file) { return file.stem().string(); }
+
+inline Eigen::VectorXd RandomJoints(const robot::Robot& robot, core::Rng& rng,
+                                    double margin_rad = 0.02) {
+  Eigen::VectorXd q(robot.dof());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    q[i] = rng.Uniform(robot.lower[i] + margin_rad, robot.upper[i] - margin_rad);
+  }
+  return q;
+}
+
+/// The same scene in MuJoCo itself, as the reference.
+struct Reference {
+  explicit Reference(const std::filesystem::path& file)
+      : m(mj_loadXML(file.string().c_str(), nullptr, nullptr, 0), mj_deleteModel),
+        d(m ? mj_makeData(m.get()) : nullptr, mj_deleteData) {}
+
+  /// The id of the element whose name ends in the given one, after any prefix.
+  int Find(mjtObj type, const std::string& name) const {
+    for (int id = 0;; ++id) {
+      const char* full = mj_id2name(m.get(), type, id);
+      if (full == nullptr) {
+        if (id > 1000) return -1;
+        continue;
+      }
+      const std::string s = full;
+      if (s == name || s.ends_with("/" + name)) return id;
+    }
+  }
+  std::vector<int> ArmJoints() const {
+    const int tuple = Find(mjOBJ_TUPLE, "arm_joints");
+    const int* ids = m->tuple_objid + m->tuple_adr[tuple];
+    return {ids, ids + m->tuple_size[tuple]};
+  }
+  void SetArm(const Eigen::VectorXd& q) {
+    const std::vector<int> joints = ArmJoints();
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      d->qpos[m->jnt_qposadr[joints[i]]] = q[static_cast<Eigen::Index>(i)];
+    }
+  }
+  core::Pose BodyPose(int body) const {
+    core::Pose X = core::Pose::Identity();
+    X.translation() = Eigen::Map<const Eigen::Vector3d>(d->xpos + 3 * body);
+    X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->xmat + 9 * body);
+    return X;
+  }
+
+  std::unique_ptr<mjModel, void (*)(mjModel*)> m;
+  std::unique_ptr<mjData, void (*)(mjData*)> d;
+};
+
+}  // namespace rangegrasp

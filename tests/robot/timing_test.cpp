@@ -1,0 +1,132 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "robot/test_cells.h"
+
+namespace rangegrasp::robot {
+namespace {
+
+using Path = std::vector<Eigen::VectorXd>;
+
+double DistanceToPath(const Eigen::VectorXd& q, const Path& path) {
+  double best = (q - path.front()).norm();
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Eigen::VectorXd leg = path[i] - path[i - 1];
+    const double t = leg.squaredNorm() > 0.0
+                         ? std::clamp((q - path[i - 1]).dot(leg) / leg.squaredNorm(), 0.0, 1.0)
+                         : 0.0;
+    best = std::min(best, (q - path[i - 1] - t * leg).norm());
+  }
+  return best;
+}
+
+/// A mean over smoothing_s of a motion with acceleration a lies within a smoothing_s^2 / 24 of the
+/// motion's middle.
+double SmoothingDeviation(const Robot& robot, const TimingOptions& options) {
+  return options.acceleration_scale * robot.acceleration.norm() * options.smoothing_s *
+         options.smoothing_s / 24.0;
+}
+
+void ExpectWithinLimits(const Robot& robot, const core::JointTrajectory& trajectory,
+                        const TimingOptions& options) {
+  const double dt = trajectory.period_s;
+  // A mean of values within the limits is within them; what is left is rounding: 1e-15 / dt^2.
+  const Eigen::ArrayXd v = options.velocity_scale * robot.velocity.array() + 1e-9;
+  const Eigen::ArrayXd a = options.acceleration_scale * robot.acceleration.array() + 1e-9;
+  const Path& q = trajectory.positions;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    // At rest before and after.
+    const Eigen::VectorXd& before = q[i == 0 ? 0 : i - 1];
+    const Eigen::VectorXd& after = q[std::min(i + 1, q.size() - 1)];
+    ASSERT_LE(((after - q[i]).array().abs() / dt / v).maxCoeff(), 1.0) << "sample " << i;
+    ASSERT_LE(((after - 2.0 * q[i] + before).array().abs() / (dt * dt) / a).maxCoeff(), 1.0)
+        << "sample " << i;
+  }
+}
+
+class Timing : public ::testing::TestWithParam<int> {
+ protected:
+  Robot robot_ = Robot::Load(SmallCell());
+};
+
+TEST_P(Timing, RandomPathsKeepAllLimitsMeetTheirEndsAndStayNear) {
+  core::Rng rng(static_cast<std::uint64_t>(GetParam()));
+  for (int n = 0; n < 10; ++n) {
+    Path path{RandomJoints(robot_, rng)};
+    const std::size_t count = 2 + rng.Index(7);
+    const double reach = n % 2 == 0 ? 1.0 : 0.05;  // long legs, and short ones
+    while (path.size() < count) {
+      path.push_back(path.back() + reach * (RandomJoints(robot_, rng) - path.back()));
+    }
+    TimingOptions options;
+    options.velocity_scale = rng.Uniform(0.3, 1.0);
+    options.acceleration_scale = rng.Uniform(0.3, 1.0);
+    const auto trajectory = TimeParameterise(robot_, path, options);
+    EXPECT_EQ(trajectory.positions.front(), path.front());
+    EXPECT_EQ(trajectory.positions.back(), path.back());
+    ExpectWithinLimits(robot_, trajectory, options);
+    const double bound = options.corner_rad + SmoothingDeviation(robot_, options) + 1e-9;
+    for (const auto& q : trajectory.positions) EXPECT_LE(DistanceToPath(q, path), bound);
+  }
+}
+
+TEST_P(Timing, DenseHandLinesAreFollowedClosely) {
+  core::Rng rng(static_cast<std::uint64_t>(GetParam()) + 100);
+  Eigen::VectorXd q0(7);
+  q0 << 0.0, 0.2, 0.0, 1.4, 0.0, 1.4, 0.0;  // the hand in front of the arm, pointing down
+  q0 += 0.1 * RandomJoints(robot_, rng);
+  core::Pose X_WH = robot_.HandPose(q0);
+  X_WH.translation() += Eigen::Vector3d(0.12, 0.05, -0.12);
+  const auto line = StraightLine(robot_, q0, X_WH);
+  ASSERT_TRUE(line);
+  const auto trajectory = TimeParameterise(robot_, *line, {});
+  ExpectWithinLimits(robot_, trajectory, {});
+  const Eigen::Vector3d from_W = robot_.HandPose(q0).translation();
+  const Eigen::Vector3d along_W = (X_WH.translation() - from_W).normalized();
+  for (const auto& q : trajectory.positions) {
+    const Eigen::Vector3d off_W = robot_.HandPose(q).translation() - from_W;
+    EXPECT_LT((off_W - off_W.dot(along_W) * along_W).norm(), 0.001);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Timing, ::testing::Range(0, 20));
+
+// One joint from rest to rest over d: d / v + v / a if it reaches its speed, then the sliding mean.
+TEST(TimingOfOneJoint, TakesTheTimeOfATrapezoid) {
+  const Robot robot = Robot::Load(SmallCell());
+  for (int joint = 0; joint < robot.dof(); ++joint) {
+    Eigen::VectorXd goal = Eigen::VectorXd::Zero(robot.dof());
+    goal[joint] = 1.0;
+    const double v = robot.velocity[joint];
+    const double a = robot.acceleration[joint];
+    const auto trajectory = TimeParameterise(robot, {Eigen::VectorXd::Zero(robot.dof()), goal}, {});
+    // Speed changes only at the grid, 0.01 rad apart: up to 0.01 / v each at both ramps; then up to
+    // two samples to fill the last period.
+    const double expected = 1.0 / v + v / a + TimingOptions().smoothing_s;
+    EXPECT_GE(trajectory.Duration(), expected - 0.01);
+    EXPECT_LE(trajectory.Duration(), expected + 2.0 * 0.01 / v + 0.02);
+  }
+}
+
+TEST(TimingOfCorners, ReversalsAndRepeatedPointsStopThereAndKeepTheLimits) {
+  const Robot robot = Robot::Load(SmallCell());
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(robot.dof());
+  const Eigen::VectorXd one = Eigen::VectorXd::Constant(robot.dof(), 0.5);
+  const auto there_and_back = TimeParameterise(robot, {zero, one, one, zero}, {});
+  ExpectWithinLimits(robot, there_and_back, {});
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& q : there_and_back.positions) nearest = std::min(nearest, (q - one).norm());
+  EXPECT_LT(nearest, SmoothingDeviation(robot, {}));
+
+  const auto nothing = TimeParameterise(robot, {one, one}, {});
+  EXPECT_EQ(nothing.positions, Path{one});
+  EXPECT_THROW(TimeParameterise(robot, {}, {}), std::invalid_argument);
+  EXPECT_THROW(TimeParameterise(robot, {one}, {.velocity_scale = 1.5}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::robot

@@ -1,0 +1,139 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/error.h"
+#include "core/units.h"
+#include "sensing/line_scanner.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SensorFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    file_ = std::filesystem::temp_directory_path() /
+            (std::string("rangegrasp_sensor_") + info->name() + ".yaml");
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  LineScannerOptions Read(const std::string& text) {
+    std::ofstream(file_) << text;
+    return ReadLineScanner(file_);
+  }
+  /// The error's text after the file's name.
+  std::string Error(const std::string& text) {
+    try {
+      Read(text);
+    } catch (const core::InputError& error) {
+      const std::string what = error.what();
+      EXPECT_EQ(what.find(file_.string()), 0u) << what;
+      return what.substr(file_.string().size());
+    }
+    return "no error";
+  }
+
+  std::filesystem::path file_;
+};
+
+void ExpectSame(const LineScannerOptions& a, const LineScannerOptions& b) {
+  EXPECT_EQ(a.samples, b.samples);
+  EXPECT_EQ(a.profiles, b.profiles);
+  EXPECT_EQ(a.sensor_pixels, b.sensor_pixels);
+  EXPECT_DOUBLE_EQ(a.fan_rad, b.fan_rad);
+  EXPECT_DOUBLE_EQ(a.pan_range_rad, b.pan_range_rad);
+  EXPECT_DOUBLE_EQ(a.baseline_m, b.baseline_m);
+  EXPECT_DOUBLE_EQ(a.focal_length_m, b.focal_length_m);
+  EXPECT_DOUBLE_EQ(a.pixel_pitch_m, b.pixel_pitch_m);
+  EXPECT_DOUBLE_EQ(a.focus_distance_m, b.focus_distance_m);
+  EXPECT_DOUBLE_EQ(a.near_m, b.near_m);
+  EXPECT_DOUBLE_EQ(a.line_width_m, b.line_width_m);
+  EXPECT_DOUBLE_EQ(a.blur_px, b.blur_px);
+  EXPECT_DOUBLE_EQ(a.centroid_sigma_px, b.centroid_sigma_px);
+  EXPECT_DOUBLE_EQ(a.speckle_sigma_m, b.speckle_sigma_m);
+  EXPECT_DOUBLE_EQ(a.correlation_samples, b.correlation_samples);
+  EXPECT_DOUBLE_EQ(a.quantisation_px, b.quantisation_px);
+  EXPECT_DOUBLE_EQ(a.pan_jitter_rad, b.pan_jitter_rad);
+  EXPECT_DOUBLE_EQ(a.dropout_begin_rad, b.dropout_begin_rad);
+  EXPECT_DOUBLE_EQ(a.dropout_end_rad, b.dropout_end_rad);
+  EXPECT_DOUBLE_EQ(a.saturation_angle_rad, b.saturation_angle_rad);
+}
+
+TEST_F(SensorFile, TheProjectsOwnStatesTheDefaults) {
+  const std::filesystem::path root = RANGEGRASP_SOURCE_DIR;
+  ExpectSame(ReadLineScanner(root / "models/sensors/line_scanner.yaml"), LineScannerOptions{});
+}
+
+TEST_F(SensorFile, AnEmptyOneGivesTheDefaults) { ExpectSame(Read("# nothing\n"), {}); }
+
+TEST_F(SensorFile, ValuesAreInTheUnitOfTheirKey) {
+  const auto options = Read(
+      "type: line_scanner\nprofiles: 7\nfan_deg: 30\nbaseline_mm: 250\npixel_pitch_um: 12\n"
+      "quantisation_px: 0.5\n");
+  LineScannerOptions expected;
+  expected.profiles = 7;
+  expected.fan_rad = core::Deg(30.0);
+  expected.baseline_m = 0.25;
+  expected.pixel_pitch_m = 12e-6;
+  expected.quantisation_px = 0.5;
+  ExpectSame(options, expected);
+}
+
+TEST_F(SensorFile, AnUnknownKeyIsNamedWithItsLineAndTheNearestKey) {
+  const std::string error = Error("samples: 512\n\nbase_line_mm: 300\n");
+  EXPECT_THAT(error, HasSubstr(":3: unknown key \"base_line_mm\""));
+  EXPECT_THAT(error, HasSubstr("\"baseline_mm\""));
+}
+
+TEST_F(SensorFile, AWrongTypeIsNamedWithItsLine) {
+  EXPECT_THAT(Error("samples: many\n"), HasSubstr(":1: samples: expected a whole number"));
+  EXPECT_THAT(Error("samples: 1.5\n"), HasSubstr("got \"1.5\""));
+  EXPECT_THAT(Error("fan_deg: 35\nblur_px: [1]\n"), HasSubstr(":2: blur_px: expected a number"));
+  EXPECT_THAT(Error("type: stereo\n"), HasSubstr(":1: type: expected line_scanner"));
+  EXPECT_THAT(Error("- samples\n"), HasSubstr(":1: expected keys and values"));
+}
+
+TEST_F(SensorFile, AValueOutOfRangeIsNamedWithItsLineAndRange) {
+  EXPECT_THAT(Error("fan_deg: 200\n"),
+              HasSubstr(":1: fan_deg: 200 is out of range, must be from 0.1 to 120"));
+  EXPECT_THAT(Error("samples: 9\nprofiles: 0\n"), HasSubstr(":2: profiles: 0"));
+  EXPECT_THAT(Error("blur_px: .nan\n"), HasSubstr(":1: blur_px: nan"));
+  EXPECT_THAT(Error("line_width_mm: -1\n"), HasSubstr(":1: line_width_mm: -1"));
+}
+
+TEST_F(SensorFile, DropOutsMustBeginBeforeTheyEnd) {
+  EXPECT_THAT(Error("\ndropout_begin_deg: 85\n"), HasSubstr(":2: dropout_begin_deg"));
+  EXPECT_THAT(Error("\n\ndropout_end_deg: 50\n"), HasSubstr(":3: dropout_begin_deg"));
+}
+
+TEST_F(SensorFile, AKeyGivenTwiceIsAnError) {
+  EXPECT_THAT(Error("samples: 5\nfan_deg: 30\nsamples: 6\n"),
+              HasSubstr(":3: key \"samples\" twice"));
+}
+
+TEST_F(SensorFile, ASyntaxErrorIsNamedWithItsLine) {
+  EXPECT_THAT(Error("samples: 5\nfan_deg: [3\n"), HasSubstr(":3: "));
+}
+
+TEST_F(SensorFile, AMissingFileIsAnError) {
+  EXPECT_THROW(ReadLineScanner(file_ / "missing.yaml"), core::InputError);
+}
+
+TEST(LineScannerOptionsCheck, AScanWithOptionsOutOfRangeIsRefused) {
+  core::Rng rng(1);
+  LineScannerOptions options;
+  options.samples = 0;
+  EXPECT_THROW(ScanScene({}, core::Pose::Identity(), options, rng), std::invalid_argument);
+  options = {};
+  options.dropout_begin_rad = options.dropout_end_rad;
+  EXPECT_THROW(ScanScene({}, core::Pose::Identity(), options, rng), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::sensing

@@ -1,0 +1,412 @@
+#include "sensing/line_scanner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "core/units.h"
+#include "sensing/internal/camera_model.h"
+#include "sensing/internal/reflection.h"
+#include "sensing/shapes.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using Eigen::Vector3d;
+using Meshes = std::vector<geometry::VisualMesh>;
+
+// In these tests W = S: the laser in the origin looks along z.
+const core::Pose kHead = core::Pose::Identity();
+
+LineScannerOptions Noiseless() {
+  LineScannerOptions options;
+  options.centroid_sigma_px = options.speckle_sigma_m = options.quantisation_px = 0.0;
+  options.pan_jitter_rad = 0.0;
+  return options;
+}
+
+Meshes Wall(double z) { return {test::Level(z, -3, 3, -3, 3)}; }
+
+Scan ScanOf(const Meshes& meshes, const LineScannerOptions& options, std::uint64_t seed = 1) {
+  core::Rng rng(seed);
+  return ScanScene(meshes, kHead, options, rng);
+}
+
+/// Calls f(index, profile, sample) for every sample.
+template <typename F>
+void ForEach(const Scan& scan, F f) {
+  for (int p = 0; p < scan.image.profiles; ++p) {
+    for (int s = 0; s < scan.image.samples; ++s) f(scan.image.Index(p, s), p, s);
+  }
+}
+
+std::size_t Count(const Scan& scan, SampleState state) {
+  return static_cast<std::size_t>(std::ranges::count(scan.truth.state, state));
+}
+
+bool SameBytes(const Scan& a, const Scan& b) {
+  const auto equal = [](const auto& x, const auto& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
+  };
+  return equal(a.image.points_C, b.image.points_C) && equal(a.truth.state, b.truth.state) &&
+         equal(a.truth.label, b.truth.label) && equal(a.truth.true_range_m, b.truth.true_range_m);
+}
+
+TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
+  LineScannerOptions options = Noiseless();
+  options.profiles = 20;
+  const Scan scan = ScanOf(Wall(1.0), options);
+  EXPECT_EQ(Count(scan, SampleState::kMeasured), scan.truth.state.size());
+  ForEach(scan, [&](std::size_t i, int, int) {
+    EXPECT_NEAR(scan.image.points_C[i].z(), 1.0, 2e-6);  // single-precision rays
+    EXPECT_NEAR(scan.image.points_C[i].norm(), scan.truth.true_range_m[i], 2e-6);
+  });
+}
+
+class PlaneNoise : public ::testing::TestWithParam<double> {};
+
+TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
+  LineScannerOptions options;
+  options.pan_jitter_rad = 0.0;
+  options.pan_range_rad = core::Deg(20.0);
+  options.profiles = 60;
+  const Scan scan = ScanOf(Wall(GetParam()), options);
+  double sum = 0.0;
+  double squares = 0.0;
+  ForEach(scan, [&](std::size_t i, int p, int) {
+    ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
+    const double cosine = std::cos(internal::PanAngle(options, p));
+    const double error = (scan.image.points_C[i].z() - GetParam()) / cosine;
+    const double normalised = error / DepthSigma(options, GetParam() / cosine);
+    sum += normalised;
+    squares += normalised * normalised;
+  });
+  // 30,720 samples; the correlated fifth of the variance costs less than half of them. Five
+  // standard errors of mean and variance.
+  const double n = static_cast<double>(scan.truth.state.size());
+  EXPECT_NEAR(sum / n, 0.0, 5.0 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(squares / n, 1.0, 5.0 * std::sqrt(2.0 * 2.0 / n));
+}
+
+INSTANTIATE_TEST_SUITE_P(Depths, PlaneNoise, ::testing::Values(0.7, 1.0, 1.4));
+
+TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
+  LineScannerOptions options = Noiseless();
+  options.speckle_sigma_m = 0.0002;
+  const Scan scan = ScanOf(Wall(1.0), options);
+  std::array<double, 3> product{};  // same sample, next sample, next profile
+  ForEach(scan, [&](std::size_t i, int p, int s) {
+    if (p + 1 == scan.image.profiles || s + 1 == scan.image.samples) return;
+    const double e = scan.image.points_C[i].z() - 1.0;
+    product[0] += e * e;
+    product[1] += e * (scan.image.points_C[i + 1].z() - 1.0);
+    product[2] += e * (scan.image.points_C[scan.image.Index(p + 1, s)].z() - 1.0);
+  });
+  // 76,000 samples, 19,000 independent ones: five standard errors are 0.036.
+  EXPECT_NEAR(product[1] / product[0], std::exp(-0.5), 0.036);
+  EXPECT_NEAR(product[2] / product[0], 0.0, 0.036);
+}
+
+TEST(LineScanner, ASpheresRadiusIsRecovered) {
+  LineScannerOptions options;
+  options.pan_jitter_rad = 0.0;
+  const double radius = 0.06;
+  const Vector3d center(0.02, -0.01, 1.0);
+  const Scan scan = ScanOf({test::Sphere(center, radius, 200)}, options);
+  // Points p = c + r n: |p - c|^2 linearised at the truth is n . dc + dr = |p - c| - r. Within 50
+  // degrees of the view, where neither edges nor drop-outs select.
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  const Vector3d view = -center.normalized();
+  ForEach(scan, [&](std::size_t i, int, int) {
+    const Vector3d d = scan.image.points_C[i] - center;
+    if (scan.truth.state[i] != SampleState::kMeasured) return;
+    if (d.normalized().dot(view) < std::cos(core::Deg(50.0))) return;
+    const Eigen::Vector4d row(d.normalized().x(), d.normalized().y(), d.normalized().z(), 1.0);
+    normal += row * row.transpose();
+    right += row * (d.norm() - radius);
+  });
+  const Eigen::Matrix4d covariance = normal.inverse();
+  const double radius_error = (covariance * right)(3);
+  // Five standard errors, sqrt(2) for the speckle's correlation.
+  const double sigma = std::sqrt(2.0) * DepthSigma(options, 1.0) * std::sqrt(covariance(3, 3));
+  EXPECT_LT(sigma, 0.0005);
+  EXPECT_NEAR(radius_error, 0.0, 5.0 * sigma);
+}
+
+// A wall at 1 m and before it a plate of |x| <= 40 mm, |y| <= 100 mm.
+constexpr double kHalf = 0.04;
+Meshes PlateBeforeWall(double z, double wall_z = 1.0) {
+  return {test::Level(wall_z, -3, 3, -3, 3), test::Level(z, -kHalf, kHalf, -0.1, 0.1, 7)};
+}
+
+TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
+  const LineScannerOptions options = Noiseless();
+  const double plate_z = 0.8;
+  const Scan scan = ScanOf(PlateBeforeWall(plate_z), options);
+  ForEach(scan, [&](std::size_t i, int p, int s) {
+    const double pan = internal::PanAngle(options, p);
+    const double y = internal::Slope(options, s) / std::cos(pan);  // at z = 1
+    const double x = std::tan(pan);
+    const double camera_x = options.baseline_m * std::cos(pan);
+    const double camera_z = -options.baseline_m * std::sin(pan);
+    const double share = (1.0 - plate_z) / (1.0 - camera_z);
+    const double cross_x = x + (camera_x - x) * share;
+    const double cross_y = y * (1.0 - share);
+    // The line is 1 mm wide, a sample 1.5 mm long: nearer to an edge either may be seen.
+    const auto inside = [](double cx, double cy) {
+      const double depth = std::max(std::abs(cx) - kHalf, std::abs(cy) - 0.1);
+      return depth < -0.0015 ? 1 : depth > 0.0015 ? 0 : -1;
+    };
+    const int on_plate = inside(x * plate_z, y * plate_z);
+    const int hidden = inside(cross_x, cross_y);
+    if (on_plate == 1) {
+      EXPECT_EQ(scan.truth.label[i], 7u);
+      EXPECT_EQ(scan.truth.state[i], SampleState::kMeasured);
+      EXPECT_NEAR(scan.image.points_C[i].z(), plate_z, 2e-6);
+    } else if (on_plate == 0 && hidden >= 0) {
+      EXPECT_EQ(scan.truth.label[i], 0u);
+      EXPECT_EQ(scan.truth.state[i],
+                hidden == 1 ? SampleState::kCameraShadow : SampleState::kMeasured);
+      EXPECT_NEAR(scan.truth.true_range_m[i], std::sqrt(1.0 + x * x + y * y), 2e-6);
+    }
+  });
+  EXPECT_GT(Count(scan, SampleState::kCameraShadow), 1000u);
+}
+
+TEST(LineScanner, WhatIsNotMeasuredIsNaN) {
+  const Scan scan = ScanOf(PlateBeforeWall(0.8), {});
+  ForEach(scan, [&](std::size_t i, int, int) {
+    EXPECT_EQ(scan.image.points_C[i].allFinite(), scan.truth.state[i] == SampleState::kMeasured);
+    EXPECT_EQ(std::isnan(scan.image.points_C[i].x()),
+              scan.truth.state[i] != SampleState::kMeasured);
+  });
+}
+
+/// Distance from the plate's outline along the surface seen, in x and in y.
+double OutlineDistance(const Vector3d& p, double plate_z) {
+  const Vector3d q = p * (plate_z / p.z());  // where its ray crosses the plate's plane
+  const double dx = std::abs(q.x()) - kHalf;
+  const double dy = std::abs(q.y()) - 0.1;
+  return std::abs(std::max(dx, dy));
+}
+
+TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
+  const LineScannerOptions options = Noiseless();
+  const double plate_z = 0.992;
+  int mixed = 0;
+  for (int k = 0; k < 5; ++k) {  // plates that lie differently between the profiles
+    Meshes meshes = PlateBeforeWall(plate_z);
+    for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0004 * k;
+    const Scan scan = ScanOf(meshes, options);
+    ForEach(scan, [&](std::size_t i, int, int) {
+      if (scan.truth.state[i] != SampleState::kMeasured) return;
+      const Vector3d& p = scan.image.points_C[i];
+      const double off = std::min(std::abs(p.z() - plate_z), std::abs(p.z() - 1.0));
+      if (off < 1e-5) return;
+      // Rays reach 0.6 line widths across and a third of a sample (0.5 mm) along; the camera's
+      // shadow has edges of its own, to the plate's left, where the parallax of the 8 mm step is
+      // 8 * 0.3 / 1 = 2.4 mm.
+      const Vector3d shifted = p + Vector3d(0.0024 - 0.0004 * k, 0, 0);
+      const double distance = std::min(OutlineDistance(p - Vector3d(0.0004 * k, 0, 0), plate_z),
+                                       OutlineDistance(shifted, plate_z));
+      EXPECT_LT(distance, 0.0008) << p.transpose();
+      if (p.z() > plate_z + 0.002 && p.z() < 0.998) ++mixed;
+    });
+  }
+  EXPECT_GT(mixed, 20);
+}
+
+TEST(LineScanner, NothingHangsBetweenSurfacesWhoseImagesAreApart) {
+  for (int k = 0; k < 5; ++k) {  // so that the edge passes through the line of some profile
+    Meshes meshes = PlateBeforeWall(0.9);
+    for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0008 * k;
+    const Scan scan = ScanOf(meshes, Noiseless());
+    ForEach(scan, [&](std::size_t i, int, int) {
+      if (scan.truth.state[i] != SampleState::kMeasured) return;
+      const double z = scan.image.points_C[i].z();
+      // Part of a line 1 mm wide moves the centroid by less than 0.6 mm, the depth by z / b of it.
+      EXPECT_LT(std::min(std::abs(z - 0.9), std::abs(z - 1.0)), 0.0006 / 0.3);
+    });
+  }
+}
+
+TEST(LineScanner, AReflectanceStepPullsTheCentroidToTheBrighterSide) {
+  const LineScannerOptions options = Noiseless();
+  int bent = 0;
+  for (int k = 0; k < 10; ++k) {
+    const double step_x = 0.0004 * k;
+    Meshes meshes = {test::Level(1.0, -3, step_x, -3, 3), test::Level(1.0, step_x, 3, -3, 3)};
+    meshes[0].surface.albedo = 0.8;
+    meshes[1].surface.albedo = 0.2;
+    const Scan scan = ScanOf(meshes, options);
+    ForEach(scan, [&](std::size_t i, int, int) {
+      ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
+      const Vector3d& p = scan.image.points_C[i];
+      const double error = p.z() - 1.0;
+      if (std::abs(error) < 1e-5) return;
+      ++bent;
+      EXPECT_LT(std::abs(p.x() - step_x), 0.0007);
+      // Light at -x of the fan's middle is seen nearer to the left: as if it lay nearer.
+      EXPECT_LT(error, 0.0);
+      EXPECT_GT(error, -0.5 * options.line_width_m / options.baseline_m);
+    });
+  }
+  EXPECT_GT(bent, 100);
+}
+
+/// Compares the share of drop-outs among the seen samples with the sum of probabilities.
+void ExpectDropouts(const Scan& scan, const std::vector<double>& probability) {
+  double expected = 0.0;
+  double variance = 0.0;
+  double dropped = 0.0;
+  for (std::size_t i = 0; i < probability.size(); ++i) {
+    const SampleState state = scan.truth.state[i];
+    if (state != SampleState::kMeasured && state != SampleState::kDropout) continue;
+    expected += probability[i];
+    variance += probability[i] * (1.0 - probability[i]);
+    dropped += state == SampleState::kDropout ? 1.0 : 0.0;
+  }
+  EXPECT_GT(variance, 1000.0);
+  EXPECT_NEAR(dropped, expected, 5.0 * std::sqrt(variance));
+}
+
+TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
+  const LineScannerOptions options;
+  const double tilt = core::Deg(65.0);
+  const Vector3d along(0, std::cos(tilt), std::sin(tilt));
+  const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));
+  const Scan scan =
+      ScanOf({test::Plate(Vector3d(-3, 0, 1) - 2 * along, {6, 0, 0}, 4 * along)}, options);
+  std::vector<double> probability(scan.truth.state.size());
+  ForEach(scan, [&](std::size_t i, int p, int s) {
+    const Vector3d ray = internal::PanRotation(internal::PanAngle(options, p)) *
+                         Vector3d(0, internal::Slope(options, s), 1).normalized();
+    const double incidence_deg = core::ToDeg(std::acos(std::abs(ray.dot(normal))));
+    probability[i] = std::clamp((incidence_deg - 60.0) / 20.0, 0.0, 1.0);
+  });
+  ExpectDropouts(scan, probability);
+}
+
+TEST(LineScanner, DarkAndClearSurfacesDropOutByTheirShares) {
+  Meshes dark = Wall(1.0);
+  dark[0].surface.albedo = 0.025;
+  const Scan dark_scan = ScanOf(dark, {});
+  ExpectDropouts(dark_scan, std::vector<double>(dark_scan.truth.state.size(), 0.7));
+  Meshes clear = Wall(1.0);
+  clear[0].surface.clarity = 0.8;
+  const Scan clear_scan = ScanOf(clear, {});
+  ExpectDropouts(clear_scan, std::vector<double>(clear_scan.truth.state.size(), 0.8));
+}
+
+TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
+  const LineScannerOptions options = Noiseless();
+  Meshes meshes = Wall(1.0);
+  meshes[0].surface.gloss = 1.0;
+  const Scan scan = ScanOf(meshes, options);
+  ForEach(scan, [&](std::size_t i, int p, int s) {
+    const double pan = internal::PanAngle(options, p);
+    const Vector3d point(std::tan(pan), internal::Slope(options, s) / std::cos(pan), 1.0);
+    const Vector3d camera(options.baseline_m * std::cos(pan), 0,
+                          -options.baseline_m * std::sin(pan));
+    const Vector3d mirrored(point.x(), point.y(), -point.z());
+    const double offset_deg =
+        core::ToDeg(std::acos(mirrored.normalized().dot((camera - point).normalized())));
+    if (std::abs(offset_deg - 5.0) < 0.01) return;
+    EXPECT_EQ(scan.truth.state[i],
+              offset_deg < 5.0 ? SampleState::kDropout : SampleState::kMeasured);
+  });
+  EXPECT_GT(Count(scan, SampleState::kDropout), 1000u);
+}
+
+TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
+  LineScannerOptions options = Noiseless();
+  options.pan_jitter_rad = core::Deg(0.02);
+  // A wall that is turned by 45 degrees about y: its depth in the fan at a pan angle a is
+  // 1 / (cos a + sin a).
+  const Scan scan = ScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
+  double squares = 0.0;
+  for (int p = 0; p < scan.image.profiles; ++p) {
+    const double pan = internal::PanAngle(options, p);
+    std::vector<double> jitter;
+    for (int s = 0; s < scan.image.samples; ++s) {
+      const std::size_t i = scan.image.Index(p, s);
+      if (scan.truth.state[i] != SampleState::kMeasured) continue;
+      const Vector3d& q = scan.image.points_C[i];
+      const double depth = std::hypot(q.x(), q.z());
+      EXPECT_NEAR(std::atan2(q.x(), q.z()), pan, 1e-12);  // the nominal angle is what is known
+      // cos a + sin a = sqrt(2) sin(a + 45 deg)
+      jitter.push_back(std::asin(1.0 / (depth * std::sqrt(2.0))) - core::Deg(45.0) - pan);
+    }
+    ASSERT_GT(jitter.size(), 100u);
+    for (const double j : jitter) EXPECT_NEAR(j, jitter[0], 1e-5);
+    squares += jitter[0] * jitter[0];
+  }
+  const double n = scan.image.profiles;
+  const double sigma = std::sqrt(squares / n);
+  EXPECT_NEAR(sigma / options.pan_jitter_rad, 1.0, 5.0 / std::sqrt(2.0 * n));
+}
+
+TEST(LineScanner, TheSameSeedGivesTheSameBytes) {
+  EXPECT_TRUE(SameBytes(ScanOf(PlateBeforeWall(0.8), {}, 5), ScanOf(PlateBeforeWall(0.8), {}, 5)));
+  EXPECT_FALSE(SameBytes(ScanOf(PlateBeforeWall(0.8), {}, 5), ScanOf(PlateBeforeWall(0.8), {}, 6)));
+}
+
+TEST(LineScanner, AnObjectElsewhereDoesNotChangeTheNoiseHere) {
+  const Scan without = ScanOf(Wall(1.0), {});
+  const Scan with = ScanOf(PlateBeforeWall(0.8), {});
+  ForEach(with, [&](std::size_t i, int, int) {
+    if (with.truth.label[i] != 0 || with.truth.state[i] != SampleState::kMeasured) return;
+    if (std::abs(without.image.points_C[i].x()) < 0.2) return;
+    EXPECT_EQ(with.image.points_C[i], without.image.points_C[i]);
+  });
+}
+
+TEST(LineScanner, AnEmptySceneIsOutOfView) {
+  const Scan scan = ScanOf({}, {});
+  EXPECT_EQ(scan.image.points_C.size(), 150u * 512u);
+  EXPECT_EQ(scan.image.origins_C.size(), 1u);
+  EXPECT_EQ(Count(scan, SampleState::kOutOfView), scan.truth.state.size());
+  for (const double range : scan.truth.true_range_m) EXPECT_TRUE(std::isnan(range));
+}
+
+TEST(LineScanner, SurfacesOffTheSensorsWindowAreOutOfViewButKnownToTheTruth) {
+  for (const double z : {0.4, 3.0}) {
+    const Scan scan = ScanOf(Wall(z), {});
+    EXPECT_EQ(Count(scan, SampleState::kOutOfView), scan.truth.state.size());
+    for (const double range : scan.truth.true_range_m) EXPECT_GE(range, z - 1e-5);
+  }
+}
+
+TEST(LineScanner, TheHeadsOwnHousingHidesNothing) {
+  Meshes meshes = Wall(1.0);
+  meshes.push_back(test::Box({0, 0, 0.05}, {0.02, 0.02, 0.01}));
+  meshes.push_back(test::Box({0.3, 0, 0.05}, {0.02, 0.02, 0.01}));
+  EXPECT_TRUE(SameBytes(ScanOf(meshes, {}), ScanOf(Wall(1.0), {})));
+}
+
+TEST(LineScanner, ABrokenMeshIsNamed) {
+  Meshes meshes = PlateBeforeWall(0.8);
+  meshes[1].mesh_W.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
+  try {
+    ScanOf(meshes, {});
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: vertex 2 is not finite"));
+  }
+  meshes = PlateBeforeWall(0.8);
+  meshes[1].mesh_W.triangles[1][0] = 99;
+  try {
+    ScanOf(meshes, {});
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: triangle 1 uses vertex 99 of 4"));
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::sensing

@@ -1,0 +1,69 @@
+#include "sensing/internal/reflection.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "core/units.h"
+
+namespace rangegrasp::sensing::internal {
+namespace {
+
+using core::Deg;
+
+TEST(IncidenceLoss, RisesFromSixtyToEightyDegrees) {
+  const LineScannerOptions options;
+  EXPECT_EQ(IncidenceLoss(options, 0.0), 0.0);
+  EXPECT_EQ(IncidenceLoss(options, Deg(60.0)), 0.0);
+  EXPECT_NEAR(IncidenceLoss(options, Deg(65.0)), 0.25, 1e-12);
+  EXPECT_NEAR(IncidenceLoss(options, Deg(70.0)), 0.5, 1e-12);
+  EXPECT_NEAR(IncidenceLoss(options, Deg(80.0)), 1.0, 1e-12);
+  EXPECT_EQ(IncidenceLoss(options, Deg(90.0)), 1.0);
+}
+
+TEST(AlbedoLoss, DarkSurfacesLoseHalfToNineTenths) {
+  EXPECT_EQ(AlbedoLoss(0.7), 0.0);
+  EXPECT_EQ(AlbedoLoss(0.10), 0.0);
+  EXPECT_NEAR(AlbedoLoss(0.05), 0.5, 1e-12);
+  EXPECT_NEAR(AlbedoLoss(0.0), 0.9, 1e-12);
+  for (double a = 0.0; a < 0.2; a += 0.001) EXPECT_GE(AlbedoLoss(a), AlbedoLoss(a + 0.001));
+}
+
+TEST(GlossLoss, OnlyNearTheMirrorDirection) {
+  const LineScannerOptions options;
+  EXPECT_EQ(GlossLoss(options, 0.6, Deg(4.9)), 0.6);
+  EXPECT_EQ(GlossLoss(options, 0.6, Deg(5.1)), 0.0);
+}
+
+TEST(DropoutProbability, CausesAreIndependent) {
+  const LineScannerOptions options;
+  const geometry::OpticalSurface surface{.albedo = 0.05, .gloss = 0.4, .clarity = 0.2};
+  EXPECT_NEAR(DropoutProbability(options, surface, {Deg(70.0), Deg(1.0)}),
+              1.0 - 0.5 * 0.5 * 0.6 * 0.8, 1e-12);
+  EXPECT_EQ(DropoutProbability(options, {}, {}), 0.0);
+}
+
+TEST(BrightestBlob, IsTheCentroidOfWhatLiesWithinOneWidth) {
+  std::array<Glint, 3> glints = {{{3.0, 2.0, 0}, {1.0, 1.0, 1}, {2.0, 1.0, 2}}};
+  const Blob blob = BrightestBlob(glints, 1.0);
+  EXPECT_NEAR(blob.column_px, 9.0 / 4.0, 1e-12);
+  EXPECT_NEAR(blob.brightness, 4.0, 1e-12);
+  EXPECT_EQ(blob.source, 0u);
+}
+
+TEST(BrightestBlob, OfTwoPeaksTheBrighterWins) {
+  std::array<Glint, 4> glints = {{{0.0, 1.0, 0}, {0.5, 1.0, 1}, {9.0, 1.5, 2}, {9.5, 1.0, 3}}};
+  const Blob blob = BrightestBlob(glints, 2.0);
+  EXPECT_NEAR(blob.column_px, (9.0 * 1.5 + 9.5) / 2.5, 1e-12);
+  EXPECT_EQ(blob.source, 2u);
+}
+
+TEST(BrightestBlob, OfEqualPeaksTheFirstInTheImageWins) {
+  std::array<Glint, 2> glints = {{{9.0, 1.0, 0}, {0.0, 1.0, 1}}};
+  EXPECT_EQ(BrightestBlob(glints, 2.0).source, 1u);
+}
+
+TEST(BrightestBlob, WithoutLightThereIsNone) { EXPECT_EQ(BrightestBlob({}, 1.0).brightness, 0.0); }
+
+}  // namespace
+}  // namespace rangegrasp::sensing::internal

@@ -1,0 +1,195 @@
+#include "sim/execute.h"
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <map>
+
+#include "core/units.h"
+#include "sim/grasp_program.h"
+#include "sim/scene_files.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using testing::HandMadeGrasp;
+
+struct Case {
+  const char* object;
+  std::size_t pose;
+  HandMadeGrasp grasp;
+};
+
+HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
+  HandMadeGrasp grasp;
+  grasp.point_W = point_W;
+  grasp.yaw_rad = core::kPi / 2;  // closes across the arm's reach
+  grasp.pitch_rad = core::Deg(pitch_deg);
+  return grasp;
+}
+
+const Case kBox{"dextrose", 3, Grasp({0, 0, 0.100}, 10)};
+const Case kCylinder{"salt_cylinder", 1, Grasp({0, 0, 0.085}, 10)};
+const Case kMugRim{"coffee_cup", 1, Grasp({0, 0.039, 0.083}, 0)};
+
+World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
+  const ObjectModel object = testing::RepositoryObject(setup.object);
+  World world(testing::Tabletop(), {object}, physics);
+  const RestingPose pose = StableRestingPoses(object).at(setup.pose);
+  world.PlaceObject(0,
+                    core::MakePose(pose.R_WO.toRotationMatrix(), {0, 0, pose.height_m + 0.0002}));
+  EXPECT_TRUE(world.Settle());
+  return world;
+}
+
+ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
+                 const HandControlOptions& hand = {}) {
+  World world = Arrange(setup, physics);
+  const auto program = testing::MakeProgram(world, setup.grasp);
+  if (!program) {
+    ADD_FAILURE() << "the arm does not reach the grasp of " << setup.object;
+    return {};
+  }
+  return Execute(world, 0, *program, hand, {});
+}
+
+bool Delivered(const ExecutionLog& log) {
+  return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
+         log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
+}
+
+class GoodGrasp : public ::testing::TestWithParam<const Case*> {};
+
+TEST_P(GoodGrasp, DeliversWithinTheBoundsOfTheAudit) {
+  const ExecutionLog log = Try(*GetParam());
+  EXPECT_TRUE(Delivered(log));
+  EXPECT_EQ(log.audit.failed, "");
+  EXPECT_EQ(log.audit.warnings, 0);
+  EXPECT_LE(log.audit.torque_ratio, 1.0);
+  EXPECT_GT(log.audit.penetration_max_m, 0.0);  // it was measured
+  EXPECT_GE(log.grip_force_N, 40.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder, &kMugRim),
+                         [](const auto& tested) { return std::string(tested.param->object); });
+
+// The scorer's self-test: what must fail, fails.
+TEST(BadGrasp, BesideTheObjectLiftsNothing) {
+  for (const Case* good : {&kBox, &kCylinder}) {
+    Case beside = *good;
+    // 20 mm of air between the hand and the object's side.
+    beside.grasp = testing::Beside(good->grasp, {-(0.045 + 0.020 + 0.02), 0, 0});
+    const ExecutionLog log = Try(beside);
+    EXPECT_FALSE(log.held_after_lift) << good->object;
+    EXPECT_FALSE(Delivered(log)) << good->object;
+    EXPECT_LT(log.lift_height_m, 0.01) << good->object;
+  }
+}
+
+TEST(BadGrasp, AHandThatNeverClosesLiftsNothing) {
+  HandControlOptions open;
+  open.closing_speed_rad_s = 0.0;
+  open.initial_force_N = open.min_force_N = open.max_force_N = 0.0;
+  for (const Case* setup : {&kBox, &kCylinder, &kMugRim}) {
+    const ExecutionLog log = Try(*setup, {}, open);
+    EXPECT_FALSE(log.held_after_lift) << setup->object;
+    EXPECT_LT(log.lift_height_m, 0.01) << setup->object;
+  }
+}
+
+// At 0.02 not even 100 N carry these: 2 * 0.02 * 100 N = 4 N against 4.1 N of the box and 5.2 N of
+// the tube.
+TEST(BadGrasp, ASlipperyGloveHoldsNothing) {
+  PhysicsOptions slippery;
+  slippery.glove_friction = 0.02;
+  for (const Case* setup : {&kBox, &kCylinder}) {
+    const ExecutionLog log = Try(*setup, slippery);
+    EXPECT_FALSE(Delivered(log)) << setup->object;
+    EXPECT_FALSE(log.held_after_carry) << setup->object;
+  }
+}
+
+// A sliding object obeys Coulomb; the hand answers with force.
+TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
+  HandControlOptions gentle;
+  gentle.initial_force_N = 20.0;
+  const Case bottle{"cleaner", 1, Grasp({0, 0, 0.215}, 10)};
+  const ExecutionLog with = Try(bottle, {}, gentle);
+  gentle.slip_control = false;
+  const ExecutionLog without = Try(bottle, {}, gentle);
+  EXPECT_TRUE(Delivered(with));
+  EXPECT_GT(with.grip_force_N, 20.0);
+  EXPECT_LT(with.slip_in_hand_m, without.slip_in_hand_m);
+}
+
+// qpos, qvel and the log after a whole trial, as bytes.
+std::string Bytes() {
+  World world = Arrange(kBox);
+  const auto program = testing::MakeProgram(world, kBox.grasp);
+  if (!program) return "no program";
+  const ExecutionLog log = Execute(world, 0, *program, {}, {});
+  std::string bytes(reinterpret_cast<const char*>(world.data()->qpos),
+                    sizeof(mjtNum) * static_cast<std::size_t>(world.model()->nq));
+  bytes.append(reinterpret_cast<const char*>(world.data()->qvel),
+               sizeof(mjtNum) * static_cast<std::size_t>(world.model()->nv));
+  for (const double value :
+       {log.lift_height_m, log.final_distance_m, log.slip_in_hand_m, log.audit.penetration_max_m,
+        log.audit.creep_m_s, log.audit.energy_gain_J, log.simulated_s}) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  return bytes;
+}
+
+TEST(Execute, RepeatsItselfToTheByteInOneProcessAndAcross) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const std::string bytes = Bytes();
+    const auto written = ::write(ends[1], bytes.data(), bytes.size());
+    ::_exit(written == static_cast<ssize_t>(bytes.size()) ? 0 : 1);
+  }
+  ::close(ends[1]);
+  const std::string first = Bytes();
+  const std::string second = Bytes();
+  std::string other(first.size() + 1, '\0');
+  std::size_t got = 0;
+  for (ssize_t n;
+       got < other.size() && (n = ::read(ends[0], other.data() + got, other.size() - got)) > 0;) {
+    got += static_cast<std::size_t>(n);
+  }
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  other.resize(got);
+  EXPECT_EQ(status, 0);
+  EXPECT_TRUE(first == second);
+  EXPECT_TRUE(first == other);
+}
+
+TEST(Execute, TellsOfItsMoments) {
+  World world = Arrange(kBox);
+  const auto program = testing::MakeProgram(world, kBox.grasp);
+  ASSERT_TRUE(program);
+  std::map<std::string, int> seen;
+  ExecutionObserver observer;
+  observer.frame_period_s = 0.1;
+  observer.on_moment = [&](const std::string& moment, World&) { ++seen[moment]; };
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, observer);
+  for (const char* moment : {"start", "pregrasp", "closed", "lifted", "delivered", "end"})
+    EXPECT_EQ(seen[moment], 1) << moment;
+  EXPECT_NEAR(seen["frame"], log.simulated_s / 0.1, 2.0);
+}
+
+TEST(Execute, AParkedTargetIsACallersMistake) {
+  World world(testing::Tabletop(), {testing::RepositoryObject("dextrose")}, {});
+  EXPECT_THROW(Execute(world, 0, {}, {}, {}), std::invalid_argument);
+  EXPECT_THROW(Execute(world, 1, {}, {}, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::sim

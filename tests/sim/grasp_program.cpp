@@ -1,0 +1,195 @@
+#include "sim/grasp_program.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/rng.h"
+#include "core/units.h"
+
+namespace rangegrasp::sim::testing {
+namespace {
+
+constexpr double kApproach_m = 0.15;
+constexpr double kLift_m = 0.2;
+constexpr double kClearance_m = 0.004;
+constexpr double kPeriod_s = 0.01;
+
+bool EndsWith(const char* name, const std::string& suffix) {
+  if (!name) return false;
+  const std::string text(name);
+  const auto slash = text.rfind('/');
+  return (slash == std::string::npos ? text : text.substr(slash + 1)) == suffix;
+}
+
+int FindBySuffix(const mjModel* model, mjtObj type, int count, const std::string& suffix) {
+  for (int i = 0; i < count; ++i) {
+    if (EndsWith(mj_id2name(model, type, i), suffix)) return i;
+  }
+  return -1;
+}
+
+core::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
+  return core::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
+                        Eigen::Map<const Eigen::Vector3d>(position));
+}
+
+// Quintic rest to rest along a path of joint positions, within 0.35 rad/s and 1.2 rad/s^2 at the
+// fastest joint.
+core::JointTrajectory Timed(const std::vector<Eigen::VectorXd>& path) {
+  std::vector<double> length(1, 0.0);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    length.push_back(length.back() + (path[i] - path[i - 1]).cwiseAbs().maxCoeff());
+  }
+  const double total = length.back();
+  const double duration = std::max({1.875 * total / 0.35, std::sqrt(5.78 * total / 1.2), 0.1});
+  core::JointTrajectory trajectory;
+  trajectory.period_s = kPeriod_s;
+  const int samples = static_cast<int>(std::ceil(duration / kPeriod_s));
+  for (int k = 0; k <= samples; ++k) {
+    const double u = static_cast<double>(k) / samples;
+    const double s = total * u * u * u * (10 - 15 * u + 6 * u * u);
+    std::size_t i = 1;
+    while (i + 1 < path.size() && length[i] < s) ++i;
+    const double span = length[i] - length[i - 1];
+    const double w = span > 0 ? std::clamp((s - length[i - 1]) / span, 0.0, 1.0) : 1.0;
+    trajectory.positions.emplace_back((1 - w) * path[i - 1] + w * path[i]);
+  }
+  return trajectory;
+}
+
+core::Pose GraspFrame(const HandMadeGrasp& grasp) {
+  const Eigen::Vector3d x(std::cos(grasp.yaw_rad), std::sin(grasp.yaw_rad), 0.0);
+  Eigen::Matrix3d R_WG;
+  R_WG.col(0) = x;
+  R_WG.col(2) = -Eigen::Vector3d::UnitZ();
+  R_WG.col(1) = R_WG.col(2).cross(x);
+  // A turn about y_G that takes x_G (the thumb's side) towards z_G (down).
+  R_WG = R_WG * Eigen::AngleAxisd(-grasp.pitch_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  return core::MakePose(R_WG, grasp.point_W);
+}
+
+core::Pose Raised(core::Pose X, double dz) {
+  X.translation().z() += dz;
+  return X;
+}
+
+}  // namespace
+
+TestArm::TestArm(const World& world) : model_(world.model()), data_(mj_makeData(world.model())) {
+  mju_copy(data_->qpos, world.data()->qpos, static_cast<int>(model_->nq));
+  hand_ = FindBySuffix(model_, mjOBJ_BODY, static_cast<int>(model_->nbody), "hand");
+  const int tuple =
+      FindBySuffix(model_, mjOBJ_TUPLE, static_cast<int>(model_->ntuple), "arm_joints");
+  for (int i = 0; i < model_->tuple_size[tuple]; ++i)
+    joints_.push_back(model_->tuple_objid[model_->tuple_adr[tuple] + i]);
+}
+
+TestArm::~TestArm() { mj_deleteData(data_); }
+
+core::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    data_->qpos[model_->jnt_qposadr[joints_[i]]] = q[static_cast<Eigen::Index>(i)];
+  }
+  mj_kinematics(model_, data_);
+  mj_comPos(model_, data_);
+  return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_);
+}
+
+core::Pose TestArm::ToolInHand(const std::string& tool) {
+  mj_kinematics(model_, data_);
+  const int site = FindBySuffix(model_, mjOBJ_SITE, static_cast<int>(model_->nsite), tool);
+  return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_).inverse() *
+         PoseOf(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
+}
+
+std::optional<Eigen::VectorXd> TestArm::Solve(const core::Pose& X_WH, Eigen::VectorXd q) {
+  const auto n = static_cast<Eigen::Index>(joints_.size());
+  std::vector<mjtNum> jp(3 * static_cast<std::size_t>(model_->nv)), jr(jp.size());
+  for (int iteration = 0; iteration < 300; ++iteration) {
+    const core::Pose X = HandPose(q);
+    Eigen::Matrix<double, 6, 1> error;
+    error.head<3>() = X_WH.translation() - X.translation();
+    const Eigen::AngleAxisd turn(X_WH.linear() * X.linear().transpose());
+    error.tail<3>() = turn.angle() * turn.axis();
+    if (error.head<3>().norm() < 1e-5 && error.tail<3>().norm() < 1e-4) return q;
+    mj_jacBody(model_, data_, jp.data(), jr.data(), hand_);
+    Eigen::MatrixXd J(6, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const int dof = model_->jnt_dofadr[joints_[static_cast<std::size_t>(i)]];
+      for (int k = 0; k < 3; ++k) {
+        J(k, i) = jp[static_cast<std::size_t>(k * model_->nv + dof)];
+        J(k + 3, i) = jr[static_cast<std::size_t>(k * model_->nv + dof)];
+      }
+    }
+    const Eigen::MatrixXd A = J * J.transpose() + 1e-4 * Eigen::MatrixXd::Identity(6, 6);
+    Eigen::VectorXd step = J.transpose() * A.ldlt().solve(error);
+    const double largest = step.cwiseAbs().maxCoeff();
+    if (largest > 0.2) step *= 0.2 / largest;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const mjtNum* range = model_->jnt_range + 2 * joints_[static_cast<std::size_t>(i)];
+      q[i] = std::clamp(q[i] + step[i], range[0] + 0.02, range[1] - 0.02);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp) {
+  TestArm arm(world);
+  const core::Pose X_GH = arm.ToolInHand(grasp.tool).inverse();
+  const core::Pose X_WG = GraspFrame(grasp);
+  core::Pose X_WDelivery = X_WG;
+  X_WDelivery.translation().head<2>() = world.SitePose("delivery").translation().head<2>();
+  // Turn the hand with the arm's first joint, so that the wrist keeps its range.
+  const Eigen::Vector2d from(X_WG.translation().x() + 0.5, X_WG.translation().y());
+  const Eigen::Vector2d to(X_WDelivery.translation().x() + 0.5, X_WDelivery.translation().y());
+  const double swing = std::atan2(to.y(), to.x()) - std::atan2(from.y(), from.x());
+  X_WDelivery.linear() = Eigen::AngleAxisd(swing, Eigen::Vector3d::UnitZ()) * X_WG.linear();
+
+  const auto line = [&](const core::Pose& X_start, double dz, const Eigen::VectorXd& seed) {
+    std::vector<Eigen::VectorXd> path;
+    Eigen::VectorXd q = seed;
+    for (int k = 0; k <= 20; ++k) {
+      const auto next = arm.Solve(Raised(X_start, dz * k / 20.0) * X_GH, q);
+      if (!next) return std::vector<Eigen::VectorXd>();
+      q = *next;
+      path.push_back(q);
+    }
+    return path;
+  };
+
+  const Eigen::VectorXd home = world.ArmPositions();
+  core::Rng rng(1);
+  for (int attempt = 0; attempt < 60; ++attempt) {
+    Eigen::VectorXd seed = home;
+    seed[1] = 0.4;
+    seed[3] = 1.5;
+    seed[5] = 1.0;
+    for (Eigen::Index i = 0; attempt > 0 && i < seed.size(); ++i) seed[i] += rng.Uniform(-1.2, 1.2);
+    const auto above = arm.Solve(Raised(X_WG, kApproach_m) * X_GH, seed);
+    if (!above) continue;
+    const auto down = line(Raised(X_WG, kApproach_m), -kApproach_m, *above);
+    if (down.empty()) continue;
+    const auto up = line(X_WG, kLift_m, down.back());
+    if (up.empty()) continue;
+    Eigen::VectorXd swung = up.back();
+    swung[0] += swing;
+    const auto over = arm.Solve(Raised(X_WDelivery, kLift_m) * X_GH, swung);
+    if (!over) continue;
+    const auto lower = line(Raised(X_WDelivery, kLift_m), kClearance_m - kLift_m, *over);
+    if (lower.empty()) continue;
+    const auto retreat = line(Raised(X_WDelivery, kClearance_m), kApproach_m, lower.back());
+    if (retreat.empty()) continue;
+    GraspProgram program;
+    program.opening_m = grasp.opening_m;
+    program.reach = Timed({home, *above});
+    program.approach = Timed(down);
+    program.lift = Timed(up);
+    program.carry = Timed({up.back(), *over});
+    program.lower = Timed(lower);
+    program.retreat = Timed(retreat);
+    return program;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rangegrasp::sim::testing

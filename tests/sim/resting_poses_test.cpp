@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.h"
+#include "sim/scene_files.h"
+#include "sim/world.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using testing::MakeObject;
+
+// The march that finds a tilt goes by half degrees.
+constexpr double kTilt = 0.5 * core::kPi / 180.0;
+
+// A box of 2a x 2b x 2c rests on three pairs of faces; it tips from the face 2a x 2b, at height c,
+// over its nearer edge at atan(min(a, b) / c). Its faces' solid angles from the centre are 4
+// asin(ab / sqrt((a^2+c^2)(b^2+c^2))).
+TEST(StableRestingPoses, BoxIsAnalytic) {
+  const double a = 0.05, b = 0.03, c = 0.02;
+  const auto poses = StableRestingPoses(
+      MakeObject("box", R"(<geom type="box" size="0.05 0.03 0.02" mass="0.4"/>)"));
+  ASSERT_EQ(poses.size(), 3u);
+  const double height[] = {c, b, a};
+  const double tipping[] = {std::atan(b / c), std::atan(c / b), std::atan(c / a)};
+  const auto solid = [](double x, double y, double z) {
+    return 4 * std::asin(x * y / std::sqrt((x * x + z * z) * (y * y + z * z)));
+  };
+  const double share[] = {solid(a, b, c), solid(a, c, b), solid(b, c, a)};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(poses[i].height_m, height[i], 1e-6);
+    EXPECT_NEAR(poses[i].tipping_rad, tipping[i], kTilt);
+    EXPECT_NEAR(poses[i].probability, 2 * share[i] / (4 * core::kPi), 1e-6);
+    EXPECT_EQ(poses[i].label, "pose" + std::to_string(i));
+  }
+}
+
+// Upright: over the rim at atan(r / h). Lying: it rolls, which is no tipping, and stands up over
+// the rim at atan(h / r).
+TEST(StableRestingPoses, CylinderStandsAndLies) {
+  const double r = 0.035, h = 0.06;
+  const auto poses = StableRestingPoses(
+      MakeObject("tube", R"(<geom type="cylinder" size="0.035 0.06" mass="0.4"/>)"));
+  ASSERT_EQ(poses.size(), 2u);
+  EXPECT_NEAR(poses[0].height_m, r, 1e-4);
+  EXPECT_NEAR(poses[0].tipping_rad, std::atan(h / r), 2 * kTilt);
+  EXPECT_NEAR(poses[1].height_m, h, 1e-6);
+  EXPECT_NEAR(poses[1].tipping_rad, std::atan(r / h), 2 * kTilt);
+  // Caps seen from the centre: 2 * 2 pi (1 - cos).
+  EXPECT_NEAR(poses[1].probability, 1 - h / std::hypot(h, r), 2e-3);
+}
+
+TEST(StableRestingPoses, ThinPlateDoesNotStandOnItsEdge) {
+  const auto poses = StableRestingPoses(
+      MakeObject("plate", R"(<geom type="box" size="0.05 0.05 0.005" mass="0.1"/>)"));
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_NEAR(poses[0].height_m, 0.005, 1e-6);
+  EXPECT_NEAR(poses[0].probability, 1.0, 1e-12);
+}
+
+// A leaning column (its top is shifted by its height) falls off its ends onto its long sides, so
+// that the sides' probability is all that is not the flanks': the share of directions that leave
+// through a flank.
+TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
+  const std::string file =
+      testing::WriteFile("leaning.xml", R"(<mujoco><asset><mesh name="m" vertex="
+    -0.07 -0.02 -0.05  -0.03 -0.02 -0.05  -0.07 0.02 -0.05  -0.03 0.02 -0.05
+     0.03 -0.02  0.05   0.07 -0.02  0.05   0.03 0.02  0.05   0.07 0.02  0.05"/></asset>
+    <worldbody><body name="leaning"><freejoint/><geom type="mesh" mesh="m" mass="0.2"/></body></worldbody></mujoco>)");
+  const auto poses = StableRestingPoses({"leaning", file});
+  double flank = 0.0;
+  int rays = 0;
+  for (double z = -0.995; z < 1.0; z += 0.01) {
+    for (double angle = 0.005; angle < 2 * core::kPi; angle += 0.01, ++rays) {
+      const Eigen::Vector3d d(std::sqrt(1 - z * z) * std::cos(angle),
+                              std::sqrt(1 - z * z) * std::sin(angle), z);
+      const double through_flank = std::abs(d.y()) / 0.02;
+      flank +=
+          through_flank > std::abs(d.x() - d.z()) / 0.02 && through_flank > std::abs(d.z()) / 0.05;
+    }
+  }
+  flank /= rays;
+  ASSERT_EQ(poses.size(), 2u);
+  const RestingPose& on_flank = std::abs(poses[0].height_m - 0.02) < 1e-4 ? poses[0] : poses[1];
+  EXPECT_NEAR(on_flank.height_m, 0.02, 1e-4);
+  EXPECT_NEAR(on_flank.probability, flank, 0.005);
+}
+
+// The origin is not the centre: heights are the origin's.
+TEST(StableRestingPoses, HeightIsTheOrigins) {
+  const auto poses = StableRestingPoses(
+      MakeObject("off", R"(<geom type="box" size="0.05 0.05 0.005" pos="0 0 0.1" mass="0.1"/>)"));
+  ASSERT_EQ(poses.size(), 1u);  // both faces: one class
+  const double z = (poses[0].R_WO * Eigen::Vector3d(0, 0, 0.1)).z();
+  EXPECT_NEAR(poses[0].height_m + z, 0.005, 1e-6);
+}
+
+}  // namespace
+}  // namespace rangegrasp::sim

@@ -1,0 +1,181 @@
+#include "sim/world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/units.h"
+#include "sim/scene_files.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::MakeObject;
+using testing::PlaneScene;
+using testing::RepositoryObject;
+using testing::Tabletop;
+using testing::WriteFile;
+
+constexpr char kBox[] = R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)";
+
+core::Pose At(double x, double y, double z) {
+  return core::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
+}
+
+// The text of the InputError that building a world of these files throws.
+std::string Complaint(const std::filesystem::path& scene, const std::vector<ObjectModel>& objects) {
+  try {
+    World(scene, objects, {});
+  } catch (const core::InputError& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+TEST(World, HoldsNothingByWeldOrAdhesion) {
+  const World world(Tabletop(), {RepositoryObject("dextrose"), RepositoryObject("coffee_cup")}, {});
+  const mjModel* model = world.model();
+  for (int i = 0; i < model->neq; ++i) EXPECT_EQ(model->eq_type[i], mjEQ_JOINT);
+  for (int i = 0; i < model->nu; ++i) {
+    EXPECT_TRUE(model->actuator_trntype[i] == mjTRN_JOINT ||
+                model->actuator_trntype[i] == mjTRN_TENDON);
+  }
+  EXPECT_EQ(world.Warnings(), "");
+}
+
+TEST(World, AnObjectFallsFreely) {
+  World world(PlaneScene(), {MakeObject("box", kBox)}, {});
+  world.PlaceObject(0, At(0, 0, 3.0));
+  for (int i = 0; i < 250; ++i) world.Step();
+  // Semi-implicit steps of h fall by g t (t + h) / 2.
+  EXPECT_NEAR(world.ObjectPose(0).translation().z(), 3.0 - 0.5 * 9.81 * 0.5 * 0.502, 1e-9);
+}
+
+TEST(World, ABoxAtRestStays) {
+  World world(PlaneScene(), {MakeObject("box", kBox)}, {});
+  world.PlaceObject(0, At(0.1, 0.2, 0.0501));
+  ASSERT_TRUE(world.Settle());
+  const Eigen::Vector3d before = world.ObjectPose(0).translation();
+  const double end = world.time_s() + 2.0;
+  while (world.time_s() < end) world.Step();
+  EXPECT_LT((world.ObjectPose(0).translation() - before).norm(), 1e-5);
+  EXPECT_NEAR(world.ObjectTop(0), 0.1, 2e-4);
+  EXPECT_NEAR(world.ObjectMass(0), 0.3, 1e-12);
+  EXPECT_LT((world.ObjectCenterOfMass(0) - before).norm(), 1e-9);
+}
+
+TEST(World, AParkedObjectTakesNoPart) {
+  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  world.PlaceObject(0, At(0, 0, 0.0501));
+  ASSERT_TRUE(world.Settle());
+  EXPECT_TRUE(world.parked(1));
+  EXPECT_GT((world.ObjectPose(1).translation() - world.ObjectPose(0).translation()).norm(), 100.0);
+  EXPECT_EQ(world.VisualMeshes().size(), 2u);  // scene and one object
+  EXPECT_EQ(world.ObjectSpeed(1), 0.0);
+}
+
+// A box that leans on nothing must fall although it slept.
+TEST(World, TakingTheSupportAwayWakesWhatRestedOnIt) {
+  World world(PlaneScene(), {MakeObject("below", kBox), MakeObject("above", kBox)}, {});
+  world.PlaceObject(0, At(0, 0, 0.0501));
+  world.PlaceObject(1, At(0, 0, 0.1503));
+  ASSERT_TRUE(world.Settle());
+  for (int i = 0; i < 200; ++i) world.Step();
+  world.ParkObject(0);
+  ASSERT_TRUE(world.Settle());
+  EXPECT_NEAR(world.ObjectPose(1).translation().z(), 0.05, 1e-3);
+}
+
+TEST(World, SettleTellsWhatFallsForEver) {
+  const auto scene = WriteFile(
+      "void.xml", R"(<mujoco><option timestep="0.002"><flag sleep="enable"/></option></mujoco>)");
+  World world(scene, {MakeObject("box", kBox)}, {});
+  world.PlaceObject(0, At(0, 0, 0));
+  EXPECT_FALSE(world.Settle());
+}
+
+TEST(World, VisualMeshesCarryLabelsSurfacesAndPoses) {
+  World world(Tabletop(), {RepositoryObject("dextrose")}, {});
+  world.PlaceObject(0, At(0.05, 0.02, 0.0675));
+  const auto meshes = world.VisualMeshes();
+  ASSERT_EQ(meshes.size(), 2u);
+  EXPECT_EQ(meshes[0].label, 0u);
+  EXPECT_EQ(meshes[1].label, 1u);
+  EXPECT_NEAR(meshes[0].surface.albedo, 0.35, 1e-12);
+  EXPECT_NEAR(meshes[1].surface.albedo, 0.65, 1e-12);
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(9), high = -low;
+  for (const auto& v : meshes[1].mesh_W.vertices) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  EXPECT_LT((0.5 * (low + high) - Eigen::Vector3d(0.05, 0.02, 0.0675)).norm(), 2e-3);
+  EXPECT_GT((high - low).z(), 0.12);
+  // Nothing of the scanner's own stand, or it would blind itself.
+  const Eigen::Vector3d scanner = world.SitePose("scanner").translation();
+  for (const auto& v : meshes[0].mesh_W.vertices) EXPECT_GT((v - scanner).norm(), 0.2);
+}
+
+TEST(World, TheArmStandsWhereItIsPut) {
+  World world(Tabletop(), {}, {});
+  Eigen::VectorXd q = world.ArmPositions();
+  ASSERT_EQ(q.size(), 7);
+  q[0] += 0.3;
+  world.SetArm(q);
+  EXPECT_EQ(world.ArmPositions(), q);
+  for (int i = 0; i < 500; ++i) world.Step();
+  EXPECT_LT((world.ArmPositions() - q).norm(), 2e-3);  // servos hold it against gravity
+  EXPECT_THROW(world.SetArm(Eigen::VectorXd::Zero(3)), std::invalid_argument);
+}
+
+TEST(World, UnknownNamesAreNamedWithTheKnownOnes) {
+  const World world(Tabletop(), {}, {});
+  try {
+    world.SitePose("moon");
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("moon"));
+    EXPECT_THAT(error.what(), HasSubstr("delivery"));
+  }
+  EXPECT_NEAR(world.SiteRadius("workspace"), 0.13, 0.05);
+}
+
+std::string Body(const std::string& inside) {
+  return "<mujoco><worldbody>" + inside + "</worldbody></mujoco>";
+}
+
+TEST(World, SaysWhyAnObjectIsNone) {
+  const auto scene = PlaneScene();
+  const auto complaint = [&](const std::string& xml) {
+    return Complaint(scene, {{"odd", WriteFile("odd.xml", xml)}});
+  };
+  const std::string geom = R"(<geom type="sphere" size="0.02"/>)";
+  EXPECT_THAT(complaint(Body("<body name='odd'>" + geom + "</body>")), HasSubstr("freejoint"));
+  EXPECT_THAT(complaint(Body("<body name='odd'><joint/>" + geom + "</body>")),
+              HasSubstr("freejoint"));
+  EXPECT_THAT(complaint(Body("<body name='a'><freejoint/>" + geom + "</body><body name='b'>" +
+                             geom + "</body>")),
+              HasSubstr("one root body"));
+  EXPECT_THAT(
+      complaint(Body(
+          "<body name='odd'><freejoint/><geom size='0.02' contype='0' conaffinity='0'/></body>")),
+      HasSubstr("collision geom"));
+  EXPECT_THAT(complaint(Body("<body name='odd'><freejoint/><geom size='0.02' mass='nan'/></body>")),
+              HasSubstr("odd.xml"));
+  EXPECT_THAT(complaint("<mujoco><worldbody>"), HasSubstr("odd.xml"));
+  EXPECT_THAT(
+      complaint(Body("<body name='odd'><freejoint/><geom type='mesh' mesh='none'/></body>")),
+      HasSubstr("odd.xml"));
+  EXPECT_THAT(complaint("<mujoco><custom><text name='surface' "
+                        "data='velvet'/></custom><worldbody><body name='odd'>"
+                        "<freejoint/><geom size='0.02'/></body></worldbody></mujoco>"),
+              HasSubstr("velvet"));
+  EXPECT_THAT(Complaint(scene, {{"odd", "nowhere.xml"}}), HasSubstr("nowhere.xml"));
+  EXPECT_THAT(Complaint("noscene.xml", {}), HasSubstr("noscene.xml"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::sim
