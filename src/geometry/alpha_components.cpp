@@ -4,7 +4,7 @@
 #include <unordered_map>
 
 #include "geometry/alpha_shape.h"
-#include "geometry/internal/union_find.h"
+#include "geometry/union_find.h"
 
 namespace rangegrasp::geometry {
 namespace {

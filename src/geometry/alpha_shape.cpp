@@ -14,7 +14,7 @@
 #include <numeric>
 #include <utility>
 
-#include "geometry/internal/union_find.h"
+#include "geometry/union_find.h"
 
 namespace rangegrasp::geometry {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "geometry/alpha_shape.h"
-#include "geometry/internal/union_find.h"
 #include "geometry/kd_tree.h"
+#include "geometry/union_find.h"
 
 namespace rangegrasp::perception {
 namespace {
