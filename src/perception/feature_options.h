@@ -33,6 +33,14 @@ struct FeatureOptions {
   /// The same for a rim with bridged gaps, whose straight sides count for few points.
   double least_bridged_arc_rad = 4.2;
   double most_radius_m = 0.15;
+  /// Where the top is a thin ring, find the axis from the body's normals instead of the rim's
+  /// circle, and merge clipped parts by it: the lip of a cup is as wide as the profiles are apart,
+  /// so its rim has too few points. Off: as published.
+  bool axis_from_body = true;
+  double ring_share = 0.35;  ///< a top is a thin ring if it fills less than this of its circle
+  /// In the place of body_share there: a handle in front of the body and normals at its edges count
+  /// against it, while the ring already is the better witness.
+  double ring_body_share = 0.6;
 
   // Merging.
   /// Joins parts of one object that lost points have separated (see merge.h); off: only clipped

@@ -58,16 +58,22 @@ std::optional<Part> RotationalUnion(const MergeContext& context, const Part& a, 
   const auto& [cloud, table, sensor, options] = context;
   Part both = DescribePart(context, Union(a.points, b.points), rng);
   if (!both.axis) return std::nullopt;
-  const Indices rim =
-      OuterRim(cloud, both.top->points, both.top->plane, options.bridged_rim_alpha_m);
-  const auto fit = FitCircle(geometry::Select(cloud.points, rim), options, rng);
-  if (!fit) return std::nullopt;
+  // An axis from the body alone has no rim circle to ask the parts for.
+  const bool from_rim = both.axis->rim_fraction > 0.0;
+  Indices rim;
+  std::optional<CircleFit> fit;
+  if (from_rim) {
+    rim = OuterRim(cloud, both.top->points, both.top->plane, options.bridged_rim_alpha_m);
+    fit = FitCircle(geometry::Select(cloud.points, rim), options, rng);
+    if (!fit) return std::nullopt;
+  }
   const BodyProfile body = ProfileBody(cloud, both.points, *both.top, both.axis->center_C,
                                        both.axis->direction_C, options);
   for (const Part* part : {&a, &b}) {
     const Indices own_rim = Shared(rim, part->points);
-    if (own_rim.empty() ||
-        ShareOnCircle(cloud, own_rim, fit->circle, options.circle_distance_m) < options.rim_share) {
+    if (from_rim &&
+        (own_rim.empty() || ShareOnCircle(cloud, own_rim, fit->circle, options.circle_distance_m) <
+                                options.rim_share)) {
       return std::nullopt;
     }
     const auto agreeing = static_cast<double>(Shared(body.agreeing, part->points).size());

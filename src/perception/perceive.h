@@ -14,8 +14,9 @@ struct PerceptionOptions {
   FeatureOptions features;
 };
 
-/// Multiplies every length that stands for point spacing or noise: the defaults are those of a laser scanner with 2 mm
-/// between points and 0.5 mm noise. @throws std::invalid_argument unless factor > 0.
+/// Multiplies every length that stands for point spacing or noise: the defaults are those of a
+/// laser scanner with 2 mm between points and 0.5 mm noise. @throws std::invalid_argument unless
+/// factor > 0.
 void ScaleLengths(double factor, PerceptionOptions& options);
 
 /// Chapter 5.1 from a cloud to objects: table, filters, normals, segments, top surfaces, rims,

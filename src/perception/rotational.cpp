@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "core/units.h"
+#include "geometry/alpha_shape.h"
 #include "perception/planar.h"
 #include "perception/top_surface.h"
 
@@ -83,7 +85,8 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
 
 /// The second rule, with the better of the plane's normal and the vertical.
 bool JudgeBody(const PointCloud& cloud, const Indices& points, const TopSurface& top,
-               const geometry::Plane& table, const FeatureOptions& options, RotationAxis& axis) {
+               const geometry::Plane& table, double least_share, const FeatureOptions& options,
+               RotationAxis& axis) {
   const Eigen::Vector3d leaning = axis.direction_C;
   axis.body_fraction = ProfileBody(cloud, points, top, axis.center_C, leaning, options).fraction;
   // Within what a small rim leaves uncertain, an object that stands is upright.
@@ -95,7 +98,7 @@ bool JudgeBody(const PointCloud& cloud, const Indices& points, const TopSurface&
       axis.body_fraction = upright;
     }
   }
-  return axis.body_fraction >= options.body_share;
+  return axis.body_fraction >= least_share;
 }
 
 /// The rim's far side is seen at a grazing angle, so its circle lies up to a millimetre towards the
@@ -112,7 +115,10 @@ void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface
   for (int round = 0; round < 5; ++round) {
     const BodyProfile body =
         ProfileBody(cloud, points, top, refined.center_C, refined.direction_C, options);
-    if (body.fraction < options.body_share || body.agreeing.size() < kLeastBody) return;
+    if (body.fraction < std::min(axis.body_fraction, options.body_share) ||
+        body.agreeing.size() < kLeastBody) {
+      return;
+    }
     std::map<int, const Section*> sections;
     for (const Section& s : body.sections) {
       sections[static_cast<int>(std::floor(s.depth_m / options.section_m))] = &s;
@@ -165,6 +171,127 @@ void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface
     refined.radius_m = sum / count;
   }
   axis = refined;
+}
+
+/// A point of a body seen along the axis: where it is, and where its normal points to.
+struct Wall {
+  Eigen::Vector2d p;
+  Eigen::Vector2d normal;  ///< unit
+};
+
+/// The points that face sideways and away from `center`, and count against a circle about it.
+bool OnCircle(const Wall& wall, const Eigen::Vector2d& center, double radius_m, double distance_m) {
+  const Eigen::Vector2d radial = wall.p - center;
+  const double r = radial.norm();
+  return std::abs(r - radius_m) <= distance_m && wall.normal.dot(radial) > 0.0 &&
+         std::abs(wall.normal.x() * radial.y() - wall.normal.y() * radial.x()) <=
+             kMostTangential * r;
+}
+
+/// The centre where the normals of two wall points meet, if they are about as far from it.
+std::optional<Eigen::Vector2d> NormalsMeet(const Wall& a, const Wall& b, double distance_m) {
+  Eigen::Matrix2d directions;
+  directions << -a.normal, b.normal;
+  if (std::abs(directions.determinant()) < 0.2) return std::nullopt;
+  const Eigen::Vector2d steps = directions.inverse() * (b.p - a.p);
+  // p - step * normal: the centre lies behind both, at the same distance.
+  if (steps.minCoeff() <= 0.0 || std::abs(steps[0] - steps[1]) > distance_m) return std::nullopt;
+  return 0.5 * (a.p - steps[0] * a.normal + b.p - steps[1] * b.normal);
+}
+
+/// The least-squares circle (Kasa 1976: linear in centre and r^2 - |centre|^2) through the wall
+/// points that agree.
+std::pair<Eigen::Vector2d, double> RefitCircle(const std::vector<Wall>& walls,
+                                               const Eigen::Vector2d& center, double radius_m,
+                                               double distance_m) {
+  Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const Wall& wall : walls) {
+    if (!OnCircle(wall, center, radius_m, distance_m)) continue;
+    const Eigen::Vector2d d = wall.p - center;
+    const Eigen::Vector3d row(2.0 * d.x(), 2.0 * d.y(), 1.0);
+    left += row * row.transpose();
+    right += d.squaredNorm() * row;
+  }
+  const Eigen::Vector3d solved = left.ldlt().solve(right);
+  const double squared = solved[2] + solved.head<2>().squaredNorm();
+  if (!solved.allFinite() || squared <= 0.0) return {center, radius_m};
+  return {center + solved.head<2>(), std::sqrt(squared)};
+}
+
+/// An upright axis from the outer wall: two wall points with their normals give a centre, the one
+/// that most wall points agree with wins (as eq. 5.7, with normals in the place of a third point).
+std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
+                                         const TopSurface& top, const geometry::Plane& table,
+                                         const FeatureOptions& options, core::Rng& rng) {
+  constexpr std::size_t kLeastWall = 60;
+  const PlanarFrame frame = MakePlanarFrame(table, top.center_C);
+  std::vector<Wall> walls;
+  for (const auto i : points) {
+    const Eigen::Vector3d& normal = cloud.normals[i];
+    if (std::abs(normal.dot(table.normal)) > kMostAlongAxis) continue;
+    walls.push_back({frame.Flat(cloud.points[i]),
+                     Eigen::Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
+  }
+  if (walls.size() < kLeastWall) return std::nullopt;
+  Eigen::Vector2d center;
+  double radius = 0.0;
+  std::ptrdiff_t most = 0;
+  for (int draw = 0; draw < 2 * options.circle_draws; ++draw) {
+    const Wall& a = walls[rng.Index(walls.size())];
+    const Wall& b = walls[rng.Index(walls.size())];
+    const auto meeting = NormalsMeet(a, b, 2.0 * options.circle_distance_m);
+    if (!meeting) continue;
+    const double r = 0.5 * ((a.p - *meeting).norm() + (b.p - *meeting).norm());
+    if (r > options.most_radius_m) continue;
+    const auto count = std::count_if(walls.begin(), walls.end(), [&](const Wall& wall) {
+      return OnCircle(wall, *meeting, r, options.circle_distance_m);
+    });
+    if (count > most) {
+      most = count;
+      center = *meeting;
+      radius = r;
+    }
+  }
+  if (most < static_cast<std::ptrdiff_t>(kLeastWall / 2)) return std::nullopt;
+  // Two normals say little of the centre; all that agree say more.
+  for (int round = 0; round < 5; ++round) {
+    const auto [better, r] = RefitCircle(walls, center, radius, options.circle_distance_m);
+    center = better;
+    radius = r;
+  }
+  const Eigen::Vector3d on_table = top.center_C + center.x() * frame.u + center.y() * frame.v;
+  const double height = TopHeight(cloud, points, table) - table.Distance(on_table);
+  return RotationAxis{on_table + height * table.normal, table.normal, radius, 0.0, 0.0};
+}
+
+/// Whether the top is the lip of a wall about the axis: its points lie on the circle or just
+/// inside, and fill little of it.
+bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+                const FeatureOptions& options) {
+  constexpr double kMostWall_m = 0.010;
+  const auto on_lip = std::count_if(top.points.begin(), top.points.end(), [&](auto i) {
+    const double inside =
+        axis.radius_m - AxisDistance(cloud.points[i], axis.center_C, axis.direction_C);
+    return inside >= -options.circle_distance_m && inside <= kMostWall_m;
+  });
+  if (static_cast<double>(on_lip) < options.rim_share * static_cast<double>(top.points.size())) {
+    return false;
+  }
+  const auto flat =
+      Flatten(MakePlanarFrame(top.plane, top.center_C), geometry::Select(cloud.points, top.points));
+  return geometry::BuildAlphaShape2(flat, options.rim_alpha_m).area_m2 <
+         options.ring_share * core::kPi * axis.radius_m * axis.radius_m;
+}
+
+/// How far round the axis the points go [rad].
+double BodyArc(const PointCloud& cloud, const Indices& points, const RotationAxis& axis) {
+  const CircleFit all{{axis.center_C, axis.direction_C, axis.radius_m}, [&] {
+                        Indices each(points.size());
+                        std::iota(each.begin(), each.end(), 0U);
+                        return each;
+                      }()};
+  return Arc(cloud, points, all);
 }
 
 }  // namespace
@@ -224,18 +351,28 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const To
 std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
                                              const TopSurface& top, const geometry::Plane& table,
                                              const FeatureOptions& options, core::Rng& rng) {
-  if (top.ridge) return std::nullopt;
   for (const bool bridged : {false, true}) {
+    if (top.ridge) break;
     const Indices rim =
         bridged ? OuterRim(cloud, top.points, top.plane, options.bridged_rim_alpha_m) : top.rim;
     const double least_arc = bridged ? options.least_bridged_arc_rad : options.least_arc_rad;
     auto axis = AxisFromRim(cloud, rim, top, least_arc, options, rng);
-    if (axis && JudgeBody(cloud, points, top, table, options, *axis)) {
+    if (axis && JudgeBody(cloud, points, top, table, options.body_share, options, *axis)) {
       RefineAxis(cloud, points, top, options, *axis);
       return axis;
     }
   }
-  return std::nullopt;
+  if (!options.axis_from_body) return std::nullopt;
+  auto axis = AxisFromBody(cloud, points, top, table, options, rng);
+  if (!axis || !IsThinRing(cloud, top, *axis, options) ||
+      !JudgeBody(cloud, points, top, table, options.ring_body_share, options, *axis)) {
+    return std::nullopt;
+  }
+  const BodyProfile body =
+      ProfileBody(cloud, points, top, axis->center_C, axis->direction_C, options);
+  if (BodyArc(cloud, body.agreeing, *axis) < options.least_arc_rad) return std::nullopt;
+  RefineAxis(cloud, points, top, options, *axis);
+  return axis;
 }
 
 }  // namespace rangegrasp::perception

@@ -91,6 +91,14 @@ TEST_F(RunTest, TwoJobsGiveTheSameRows) {
   EXPECT_EQ(Rows("jobs2"), Rows("single"));
 }
 
+TEST_F(RunTest, ARowDoesNotDependOnTheOtherObjectsOfItsRun) {
+  auto arguments = Arguments("others", {});
+  arguments[3] = "salt_cylinder,sweets_cylinder,spread";
+  const Ran ran = RunProgram(arguments);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(Rows("others")[1], Rows("single")[1]);  // by id: spread is the second of either
+}
+
 TEST_F(RunTest, AKilledAndResumedRunGivesTheSameRows) {
   ASSERT_EQ(RunProgram(Arguments("whole", {"--jobs", "1"}, "6")).code, 0);
   Command command(Arguments("killed", {"--jobs", "2"}, "6"));
