@@ -5,6 +5,9 @@
 #include <CGAL/convex_hull_2.h>
 #include <CGAL/convex_hull_3.h>
 
+#include <algorithm>
+#include <map>
+
 #include "geometry/plane.h"
 
 namespace rangegrasp::geometry {
@@ -30,8 +33,65 @@ bool IsFlat(PointSpan points) {
   return thickness <= kFlat * (high - low).norm();
 }
 
+using Face = SurfaceMesh::Face_index;
+using Halfedge = SurfaceMesh::Halfedge_index;
+
+bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
+  return CGAL::coplanar(hull.point(hull.source(h)), hull.point(hull.target(h)),
+                        hull.point(hull.target(hull.next(h))),
+                        hull.point(hull.target(hull.next(hull.opposite(h)))));
+}
+
+/// Which facet of the solid a triangle belongs to: neighbours in one plane, exactly, are one facet.
+std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> facet(hull.number_of_faces(), kNone);
+  std::vector<Face> front;
+  for (const Face first : hull.faces()) {
+    if (facet[first] != kNone) continue;
+    facet[first] = first;
+    front.push_back(first);
+    while (!front.empty()) {
+      const Face face = front.back();
+      front.pop_back();
+      for (const Halfedge h : hull.halfedges_around_face(hull.halfedge(face))) {
+        const Face next = hull.face(hull.opposite(h));
+        if (facet[next] != kNone || !Coplanar(hull, h)) continue;
+        facet[next] = first;
+        front.push_back(next);
+      }
+    }
+  }
+  return facet;
+}
+
+/// The corners of a facet in order, from one of the triangles' edges on its outline.
+std::vector<Kernel::Point_3> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
+                                     Halfedge start) {
+  std::vector<Kernel::Point_3> outline;
+  Halfedge h = start;
+  do {
+    outline.push_back(hull.point(hull.source(h)));
+    h = hull.next(h);
+    while (facet[hull.face(h)] == facet[hull.face(hull.opposite(h))]) {
+      h = hull.next(hull.opposite(h));
+    }
+  } while (h != start);
+  std::vector<Kernel::Point_3> corners;
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!CGAL::collinear(outline[(i + n - 1) % n], outline[i], outline[(i + 1) % n])) {
+      corners.push_back(outline[i]);
+    }
+  }
+  return corners;
+}
+
 }  // namespace
 
+// CGAL's triangles of a facet with more than three corners, and their order, depend on addresses
+// in memory. The solid itself does not: its facets are found again, each is cut into a fan from its
+// least corner, and vertices and triangles are sorted.
 TriangleMesh ConvexHull(PointSpan points) {
   TriangleMesh mesh;
   if (points.size() < 4 || IsFlat(points)) return mesh;
@@ -40,16 +100,32 @@ TriangleMesh ConvexHull(PointSpan points) {
   for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
   SurfaceMesh hull;
   CGAL::convex_hull_3(input.begin(), input.end(), hull);
-  for (const auto vertex : hull.vertices()) {
-    const Kernel::Point_3& p = hull.point(vertex);
+
+  const std::vector<std::size_t> facet = FacetOfTriangle(hull);
+  std::vector<std::vector<Kernel::Point_3>> facets;
+  std::vector<bool> done(facet.size(), false);
+  for (const Halfedge h : hull.halfedges()) {
+    const std::size_t f = facet[hull.face(h)];
+    if (done[f] || f == facet[hull.face(hull.opposite(h))]) continue;
+    done[f] = true;
+    facets.push_back(Corners(hull, facet, h));
+  }
+  std::map<Kernel::Point_3, std::uint32_t> number;  // ascending by x, y, z
+  for (const auto& corners : facets) {
+    for (const auto& p : corners) number.emplace(p, 0);
+  }
+  for (auto& [p, index] : number) {
+    index = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.emplace_back(p.x(), p.y(), p.z());
   }
-  for (const auto face : hull.faces()) {
-    const auto h = hull.halfedge(face);
-    mesh.triangles.push_back({static_cast<std::uint32_t>(hull.source(h)),
-                              static_cast<std::uint32_t>(hull.target(h)),
-                              static_cast<std::uint32_t>(hull.target(hull.next(h)))});
+  for (auto& corners : facets) {
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      mesh.triangles.push_back(
+          {number.at(corners[0]), number.at(corners[i - 1]), number.at(corners[i])});
+    }
   }
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
   return mesh;
 }
 

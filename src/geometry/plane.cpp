@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -23,10 +24,18 @@ Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
   return scatter;
 }
 
-std::size_t CountInliers(PointSpan points, const Plane& plane, double distance_m) {
+// Gives up as soon as `to_beat` is out of reach; then the count is not complete, but at most
+// `to_beat`.
+std::size_t CountInliers(PointSpan points, const Plane& plane, double distance_m,
+                         std::size_t to_beat) {
+  constexpr std::size_t kBlock = 1024;
   std::size_t count = 0;
-  for (const Eigen::Vector3d& p : points) {
-    count += static_cast<std::size_t>(std::abs(plane.Distance(p)) <= distance_m);
+  for (std::size_t begin = 0; begin < points.size(); begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, points.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      count += static_cast<std::size_t>(std::abs(plane.Distance(points[i])) <= distance_m);
+    }
+    if (count + (points.size() - end) <= to_beat) break;
   }
   return count;
 }
@@ -93,7 +102,7 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
     const auto [a, b, c] = DrawThree(points.size(), rng);
     const auto plane = PlaneThrough(points[a], points[b], points[c]);
     if (!plane) continue;
-    const std::size_t count = CountInliers(points, *plane, options.inlier_distance_m);
+    const std::size_t count = CountInliers(points, *plane, options.inlier_distance_m, best_count);
     if (count > best_count) {
       best = plane;
       best_count = count;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "geometry/hull.h"
 #include "perception/features.h"
 #include "perception/planar.h"
 
@@ -174,7 +175,7 @@ geometry::TriangleMesh ConvexPieces(const CompletionContext& context, const Poin
   const double fill = static_cast<double>(cells.size()) * kCell_m * kCell_m /
                       std::max(ConvexPolygon::Around(flat).Area(), 1e-9);
   const Points solid = WithShadow(context.table, points, base_m);
-  if (fill >= kLeastFill) return OrderedHull(solid);
+  if (fill >= kLeastFill) return geometry::ConvexHull(solid);
   const Rectangle box = SmallestRectangle(flat);
   const auto slices = static_cast<std::size_t>(std::ceil(box.length_m / kSlice_m));
   std::vector<Points> pieces(std::max<std::size_t>(1, slices));
@@ -189,7 +190,7 @@ geometry::TriangleMesh ConvexPieces(const CompletionContext& context, const Poin
   }
   geometry::TriangleMesh mesh;
   for (const auto& piece : pieces) {
-    if (piece.size() >= 4) geometry::Append(OrderedHull(piece), mesh);
+    if (piece.size() >= 4) geometry::Append(geometry::ConvexHull(piece), mesh);
   }
   return mesh;
 }

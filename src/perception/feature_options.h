@@ -56,6 +56,10 @@ struct FeatureOptions {
   bool complete_by_symmetry = true;
   double mirror_share = 0.85;  ///< of the mirrored points that must be in unseen space
 
+  /// A part whose footprint is nowhere this long is a needle of mixed points along one ray, not an
+  /// object. 0: as published.
+  double least_footprint_m = 0.008;
+
   // Open or closed (eq. 5.9).
   double open_sphere_factor = 2.0 / 3.0;
   /// Points inside the sphere that are still taken for none, as a share of the top surface's: mixed

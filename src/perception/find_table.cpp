@@ -115,18 +115,20 @@ Points Near(PointSpan points, const Plane& plane, double distance_m) {
   return near;
 }
 
-/// Preselects, fits, preselects round the fit and fits again; the normal keeps its side.
-std::optional<Plane> FitNear(PointSpan points, Plane plane, const PreprocessOptions& options,
+/// Preselects, draws hypotheses and refits (section 5.1.1); then refits once to the points near the
+/// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
+/// The normal keeps its side.
+std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
                              core::Rng& rng) {
-  const geometry::PlaneRansacOptions ransac{options.plane_draws, options.plane_distance_m};
-  for (int pass = 0; pass < 2; ++pass) {
-    const auto fit =
-        geometry::FitPlaneRansac(Near(points, plane, options.preselection_m), ransac, rng);
-    if (!fit) return std::nullopt;
-    const bool turned = fit->plane.normal.dot(plane.normal) < 0.0;
-    plane = turned ? Plane{-fit->plane.normal, -fit->plane.offset_m} : fit->plane;
-  }
-  return plane;
+  const auto turned_like = [&](const Plane& other) {
+    const bool turned = other.normal.dot(plane.normal) < 0.0;
+    return turned ? Plane{-other.normal, -other.offset_m} : other;
+  };
+  const auto fit = geometry::FitPlaneRansac(Near(points, plane, options.preselection_m),
+                                            {options.plane_draws, options.plane_distance_m}, rng);
+  if (!fit) return std::nullopt;
+  const auto refit = geometry::FitPlane(Near(points, fit->plane, options.plane_distance_m));
+  return turned_like(refit ? *refit : fit->plane);
 }
 
 struct Support {

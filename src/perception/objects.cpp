@@ -94,7 +94,8 @@ std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
   std::vector<PerceivedObject> objects;
   objects.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    objects.push_back(MakeObject(completion, parts[i], BaseOf(context, parts, i)));
+    auto object = MakeObject(completion, parts[i], BaseOf(context, parts, i));
+    if (object.size_m.x() >= options.least_footprint_m) objects.push_back(std::move(object));
   }
   SortTopmostFirst(objects);
   seconds.emplace_back("completion", watch.Restart());

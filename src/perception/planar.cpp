@@ -117,31 +117,6 @@ double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
   return offsets[offsets.size() / 2];
 }
 
-geometry::TriangleMesh OrderedHull(geometry::PointSpan points) {
-  const geometry::TriangleMesh hull = geometry::ConvexHull(points);
-  std::vector<std::uint32_t> order(hull.vertices.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const auto& p = hull.vertices[a];
-    const auto& q = hull.vertices[b];
-    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-  });
-  geometry::TriangleMesh mesh;
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) {
-    place[order[i]] = i;
-    mesh.vertices.push_back(hull.vertices[order[i]]);
-  }
-  for (auto triangle : hull.triangles) {
-    for (auto& corner : triangle) corner = place[corner];
-    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
-                triangle.end());
-    mesh.triangles.push_back(triangle);
-  }
-  std::sort(mesh.triangles.begin(), mesh.triangles.end());
-  return mesh;
-}
-
 ConvexPolygon ConvexPolygon::Around(std::span<const Eigen::Vector2d> points) {
   ConvexPolygon polygon;
   for (const std::uint32_t i : HullPositions(points)) polygon.corners.push_back(points[i]);

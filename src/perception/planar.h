@@ -58,10 +58,6 @@ std::vector<std::uint32_t> HullPositions(std::span<const Eigen::Vector2d> points
 double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
                    geometry::PointSpan points);
 
-/// geometry::ConvexHull with its vertices and triangles in an order that depends on the points
-/// alone.
-geometry::TriangleMesh OrderedHull(geometry::PointSpan points);
-
 /// A convex polygon, counter-clockwise, possibly degenerate.
 struct ConvexPolygon {
   std::vector<Eigen::Vector2d> corners;

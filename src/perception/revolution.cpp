@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "geometry/hull.h"
 #include "geometry/kd_tree.h"
 #include "perception/completion.h"
 #include "perception/features.h"
@@ -214,7 +215,7 @@ Completion CompleteRotational(const CompletionContext& context, const Part& part
   profile.push_back({length, 0.0});
   completion.surface_C = Revolve(revolution, profile, context.table);
   for (const Points& attachment : Attachments(context, part, body)) {
-    geometry::Append(OrderedHull(attachment), completion.surface_C);
+    geometry::Append(geometry::ConvexHull(attachment), completion.surface_C);
   }
   return completion;
 }
