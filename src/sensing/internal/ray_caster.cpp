@@ -1,6 +1,7 @@
 #include "sensing/internal/ray_caster.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
@@ -86,6 +87,9 @@ struct RayCaster::Embree {
   RTCScene scene = nullptr;
 
   Embree() {
+    // "threads=1" alone lets TBB start a worker, which a fork would lose. For the life of the
+    // process: lifting the limit starts the worker too, and nothing else here uses TBB.
+    static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     if (device == nullptr) throw core::RunError("Embree: no device could be made");
     scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
