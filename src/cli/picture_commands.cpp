@@ -7,6 +7,7 @@
 #include "cli/output.h"
 #include "core/error.h"
 #include "core/stopwatch.h"
+#include "draw/canvas.h"
 #include "experiment/trial.h"
 #include "geometry/io.h"
 #include "sim/render.h"
@@ -87,9 +88,43 @@ std::vector<geometry::CloudField> TruthFields(const sensing::ScanTruth& truth) {
   return {label, state};
 }
 
+/// The scan, objects and table apart, and the shadows on the table plane round the workspace.
+sim::Image DrawScan(const sensing::Scan& scan, const std::vector<geometry::VisualMesh>& meshes,
+                    const core::Pose& X_WS, const sensing::LineScannerOptions& options) {
+  constexpr double kHalf_m = 0.30;
+  constexpr double kStep_m = 0.0015;
+  geometry::Points grid;
+  for (double x = -kHalf_m; x <= kHalf_m; x += kStep_m) {
+    for (double y = -kHalf_m; y <= kHalf_m; y += kStep_m)
+      grid.emplace_back(x, y, 0.001);  // above what is painted on the table
+  }
+  const auto states = sensing::ClassifySurface(grid, meshes, X_WS, options);
+  draw::Canvas canvas;
+  const auto add = [&](sensing::SurfaceState state, const draw::Color& color) {
+    geometry::Points chosen;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      if (states[i] == state) chosen.push_back(grid[i]);
+    }
+    canvas.dots.push_back({std::move(chosen), color, 3.0F});
+  };
+  add(sensing::SurfaceState::kLaserShadow, {0.90F, 0.25F, 0.20F, 1.0F});
+  add(sensing::SurfaceState::kCameraShadow, {0.95F, 0.75F, 0.15F, 1.0F});
+  add(sensing::SurfaceState::kBothShadows, {0.35F, 0.15F, 0.15F, 1.0F});
+  geometry::Points scene, target;
+  for (std::size_t i = 0; i < scan.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p = scan.image.points_C[i];
+    if (!p.allFinite() || p.head<2>().norm() > 1.5 * kHalf_m) continue;
+    (scan.truth.label[i] == 0 ? scene : target).push_back(p);
+  }
+  canvas.dots.push_back({std::move(scene), {0.45F, 0.58F, 0.80F, 1.0F}, 1.5F});
+  canvas.dots.push_back({std::move(target), {0.10F, 0.45F, 0.20F, 1.0F}, 2.5F});
+  const draw::View view{{0.75, -0.35, 0.75}, {-0.02, 0.0, 0.0}, Eigen::Vector3d::UnitZ(), 0.55};
+  return draw::Render(canvas, view, 1280, 960);
+}
+
 void AddScan(CLI::App& app) {
   struct Arguments {
-    std::string file, out, trial, sensor;
+    std::string file, out, trial, sensor, picture;
     std::optional<std::uint64_t> seed;
   };
   auto* command = app.add_subcommand(
@@ -100,27 +135,32 @@ void AddScan(CLI::App& app) {
   command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "instead of the experiment's")
       ->check(CLI::NonNegativeNumber);
+  command->add_option("--picture", arguments->picture, "PNG of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor, "sensor file (YAML) for a scene");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
-      "Fields: x y z [m], label (0 scene, 1 target), state (0 measured, 1 laser shadow, 2 camera "
-      "shadow, 3 dropout, 4 out of view).");
+      "Fields: x y z [m], label (0 scene, 1 target), state (0 measured, 1 camera shadow, 2 "
+      "dropout, "
+      "3 out of view).\n--picture draws the shadows that the objects throw on the table: laser "
+      "red, "
+      "camera yellow, both dark.");
   command->callback([arguments] {
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    sensing::Scan scan;
-    core::Stopwatch watch;
-    if (picked.context) {
-      scan = experiment::ScanWorld(*picked.context, *picked.world, picked.seed);
-    } else {
-      const auto options = arguments->sensor.empty() ? sensing::LineScannerOptions{}
+    const auto options = picked.context              ? picked.context->scanner
+                         : arguments->sensor.empty() ? sensing::LineScannerOptions{}
                                                      : sensing::ReadLineScanner(arguments->sensor);
-      core::Rng rng(core::DeriveSeed(picked.seed, "scan"));
-      scan = sensing::ScanScene(picked.world->VisualMeshes(), picked.world->SitePose("scanner"),
-                                options, rng);
-    }
+    const auto meshes = picked.world->VisualMeshes();
+    const core::Pose X_WS = picked.world->SitePose("scanner");
+    core::Rng rng(core::DeriveSeed(picked.seed, "scan"));
+    core::Stopwatch watch;
+    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
     const double seconds = watch.Seconds();
     MakeFolderOf(arguments->out);
     geometry::WriteCloud(arguments->out, scan.image, TruthFields(scan.truth));
+    if (!arguments->picture.empty()) {
+      MakeFolderOf(arguments->picture);
+      sim::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
+    }
     const auto measured = std::count(scan.truth.state.begin(), scan.truth.state.end(),
                                      sensing::SampleState::kMeasured);
     spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured, scan.image.profiles,

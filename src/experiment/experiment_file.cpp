@@ -46,6 +46,14 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.ReadScaled("normal_radius_mm", options.preprocess.normal_radius_m, kMm, 1.0, 50.0);
   map.ReadScaled("plane_distance_mm", options.preprocess.plane_distance_m, kMm, 0.2, 50.0);
   map.ReadScaled("table_clearance_mm", options.preprocess.table_clearance_m, kMm, 0.0, 50.0);
+  auto& features = options.features;
+  map.Read("ridge_tops", features.ridge_tops);
+  map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0);
+  map.Read("axis_from_body", features.axis_from_body);
+  map.Read("merge_fragments", features.merge_fragments);
+  map.Read("complete_by_symmetry", features.complete_by_symmetry);
+  map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0);
+  map.ReadScaled("least_footprint_mm", features.least_footprint_m, kMm, 0.0, 100.0);
   map.Finish();
 }
 
