@@ -58,7 +58,7 @@ struct FeatureOptions {
 
   /// A part whose footprint is nowhere this long is a needle of mixed points along one ray, not an
   /// object. 0: as published.
-  double least_footprint_m = 0.008;
+  double least_footprint_m = 0.015;
 
   // Open or closed (eq. 5.9).
   double open_sphere_factor = 2.0 / 3.0;
