@@ -11,6 +11,7 @@ namespace rangegrasp::cli {
 void AddRunCommands(CLI::App& app);      ///< run, table, compare, merge, trial
 void AddPictureCommands(CLI::App& app);  ///< snapshot, scan
 void AddPerceiveCommand(CLI::App& app);  ///< perceive
+void AddSeamCommands(CLI::App& app);     ///< seam generate, detect, evaluate, track
 void AddVersionCommand(CLI::App& app);   ///< version
 
 }  // namespace rangegrasp::cli

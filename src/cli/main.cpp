@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddRunCommands(app);
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddPerceiveCommand(app);
+  rangegrasp::cli::AddSeamCommands(app);
   rangegrasp::cli::AddVersionCommand(app);
   try {
     CheckCommand(app, argc, argv);

@@ -45,4 +45,11 @@ std::pair<int, int> ParseSize(const std::string& text) {
   return {width, height};
 }
 
+report::TableFormat ParseTableFormat(const std::string& name) {
+  if (name == "markdown") return report::TableFormat::kMarkdown;
+  if (name == "csv") return report::TableFormat::kCsv;
+  if (name == "json") return report::TableFormat::kJson;
+  return report::TableFormat::kText;
+}
+
 }  // namespace rangegrasp::cli

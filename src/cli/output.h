@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "report/table.h"
+
 namespace rangegrasp::cli {
 
 /// Writes text to stdout, or whole to a file where one is named.
@@ -16,5 +18,8 @@ void MakeFolderOf(const std::filesystem::path& file);
 
 /// "1280x960" -> {1280, 960}. @throws core::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
+
+/// "text", "markdown", "csv" or "json" (checked by the option itself).
+report::TableFormat ParseTableFormat(const std::string& name);
 
 }  // namespace rangegrasp::cli

@@ -129,13 +129,6 @@ Store OpenForRun(const std::filesystem::path& folder, const RunArguments& argume
   return store;
 }
 
-report::TableFormat FormatFrom(const std::string& name) {
-  if (name == "markdown") return report::TableFormat::kMarkdown;
-  if (name == "csv") return report::TableFormat::kCsv;
-  if (name == "json") return report::TableFormat::kJson;
-  return report::TableFormat::kText;
-}
-
 void Run(const RunArguments& arguments) {
   Experiment e = experiment::ReadExperiment(arguments.experiment);
   ApplyArguments(arguments, e);
@@ -155,7 +148,7 @@ void Run(const RunArguments& arguments) {
   experiment::RunExperiment(context, store, options, ProgressBar());
   const auto table = report::BuildTable(store);
   WriteResult(report::Format(
-      table, arguments.json ? report::TableFormat::kJson : FormatFrom(arguments.format)));
+      table, arguments.json ? report::TableFormat::kJson : ParseTableFormat(arguments.format)));
   spdlog::info("{} trials in {:.1f} s with {} jobs; results in {}", table.overall.trials,
                watch.Seconds(), options.jobs, store.file().string());
 }
@@ -205,7 +198,7 @@ void AddTable(CLI::App& app) {
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([arguments] {
     const Store store = Store::Open(arguments->folder);
-    WriteResult(report::Format(report::BuildTable(store), FormatFrom(arguments->format)),
+    WriteResult(report::Format(report::BuildTable(store), ParseTableFormat(arguments->format)),
                 arguments->out);
   });
 }
@@ -233,6 +226,19 @@ void AddCompare(CLI::App& app) {
   });
 }
 
+// A shard that was forgotten, or whose run was killed.
+void WarnOfMissing(const std::map<std::string, std::string>& stamp, std::size_t trials) {
+  const auto objects = stamp.find("objects");
+  const auto each = stamp.find("trials_per_object");
+  if (objects == stamp.end() || each == stamp.end()) return;
+  const auto commas = std::count(objects->second.begin(), objects->second.end(), ',');
+  const auto expected = static_cast<std::size_t>(commas + 1) * std::stoull(each->second);
+  if (trials < expected) {
+    spdlog::warn("{} of the experiment's {} trials are in these folders; is a shard missing?",
+                 trials, expected);
+  }
+}
+
 void Merge(const std::vector<std::string>& folders, const std::string& out) {
   if (Store::Exists(out))
     throw core::InputError(out + ": holds results already; name a new folder");
@@ -250,6 +256,7 @@ void Merge(const std::vector<std::string>& folders, const std::string& out) {
       all.push_back(std::move(result));
     }
   }
+  WarnOfMissing(stamp, all.size());
   Store merged = Store::Create(out);
   merged.WriteStamp(stamp);
   for (const auto& result : all) merged.Write(result);

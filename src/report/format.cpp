@@ -1,9 +1,7 @@
-#include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "report/grid.h"
 #include "report/statistics.h"
 #include "report/table.h"
 
@@ -12,20 +10,8 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-std::string Fixed(double value, int digits) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
-
 std::string Percent(const std::optional<double>& rate) {
   return rate ? Fixed(*rate * 100.0, 2) : "-";
-}
-
-std::string Interval(int k, int n) {
-  if (n == 0) return "-";
-  const auto [low, high] = WilsonInterval(k, n);
-  return Fixed(low * 100.0, 0) + "-" + Fixed(high * 100.0, 0);
 }
 
 // The failures of a row, e.g. "no_path 1, dropped 2".
@@ -46,20 +32,24 @@ Cells RowCells(const Row& row, const std::string& number) {
           row.title.empty() ? row.object : row.title,
           std::to_string(row.trials),
           Percent(row.detection_rate),
-          Interval(row.detected, row.trials),
+          IntervalText(row.detected, row.trials),
           Percent(row.published_detection_rate),
           Percent(row.grasp_rate),
-          Interval(row.delivered, row.detected),
+          IntervalText(row.delivered, row.detected),
           Percent(row.published_grasp_rate),
           Failures(row)};
 }
 
-std::vector<Cells> AllCells(const Table& table) {
-  std::vector<Cells> cells = {kHeader};
+Grid GridOf(const Table& table) {
+  Grid grid;
+  grid.header = kHeader;
+  grid.left.assign(kHeader.size(), false);
+  grid.left[1] = grid.left.back() = true;
+  grid.total = true;
   int number = 0;
-  for (const Row& row : table.rows) cells.push_back(RowCells(row, std::to_string(++number)));
-  cells.push_back(RowCells(table.overall, ""));
-  return cells;
+  for (const Row& row : table.rows) grid.rows.push_back(RowCells(row, std::to_string(++number)));
+  grid.rows.push_back(RowCells(table.overall, ""));
+  return grid;
 }
 
 std::string StampLine(const Table& table) {
@@ -75,9 +65,9 @@ std::string StampLine(const Table& table) {
 
 std::string PooledLine(const Table& table) {
   return "pooled: detection " + Percent(table.pooled_detection_rate) + " % [" +
-         Interval(table.overall.detected, table.overall.trials) + "], grasping " +
+         IntervalText(table.overall.detected, table.overall.trials) + "], grasping " +
          Percent(table.pooled_grasp_rate) + " % [" +
-         Interval(table.overall.delivered, table.overall.detected) + "]";
+         IntervalText(table.overall.delivered, table.overall.detected) + "]";
 }
 
 std::string TimesLine(const Table& table) {
@@ -90,43 +80,12 @@ std::string TimesLine(const Table& table) {
 }
 
 std::string FormatText(const Table& table) {
-  const auto cells = AllCells(table);
-  std::vector<std::size_t> width(kHeader.size(), 0);
-  for (const Cells& row : cells) {
-    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
-  }
-  std::ostringstream out;
-  for (std::size_t r = 0; r < cells.size(); ++r) {
-    std::string line;
-    for (std::size_t i = 0; i < cells[r].size(); ++i) {
-      const std::string pad(width[i] - cells[r][i].size(), ' ');
-      const bool left = i == 1 || i + 1 == cells[r].size();
-      line += (i ? "  " : "") + (left ? cells[r][i] + pad : pad + cells[r][i]);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    out << line << "\n";
-    if (r == 0 || r + 2 == cells.size()) out << std::string(100, '-') << "\n";
-  }
-  out << PooledLine(table) << "\n" << TimesLine(table) << "\n" << StampLine(table) << "\n";
-  return out.str();
+  return TextOf(GridOf(table)) + PooledLine(table) + "\n" + TimesLine(table) + "\n" +
+         StampLine(table) + "\n";
 }
 
 std::string FormatMarkdown(const Table& table) {
-  std::ostringstream out;
-  const auto cells = AllCells(table);
-  for (std::size_t r = 0; r < cells.size(); ++r) {
-    out << "|";
-    for (const std::string& cell : cells[r]) out << " " << cell << " |";
-    out << "\n";
-    if (r > 0) continue;
-    out << "|";
-    for (std::size_t i = 0; i < cells[r].size(); ++i) {
-      out << (i == 1 || i + 1 == cells[r].size() ? " --- |" : " ---: |");
-    }
-    out << "\n";
-  }
-  out << "\n" << PooledLine(table) << "\n\n" << StampLine(table) << "\n";
-  return out.str();
+  return MarkdownOf(GridOf(table)) + "\n" + PooledLine(table) + "\n\n" + StampLine(table) + "\n";
 }
 
 std::string FormatCsv(const Table& table) {

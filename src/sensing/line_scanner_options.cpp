@@ -1,11 +1,6 @@
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
 #include <optional>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -15,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/units.h"
+#include "core/yaml_map.h"
 #include "sensing/internal/options_check.h"
 #include "sensing/line_scanner.h"
 
@@ -87,85 +83,7 @@ std::optional<std::string> RangeFault(const Key& key, const Options& options) {
 /// What is wrong between keys, if anything.
 std::optional<std::string> RelationFault(const Options& options) {
   if (options.dropout_begin_rad < options.dropout_end_rad) return std::nullopt;
-  return "dropout_begin_deg: must be less than dropout_end_deg";
-}
-
-std::size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
-}
-
-const Key& NearestKey(std::string_view name) {
-  return *std::ranges::min_element(Keys(), {},
-                                   [name](const Key& key) { return EditDistance(name, key.name); });
-}
-
-[[noreturn]] void Fail(const std::filesystem::path& file, const YAML::Mark& mark,
-                       const std::string& text) {
-  throw core::InputError(file.string() + ":" + std::to_string(mark.line + 1) + ": " + text);
-}
-
-template <typename T>
-T Scalar(const YAML::Node& node, const Key& key, const char* type,
-         const std::filesystem::path& file) {
-  T value{};
-  if (!node.IsScalar() || !YAML::convert<T>::decode(node, value)) {
-    Fail(file, node.Mark(),
-         std::string(key.name) + ": expected " + type + " " + Range(key) +
-             (node.IsScalar() ? ", got \"" + node.Scalar() + "\"" : ""));
-  }
-  return value;
-}
-
-void Assign(const YAML::Node& node, const Key& key, const std::filesystem::path& file,
-            Options& options) {
-  if (const auto* member = std::get_if<int Options::*>(&key.member)) {
-    options.** member = Scalar<int>(node, key, "a whole number", file);
-  } else {
-    options.*std::get<double Options::*>(key.member) =
-        Scalar<double>(node, key, "a number", file) * key.unit;
-  }
-}
-
-YAML::Node LoadMap(const std::filesystem::path& file) {
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(file.string());
-  } catch (const YAML::BadFile&) {
-    throw core::InputError(file.string() + ": cannot be read");
-  } catch (const YAML::Exception& error) {
-    Fail(file, error.mark, error.msg);
-  }
-  if (!root.IsNull() && !root.IsMap()) {
-    Fail(file, root.Mark(), "expected keys and values, as in \"samples: 512\"");
-  }
-  return root;
-}
-
-void AssignNamed(const std::string& name, const YAML::Node& name_node, const YAML::Node& value,
-                 const std::filesystem::path& file, Options& options) {
-  if (name == "type") {
-    if (value.IsScalar() && value.Scalar() == "line_scanner") return;
-    Fail(file, value.Mark(), "type: expected line_scanner");
-  }
-  const auto key = std::ranges::find(Keys(), name, &Key::name);
-  if (key == Keys().end()) {
-    Fail(file, name_node.Mark(),
-         "unknown key \"" + name + "\"; the nearest valid key is \"" +
-             std::string(NearestKey(name).name) + "\"");
-  }
-  Assign(value, *key, file, options);
-  if (const auto fault = RangeFault(*key, options)) Fail(file, value.Mark(), *fault);
+  return "dropout_begin_deg must be less than dropout_end_deg";
 }
 
 }  // namespace
@@ -186,17 +104,24 @@ void CheckOptions(const LineScannerOptions& options) {
 }  // namespace internal
 
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file) {
-  const YAML::Node root = LoadMap(file);
+  auto map = core::YamlMap::FromFile(file);
+  std::string type = "line_scanner";
+  map.Read("type", type);
+  if (type != "line_scanner") map.Fail("type", "'" + type + "' must be line_scanner");
   LineScannerOptions options;
-  std::set<std::string> seen;
-  for (const auto& entry : root) {
-    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-    if (!seen.insert(name).second) Fail(file, entry.first.Mark(), "key \"" + name + "\" twice");
-    AssignNamed(name, entry.first, entry.second, file, options);
+  for (const Key& key : Keys()) {
+    const std::string name(key.name);
+    if (const auto* member = std::get_if<int Options::*>(&key.member)) {
+      map.Read(name, options.**member, static_cast<int>(key.low), static_cast<int>(key.high));
+    } else {
+      map.ReadScaled(name, options.*std::get<double Options::*>(key.member), key.unit, key.low,
+                     key.high);
+    }
   }
+  map.Finish();
   if (const auto fault = RelationFault(options)) {
-    const YAML::Node begin = root["dropout_begin_deg"];
-    Fail(file, (begin ? begin : root["dropout_end_deg"]).Mark(), *fault);
+    const std::string name = map.Has("dropout_begin_deg") ? "dropout_begin_deg" : "dropout_end_deg";
+    map.Fail(name, *fault);
   }
   return options;
 }

@@ -11,6 +11,8 @@
 namespace rangegrasp::experiment {
 namespace {
 
+using namespace std::string_literals;
+
 void ExpectEqual(const TrialResult& a, const TrialResult& b) {
   EXPECT_EQ(Row(a), Row(b));
   EXPECT_EQ(a.seconds, b.seconds);
@@ -38,7 +40,7 @@ TEST(TrialResultJson, RoundTripsExtremesAndOddText) {
   result.seed = std::numeric_limits<std::uint64_t>::max();
   result.index = std::numeric_limits<int>::max();
   result.redraws = std::numeric_limits<int>::min();
-  result.detail = std::string("quote \" backslash \\ newline \n tab \t nul \0 end", 47);
+  result.detail = "quote \" backslash \\ newline \n tab \t nul \0 end"s;
   result.stage = "\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80";  // UTF-8 of two, three and four bytes
   result.object = "";
   result.seconds = {{"", 0.1}, {"a", 5e-324}, {"a", 1.7976931348623157e308}, {"b", -0.0}};

@@ -1,0 +1,334 @@
+#include "report/seam_table.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/version.h"
+#include "report/grid.h"
+
+namespace rangegrasp::report {
+namespace {
+
+using nlohmann::ordered_json;
+using stitching::Evaluation;
+using stitching::EvaluationKind;
+using stitching::EvaluationResult;
+using stitching::kMethods;
+using stitching::kTolerances_px;
+using stitching::kVotingMethod;
+using stitching::kWeightsMethod;
+using stitching::RunResult;
+using stitching::SeamResult;
+using stitching::Tally;
+
+// Name -> numbers of a published table, whose first column names the row.
+using Published = std::map<std::string, std::vector<double>>;
+
+Published ReadPublished(const std::filesystem::path& file) {
+  Published published;
+  if (file.empty()) return published;
+  std::istringstream in(core::ReadFile(file));
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    if (++number == 1 || line.empty()) continue;
+    std::istringstream cells(line);
+    std::string name;
+    std::getline(cells, name, ',');
+    for (std::string cell; std::getline(cells, cell, ',');) {
+      char* end = nullptr;
+      published[name].push_back(std::strtod(cell.c_str(), &end));
+      if (cell.empty() || *end != '\0') {
+        throw core::InputError(file.string() + ":" + std::to_string(number) + ": '" + cell +
+                               "' must be a number");
+      }
+    }
+  }
+  return published;
+}
+
+double Share(int k, int n) { return n > 0 ? 100.0 * k / n : 0.0; }
+
+// A table with its title, and the same for programs.
+struct Section {
+  std::string title;
+  Grid grid;
+};
+
+Grid NumberGrid(std::vector<std::string> header) {
+  Grid grid;
+  grid.left.assign(header.size(), false);
+  grid.left[0] = true;
+  grid.header = std::move(header);
+  return grid;
+}
+
+using Tallies = std::array<Tally, kMethods>;
+
+Tallies Sum(const std::vector<SeamResult>& seams, Tallies SeamResult::*member) {
+  Tallies sum{};
+  for (const SeamResult& seam : seams) {
+    for (std::size_t m = 0; m < kMethods; ++m) sum[m] += (seam.*member)[m];
+  }
+  return sum;
+}
+
+Section RatesSection(const Evaluation& evaluation, const EvaluationResult& result) {
+  const Published published = ReadPublished(evaluation.reference);
+  const Tallies sum = Sum(result.seams, &SeamResult::all);
+  Section section{"Detection rate in % within a tolerance, " + std::to_string(sum[0].profiles) +
+                      " profiles with an edge of " + std::to_string(result.seams.size()) + " seams",
+                  NumberGrid({"method"})};
+  for (const double tolerance : kTolerances_px) {
+    section.grid.header.push_back("+-" + Fixed(tolerance, 0) + " px");
+    section.grid.header.push_back("published");
+    section.grid.left.insert(section.grid.left.end(), {false, false});
+  }
+  for (int m = 0; m < kMethods; ++m) {
+    const Tally& tally = sum[static_cast<std::size_t>(m)];
+    const auto known = published.find(stitching::MethodName(m));
+    std::vector<std::string> row = {stitching::MethodName(m)};
+    for (std::size_t t = 0; t < kTolerances_px.size(); ++t) {
+      row.push_back(Fixed(Share(tally.within[t], tally.profiles), 2));
+      const bool there = known != published.end() && t < known->second.size();
+      row.push_back(there ? Fixed(known->second[t], 1) : "-");
+    }
+    section.grid.rows.push_back(row);
+  }
+  return section;
+}
+
+// 1 mm is the largest tolerance that a sensor's pixels allow: 12 px or 18 px.
+std::size_t MillimetreTolerance(const Evaluation& evaluation) {
+  const double columns = 1e-3 * evaluation.sensor.line.columns_per_m;
+  std::size_t best = 0;
+  for (std::size_t t = 0; t < kTolerances_px.size(); ++t) {
+    if (std::abs(kTolerances_px[t] - columns) < std::abs(kTolerances_px[best] - columns)) best = t;
+  }
+  return best;
+}
+
+Section PlacesSection(const Evaluation& evaluation, const EvaluationResult& result) {
+  const std::size_t t = MillimetreTolerance(evaluation);
+  Section section{"Within 1 mm, in %: where on the line the edge lies",
+                  NumberGrid({"method", "all", "centre", "boundary"})};
+  const Tallies all = Sum(result.seams, &SeamResult::all);
+  const Tallies centre = Sum(result.seams, &SeamResult::centre);
+  const Tallies boundary = Sum(result.seams, &SeamResult::boundary);
+  for (int m = 0; m < kMethods; ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const auto cell = [t](const Tally& tally) {
+      return tally.profiles > 0 ? Fixed(Share(tally.within[t], tally.profiles), 2) : "-";
+    };
+    section.grid.rows.push_back(
+        {stitching::MethodName(m), cell(all[i]), cell(centre[i]), cell(boundary[i])});
+  }
+  for (const auto& [name, numbers] : ReadPublished(evaluation.improvements)) {
+    section.grid.rows.push_back(
+        {"published: " + name, numbers.empty() ? "-" : Fixed(numbers[0], 2), "", ""});
+  }
+  return section;
+}
+
+Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& result) {
+  const std::size_t t = MillimetreTolerance(evaluation);
+  Section section{"Every shape of edge: within 1 mm, in %; told to have no edge, in %",
+                  NumberGrid({"shape", "seams", "profiles"})};
+  for (int m = 0; m < kMethods; ++m) section.grid.header.push_back(stitching::MethodName(m));
+  section.grid.header.insert(section.grid.header.end(), {"no edge (voting)", "no edge (weights)"});
+  section.grid.left.resize(section.grid.header.size(), false);
+  for (const stitching::EdgeShape shape : evaluation.shapes) {
+    std::vector<SeamResult> seams;
+    std::ranges::copy_if(result.seams, std::back_inserter(seams),
+                         [shape](const SeamResult& seam) { return seam.shape == shape; });
+    const Tallies sum = Sum(seams, &SeamResult::all);
+    int profiles = 0;
+    std::array<int, kMethods> no_edge{};
+    for (const SeamResult& seam : seams) {
+      profiles += seam.profiles;
+      for (std::size_t m = 0; m < kMethods; ++m) no_edge[m] += seam.no_edge[m];
+    }
+    std::vector<std::string> row = {stitching::Name(shape), std::to_string(seams.size()),
+                                    std::to_string(profiles)};
+    for (const Tally& tally : sum) {
+      row.push_back(tally.profiles > 0 ? Fixed(Share(tally.within[t], tally.profiles), 2) : "-");
+    }
+    row.push_back(Fixed(Share(no_edge[kVotingMethod], profiles), 2));
+    row.push_back(Fixed(Share(no_edge[kWeightsMethod], profiles), 2));
+    section.grid.rows.push_back(row);
+  }
+  return section;
+}
+
+const char* DecisionName(seam::DecisionMethod method) {
+  return method == seam::DecisionMethod::kVoting ? "line prediction" : "historic weighting";
+}
+
+// Means over the runs; the largest error of all.
+Section TracksSection(const EvaluationResult& result) {
+  Section section{"Closed loop after the first 100 mm: error of the seam's distance to the edge",
+                  NumberGrid({"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm",
+                              "max mm", "within 1 mm, % of the length"})};
+  for (const auto method : {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights}) {
+    int runs = 0;
+    int done = 0;
+    int early = 0;
+    double mean = 0.0;
+    double p95 = 0.0;
+    double largest = 0.0;
+    double within = 0.0;
+    for (const RunResult& run : result.runs) {
+      if (run.method != method) continue;
+      ++runs;
+      done += run.end == stitching::TrackEnd::kDone ? 1 : 0;
+      early += run.stopped_early ? 1 : 0;
+      mean += run.mean_error_m;
+      p95 += run.p95_error_m;
+      largest = std::max(largest, run.max_error_m);
+      within += run.share_within_1mm;
+    }
+    const double n = std::max(1, runs);
+    section.grid.rows.push_back({DecisionName(method), std::to_string(runs), std::to_string(done),
+                                 std::to_string(early), Fixed(mean / n * 1e3, 3),
+                                 Fixed(p95 / n * 1e3, 3), Fixed(largest * 1e3, 3),
+                                 Fixed(within / n * 100.0, 2)});
+  }
+  return section;
+}
+
+Section HazardsSection(const EvaluationResult& result) {
+  Section section{"Hazards: found, and the head at rest, before the needle is there",
+                  NumberGrid({"hazard", "method", "runs", "found in time", "in time %",
+                              "as the other", "stopped early"})};
+  for (const char* hazard : {"mat_end", "obstacle"}) {
+    for (const auto method : {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights}) {
+      int runs = 0;
+      int found = 0;
+      int other = 0;
+      int early = 0;
+      for (const RunResult& run : result.runs) {
+        if (run.method != method || run.hazard != hazard) continue;
+        ++runs;
+        const bool in_time = !run.reached_hazard && run.end != stitching::TrackEnd::kDone;
+        found += in_time && !run.stopped_early ? 1 : 0;
+        other += in_time && !run.stopped_early && run.hazard != stitching::Name(run.end) ? 1 : 0;
+        early += run.stopped_early ? 1 : 0;
+      }
+      section.grid.rows.push_back({hazard, DecisionName(method), std::to_string(runs),
+                                   std::to_string(found), Fixed(Share(found, runs), 2),
+                                   std::to_string(other), std::to_string(early)});
+    }
+  }
+  return section;
+}
+
+std::vector<Section> SectionsOf(const Evaluation& evaluation, const EvaluationResult& result) {
+  switch (evaluation.kind) {
+    case EvaluationKind::kRates:
+      return {RatesSection(evaluation, result), PlacesSection(evaluation, result),
+              ShapesSection(evaluation, result)};
+    case EvaluationKind::kTracks:
+      return {TracksSection(result)};
+    case EvaluationKind::kHazards:
+      return {HazardsSection(result)};
+  }
+  return {};
+}
+
+ordered_json StampOf(const Evaluation& evaluation) {
+  return {{"experiment", evaluation.name},
+          {"version", core::Version()},
+          {"commit", core::Commit()},
+          {"experiment_hash", core::Hex(core::Fnv1a(core::ReadFile(evaluation.file)))},
+          {"sensor_hash", core::Hex(core::Fnv1a(core::ReadFile(evaluation.sensor_file)))},
+          {"seed", evaluation.seed},
+          {"seams", evaluation.seams}};
+}
+
+std::string StampLine(const Evaluation& evaluation) {
+  std::string line;
+  const ordered_json stamp = StampOf(evaluation);
+  for (const auto& [key, value] : stamp.items()) {
+    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+    line += (line.empty() ? "" : ", ") + key + " " + text;
+  }
+  return line + "\n";
+}
+
+// A cell as JSON: a number where it is one, null where nothing was counted.
+ordered_json CellJson(const std::string& cell) {
+  if (cell == "-" || cell.empty()) return nullptr;
+  char* end = nullptr;
+  const double number = std::strtod(cell.c_str(), &end);
+  return *end == '\0' ? ordered_json(number) : ordered_json(cell);
+}
+
+std::string FormatJson(const Evaluation& evaluation, const std::vector<Section>& sections) {
+  ordered_json json = {{"experiment", evaluation.name}, {"stamp", StampOf(evaluation)}};
+  json["tables"] = ordered_json::array();
+  for (const Section& section : sections) {
+    ordered_json rows = ordered_json::array();
+    for (const auto& row : section.grid.rows) {
+      ordered_json cells = ordered_json::array();
+      for (const std::string& cell : row) cells.push_back(CellJson(cell));
+      rows.push_back(cells);
+    }
+    json["tables"].push_back(
+        {{"title", section.title}, {"columns", section.grid.header}, {"rows", rows}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace
+
+std::string FormatSeam(const Evaluation& evaluation, const EvaluationResult& result,
+                       TableFormat format) {
+  const auto sections = SectionsOf(evaluation, result);
+  if (format == TableFormat::kJson) return FormatJson(evaluation, sections);
+  std::string text;
+  for (const Section& section : sections) {
+    if (format == TableFormat::kCsv) {
+      text += CsvOf(section.grid) + "\n";
+    } else if (format == TableFormat::kMarkdown) {
+      text += section.title + ":\n\n" + MarkdownOf(section.grid) + "\n";
+    } else {
+      text += section.title + "\n\n" + TextOf(section.grid) + "\n";
+    }
+  }
+  return format == TableFormat::kCsv ? text : text + StampLine(evaluation);
+}
+
+std::string SeamRowsCsv(const EvaluationResult& result) {
+  std::ostringstream out;
+  if (!result.runs.empty()) {
+    out << "run,method,hazard,end,reached_hazard,stopped_early,mean_error_mm,p95_error_mm,"
+           "max_error_mm,share_within_1mm\n";
+    for (const RunResult& run : result.runs) {
+      out << run.run << "," << DecisionName(run.method) << "," << run.hazard << ","
+          << stitching::Name(run.end) << "," << run.reached_hazard << "," << run.stopped_early
+          << "," << Fixed(run.mean_error_m * 1e3, 4) << "," << Fixed(run.p95_error_m * 1e3, 4)
+          << "," << Fixed(run.max_error_m * 1e3, 4) << "," << Fixed(run.share_within_1mm, 5)
+          << "\n";
+    }
+    return out.str();
+  }
+  out << "seam,shape,height_mm,profiles,no_edge_voting,no_edge_weights,method,labelled,within_3px,"
+         "within_10px,within_12px,within_18px\n";
+  for (const SeamResult& seam : result.seams) {
+    for (int m = 0; m < kMethods; ++m) {
+      const Tally& tally = seam.all[static_cast<std::size_t>(m)];
+      out << seam.seam << "," << stitching::Name(seam.shape) << "," << Fixed(seam.height_m * 1e3, 3)
+          << "," << seam.profiles << "," << seam.no_edge[kVotingMethod] << ","
+          << seam.no_edge[kWeightsMethod] << "," << stitching::MethodName(m) << ","
+          << tally.profiles;
+      for (const int within : tally.within) out << "," << within;
+      out << "\n";
+    }
+  }
+  return out.str();
+}
+
+}  // namespace rangegrasp::report

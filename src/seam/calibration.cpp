@@ -1,0 +1,159 @@
+#include "seam/calibration.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+
+#include "core/error.h"
+#include "core/yaml_map.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kTerms = 5;
+constexpr int kMonotonySamples = 256;
+
+double Mapped(const Calibration& c, double row) {
+  return 2.0 * (row - c.row_min_px) / (c.row_max_px - c.row_min_px) - 1.0;
+}
+
+double Polynomial(const std::array<double, kTerms>& c, double u) {
+  return c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * c[4])));
+}
+
+void FitHeights(std::span<const HeightSample> samples, Calibration& calibration) {
+  std::set<double> rows;
+  for (const HeightSample& sample : samples) rows.insert(sample.row_px);
+  if (rows.size() < kTerms) {
+    throw core::InputError("calibration: " + std::to_string(rows.size()) +
+                           " distinct rows; a function of 4th order needs at least 5");
+  }
+  calibration.row_min_px = *rows.begin();
+  calibration.row_max_px = *rows.rbegin();
+  Eigen::MatrixXd powers(static_cast<Eigen::Index>(samples.size()), kTerms);
+  Eigen::VectorXd heights(static_cast<Eigen::Index>(samples.size()));
+  for (Eigen::Index i = 0; i < heights.size(); ++i) {
+    const HeightSample& sample = samples[static_cast<std::size_t>(i)];
+    const double u = Mapped(calibration, sample.row_px);
+    double power = 1.0;
+    for (Eigen::Index k = 0; k < powers.cols(); ++k, power *= u) powers(i, k) = power;
+    heights(i) = sample.height_m;
+  }
+  const Eigen::VectorXd c = powers.colPivHouseholderQr().solve(heights);
+  for (std::size_t k = 0; k < kTerms; ++k) {
+    calibration.height_m[k] = c(static_cast<Eigen::Index>(k));
+  }
+}
+
+void CheckMonotone(const Calibration& calibration) {
+  int rises = 0;
+  for (int i = 1; i <= kMonotonySamples; ++i) {
+    const double u = 2.0 * i / kMonotonySamples - 1.0;
+    const double before = Polynomial(calibration.height_m, u - 2.0 / kMonotonySamples);
+    rises += Polynomial(calibration.height_m, u) > before ? 1 : 0;
+  }
+  if (rises != 0 && rises != kMonotonySamples) {
+    throw core::InputError(
+        "calibration: the fitted function from row to height turns back within the rows seen; "
+        "some scans are wrong or too noisy");
+  }
+}
+
+// x = (column - centre) (k0 + k1 height)
+void FitLateral(std::span<const LateralSample> samples, Calibration& calibration) {
+  std::set<double> heights;
+  for (const LateralSample& sample : samples) heights.insert(sample.height_m);
+  if (samples.size() < 3 || heights.size() < 2) {
+    throw core::InputError("calibration: " + std::to_string(samples.size()) +
+                           " lateral samples at " + std::to_string(heights.size()) +
+                           " heights; at least 3 at 2 heights are needed");
+  }
+  const double centre = 0.5 * (calibration.columns - 1);
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (const LateralSample& sample : samples) {
+    const Eigen::Vector2d row = (sample.column - centre) * Eigen::Vector2d(1.0, sample.height_m);
+    normal += row * row.transpose();
+    right += row * sample.x_m;
+  }
+  const Eigen::Vector2d k = normal.ldlt().solve(right);
+  calibration.meters_per_column = {k.x(), k.y()};
+  if (!(k.x() > 0.0)) {
+    throw core::InputError("calibration: the columns do not ascend along the body");
+  }
+}
+
+}  // namespace
+
+double Calibration::HeightAt(double row_px) const {
+  if (!(row_px >= row_min_px && row_px <= row_max_px)) return kNone;
+  return Polynomial(height_m, Mapped(*this, row_px));
+}
+
+double Calibration::LateralAt(double column, double height) const {
+  return (column - 0.5 * (columns - 1)) * (meters_per_column[0] + meters_per_column[1] * height);
+}
+
+Calibration FitCalibration(std::span<const HeightSample> heights,
+                           std::span<const LateralSample> laterals, int columns) {
+  Calibration calibration;
+  calibration.columns = columns;
+  FitHeights(heights, calibration);
+  CheckMonotone(calibration);
+  FitLateral(laterals, calibration);
+  return calibration;
+}
+
+Profile Calibrate(const RawProfile& raw, const Calibration& calibration) {
+  if (static_cast<int>(raw.row_px.size()) != calibration.columns) {
+    throw core::InputError("the profile has " + std::to_string(raw.row_px.size()) +
+                           " columns, the calibration " + std::to_string(calibration.columns));
+  }
+  Profile profile;
+  profile.time_s = raw.time_s;
+  profile.height_m.reserve(raw.row_px.size());
+  for (const float row : raw.row_px) {
+    profile.height_m.push_back(static_cast<float>(calibration.HeightAt(static_cast<double>(row))));
+  }
+  return profile;
+}
+
+Calibration ReadCalibration(const std::filesystem::path& file) {
+  auto map = core::YamlMap::FromFile(file);
+  Calibration c;
+  constexpr double kLongest = 100.0;
+  for (const char* key : {"columns", "row_min_px", "row_max_px", "meters_per_column"})
+    map.Require(key);
+  map.Read("columns", c.columns, 32, 65536);
+  map.Read("row_min_px", c.row_min_px, 0.0, 1e6);
+  map.Read("row_max_px", c.row_max_px, 0.0, 1e6);
+  for (std::size_t k = 0; k < kTerms; ++k) {
+    const std::string key = "height_" + std::to_string(k) + "_m";
+    map.Require(key);
+    map.Read(key, c.height_m[k], -kLongest, kLongest);
+  }
+  map.Read("meters_per_column", c.meters_per_column[0], 1e-9, 1.0);
+  map.Read("meters_per_column_per_m", c.meters_per_column[1], -kLongest, kLongest);
+  map.Finish();
+  if (!(c.row_min_px < c.row_max_px)) map.Fail("row_max_px", "must be above row_min_px");
+  return c;
+}
+
+void WriteCalibration(const Calibration& c, const std::filesystem::path& file) {
+  std::ofstream out(file);
+  out.precision(std::numeric_limits<double>::max_digits10);
+  out << "# Row to height: a polynomial in u, the row mapped from [row_min_px, row_max_px] to [-1, "
+         "1].\n"
+      << "columns: " << c.columns << "\nrow_min_px: " << c.row_min_px
+      << "\nrow_max_px: " << c.row_max_px << "\n";
+  for (std::size_t k = 0; k < kTerms; ++k) out << "height_" << k << "_m: " << c.height_m[k] << "\n";
+  out << "meters_per_column: " << c.meters_per_column[0]
+      << "\nmeters_per_column_per_m: " << c.meters_per_column[1] << "\n";
+  if (!out.flush()) throw core::RunError(file.string() + ": cannot be written");
+}
+
+}  // namespace rangegrasp::seam

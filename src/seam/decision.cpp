@@ -1,0 +1,161 @@
+#include "seam/decision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rangegrasp::seam {
+namespace {
+
+// Beyond this many standard deviations a bell adds less than 4e-6.
+constexpr double kBellReach = 5.0;
+
+struct Line {
+  double time_s;  // where it goes through `column`
+  double column;
+  double slope;
+
+  double At(double t) const { return column + slope * (t - time_s); }
+};
+
+// The least-squares line through some points; level if all have one time.
+Line FitLine(std::span<const TimedColumn> points) {
+  double time = 0.0;
+  double column = 0.0;
+  for (const TimedColumn& p : points) {
+    time += p.time_s;
+    column += p.column;
+  }
+  const auto n = static_cast<double>(points.size());
+  time /= n;
+  column /= n;
+  double tt = 0.0;
+  double tc = 0.0;
+  for (const TimedColumn& p : points) {
+    tt += (p.time_s - time) * (p.time_s - time);
+    tc += (p.time_s - time) * (p.column - column);
+  }
+  return {time, column, tt > 0.0 ? tc / tt : 0.0};
+}
+
+struct Support {
+  int inliers = 0;
+  double squares = 0.0;
+};
+
+Support SupportOf(const Line& line, std::span<const TimedColumn> points, double tolerance) {
+  Support support;
+  for (const TimedColumn& p : points) {
+    const double error = p.column - line.At(p.time_s);
+    if (std::abs(error) > tolerance) continue;
+    ++support.inliers;
+    support.squares += error * error;
+  }
+  return support;
+}
+
+}  // namespace
+
+std::optional<double> VoteTwoOfThree(const std::array<std::optional<int>, kDetectors>& columns,
+                                     double tolerance_columns) {
+  std::optional<double> mean;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < columns.size(); ++a) {
+    for (std::size_t b = a + 1; b < columns.size(); ++b) {
+      if (!columns[a] || !columns[b]) continue;
+      const double distance = std::abs(*columns[a] - *columns[b]);
+      if (distance > tolerance_columns || distance >= nearest) continue;
+      nearest = distance;
+      mean = 0.5 * (*columns[a] + *columns[b]);
+    }
+  }
+  return mean;
+}
+
+std::optional<double> PredictByLine(std::span<const TimedColumn> found, double time_s,
+                                    const LinePredictionOptions& options) {
+  if (found.empty()) return std::nullopt;
+  if (found.size() == 1) return found[0].column;
+  Line best{found.back().time_s, found.back().column, 0.0};
+  Support most;
+  for (std::size_t a = 0; a < found.size(); ++a) {
+    for (std::size_t b = a + 1; b < found.size(); ++b) {
+      const double dt = found[b].time_s - found[a].time_s;
+      if (dt == 0.0) continue;
+      const Line line{found[a].time_s, found[a].column, (found[b].column - found[a].column) / dt};
+      if (std::abs(line.slope) > options.max_slope_columns_per_s) continue;
+      const Support support = SupportOf(line, found, options.inlier_columns);
+      if (support.inliers > most.inliers ||
+          (support.inliers == most.inliers && support.squares < most.squares)) {
+        most = support;
+        best = line;
+      }
+    }
+  }
+  std::vector<TimedColumn> inliers;
+  for (const TimedColumn& p : found) {
+    if (std::abs(p.column - best.At(p.time_s)) <= options.inlier_columns) inliers.push_back(p);
+  }
+  return FitLine(inliers).At(time_s);
+}
+
+std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& results) {
+  std::vector<float> sum = results[0].weight;
+  for (std::size_t d = 1; d < results.size(); ++d) {
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += results[d].weight[i];
+  }
+  return sum;
+}
+
+double Bell(double x, double x1, double sigma) {
+  return std::exp(-(x - x1) * (x - x1) / (2.0 * sigma * sigma));
+}
+
+void WeightByHistory(std::span<float> weight, std::span<const double> history,
+                     double sigma_columns) {
+  if (history.empty()) return;
+  const auto m = static_cast<int>(weight.size());
+  const auto n = static_cast<double>(history.size());
+  std::vector<double> nearness(weight.size(), 0.0);
+  for (std::size_t t = 0; t < history.size(); ++t) {
+    const double reach = kBellReach * sigma_columns;
+    const int begin = std::max(0, static_cast<int>(std::ceil(history[t] - reach)));
+    const int end = std::min(m - 1, static_cast<int>(std::floor(history[t] + reach)));
+    // exp(-(d+1)^2/2s^2) follows from exp(-d^2/2s^2) by two products: one exp a bell, not one a
+    // column.
+    const double s2 = sigma_columns * sigma_columns;
+    double bell = Bell(begin, history[t], sigma_columns);
+    double factor = std::exp(-(2.0 * (begin - history[t]) + 1.0) / (2.0 * s2));
+    const double ratio = std::exp(-1.0 / s2);
+    for (int i = begin; i <= end; ++i) {
+      nearness[static_cast<std::size_t>(i)] += static_cast<double>(t + 1) * bell;
+      bell *= factor;
+      factor *= ratio;
+    }
+  }
+  for (std::size_t i = 0; i < weight.size(); ++i) {
+    weight[i] *= static_cast<float>(1.0 + nearness[i] / (n * (n + 1.0)));
+  }
+}
+
+double StepHeight(std::span<const float> f, int column, const StepOptions& options) {
+  const auto m = static_cast<int>(f.size());
+  if (column < 0 || column >= m) return 0.0;
+  const int begin = std::max(0, column - options.half_window);
+  const int end = std::min(m, column + options.half_window + 1);
+  float low = std::numeric_limits<float>::infinity();
+  float high = -low;
+  std::vector<float> window;
+  for (int i = begin; i < end; ++i) {
+    const int first = std::max(0, i - options.median_half_width);
+    const int last = std::min(m, i + options.median_half_width + 1);
+    window.assign(f.begin() + first, f.begin() + last);
+    const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
+    std::nth_element(window.begin(), middle, window.end());
+    low = std::min(low, *middle);
+    high = std::max(high, *middle);
+  }
+  return static_cast<double>(high) - static_cast<double>(low);
+}
+
+}  // namespace rangegrasp::seam

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "seam/detectors.h"
+
+namespace rangegrasp::seam {
+
+/// Two out of three (dissertation, section 3.4): the mean of the closest two positions, if they lie
+/// within the tolerance; ties go to the pair that is listed first.
+std::optional<double> VoteTwoOfThree(const std::array<std::optional<int>, kDetectors>& columns,
+                                     double tolerance_columns);
+
+/// A position found at a time.
+struct TimedColumn {
+  double time_s;
+  double column;
+};
+struct LinePredictionOptions {
+  double inlier_columns = 6.0;              ///< > 0
+  double max_slope_columns_per_s = 1200.0;  ///< > 0; steeper lines are not considered
+};
+/// RANSAC line fit (Fischler and Bolles 1981; section 3.4) over the positions of the last 100 ms
+/// and the last one sent, evaluated at `time_s`. With at most a dozen points every pair is tried,
+/// so that nothing is random: the line with most inliers wins (ties: least squared error, then
+/// order), and is refitted to them. One point: that point.
+std::optional<double> PredictByLine(std::span<const TimedColumn> found, double time_s,
+                                    const LinePredictionOptions& options);
+
+/// Sum of the detectors' normalised weight functions (eq. 3.16).
+std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& results);
+
+struct HistoryOptions {
+  int length = 10;              ///< n of eq. 3.19, >= 1
+  double sigma_columns = 20.0;  ///< > 0, of the bell curve
+};
+/// Bell curve round x1 (eq. 3.18).
+double Bell(double x, double x1, double sigma);
+/// W_h (eq. 3.20): W(i) [1 + 1/(n(n+1)) sum_t t bell(h(t) - i)]; h oldest first. Since the t sum to
+/// n(n+1)/2, history adds at most half of the current weight.
+void WeightByHistory(std::span<float> weight, std::span<const double> history,
+                     double sigma_columns);
+
+struct StepOptions {
+  int half_window = 10;        ///< >= 1 [columns] (section 3.5.3)
+  int median_half_width = 3;   ///< >= 0 [columns], of the median filter
+  double min_step_m = 0.3e-3;  ///< > 0
+};
+/// Step height round a column (section 3.5.3): the heights within the half window are smoothed by a
+/// median filter, and the largest is compared with the smallest. 0 outside of the profile.
+double StepHeight(std::span<const float> f, int column, const StepOptions& options);
+
+}  // namespace rangegrasp::seam

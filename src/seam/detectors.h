@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace rangegrasp::seam {
+
+/// The three complementary detectors (dissertation, section 3.3), for a positive step edge: low at
+/// small columns, high at large ones. They take a prepared profile: m finite heights [m].
+enum class Detector { kModelFitting, kLocalWeightedVoting, kGradientAccumulation };
+constexpr int kDetectors = 3;
+const char* Name(Detector detector);  ///< "Model-Fitting", ... as in tables 3.1 to 3.3
+
+struct DetectorResult {
+  std::optional<int> column;  ///< the edge: the first column of the high side; none if m is too
+                              ///< small or all is flat
+  std::vector<float> weight;  ///< m values in [0, 1]: eq. 3.13, 3.14 or 3.15
+};
+
+/// What the model's two levels are.
+enum class ModelLevels {
+  kExtremes,  ///< as printed (eq. 3.1): min of f left of j, max of f from j on
+  kMeans,     ///< their means: the true least-squares step
+};
+struct ModelFittingOptions {
+  ModelLevels levels = ModelLevels::kExtremes;
+};
+/// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums and extremes.
+DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options = {});
+
+struct LocalWeightedVotingOptions {
+  int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns]
+  int candidates = 30;   ///< >= 1
+};
+/// The columns with the largest |f(j+1) - f(j)|, at most `candidates`, largest first (ties: smaller
+/// column first). The candidate is j+1, the first column of the step's far side.
+std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
+/// Votes of the neighbourhood for each candidate (eq. 3.5-3.9). weight is 0 outside of candidates.
+/// Windows are cut at the profile's ends.
+DetectorResult VoteLocally(std::span<const float> f,
+                           const LocalWeightedVotingOptions& options = {});
+
+struct GradientAccumulationOptions {
+  double kernel = 0.1;  ///< largest kernel as a share of the profile's length, in (0, 0.5]
+};
+/// Sum of gradient magnitudes over growing kernels (eq. 3.12); beyond the ends the end values go
+/// on. O(m * kernel), written so that the compiler vectorises it over i.
+DetectorResult AccumulateGradients(std::span<const float> f,
+                                   const GradientAccumulationOptions& options = {});
+
+struct DetectorOptions {
+  ModelFittingOptions model_fitting;
+  LocalWeightedVotingOptions local_weighted_voting;
+  GradientAccumulationOptions gradient_accumulation;
+};
+/// All three. @throws std::invalid_argument if an option is out of range.
+std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
+                                                   const DetectorOptions& options);
+
+}  // namespace rangegrasp::seam

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "seam/profile.h"
+
+namespace rangegrasp::seam {
+
+struct FilterOptions {
+  int half_width_columns = 8;     ///< >= 1, of the rectangular window
+  double half_height_m = 0.2e-3;  ///< > 0
+  int min_neighbours = 6;         ///< >= 0, other points within the window
+};
+
+struct PreprocessOptions {
+  FilterOptions filter;
+  bool normalise = true;  ///< subtract the quadratic fit
+  int min_columns = 128;  ///< >= 8; a profile with fewer points after the filter is unusable
+};
+
+/// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbours`
+/// others lie within the rectangular window round it. Linear in columns x window.
+/// @return the heights, NaN where a point was dropped or missing.
+std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options);
+
+/// Least-squares parabola c0 + c1 u + c2 u^2 through the finite points, u = the column mapped to
+/// [-1, 1]. Falls back to fewer terms where the points do not determine them (0 points: 0).
+std::array<double, 3> FitQuadratic(std::span<const float> height_m);
+
+/// Fills each hole: an inner one from its left and right neighbours with horizontal lines that meet
+/// in its middle, an outer one with the height of the nearest point. No finite point: left as it
+/// is.
+void FillHoles(std::span<float> height_m);
+
+/// A profile made ready for the detectors. The original heights stay, since normalising loses the
+/// distance between sensor and mat.
+struct PreparedProfile {
+  std::vector<float> original_m;  ///< as measured, NaN where there was none
+  std::vector<float> height_m;    ///< filtered, normalised, filled; empty if unusable
+  std::array<double, 3> curve{};  ///< what was subtracted
+  int points = 0;                 ///< that passed the filter
+  int first_column = 0;           ///< of the first and last of them
+  int last_column = 0;
+  double time_s = 0.0;
+
+  bool Usable() const { return !height_m.empty(); }
+};
+
+/// Filter, normalisation, hole filling, in this order.
+/// @throws std::invalid_argument if an option is out of range.
+PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options);
+
+}  // namespace rangegrasp::seam

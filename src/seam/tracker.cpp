@@ -1,0 +1,236 @@
+#include "seam/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <stdexcept>
+
+#include "core/error.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+void Check(bool good, const char* what) {
+  if (!good) throw std::invalid_argument(std::string("edge tracker: ") + what);
+}
+
+void Check(const TrackerOptions& options) {
+  Check(options.line.columns >= 32, "line.columns must be at least 32");
+  Check(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
+  Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
+  Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
+  Check(options.line_prediction.inlier_columns > 0.0,
+        "line_prediction.inlier_columns must be above 0");
+  Check(options.line_prediction.max_slope_columns_per_s > 0.0,
+        "line_prediction.max_slope_columns_per_s must be above 0");
+  Check(options.history.length >= 1, "history.length must be at least 1");
+  Check(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
+  Check(options.step.half_window >= 1, "step.half_window must be at least 1");
+  Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
+  Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
+}
+
+int LargestAt(const std::vector<float>& weight) {
+  return static_cast<int>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+}
+
+}  // namespace
+
+const char* Name(ProfileStatus status) {
+  switch (status) {
+    case ProfileStatus::kEdge:
+      return "edge";
+    case ProfileStatus::kNoEdge:
+      return "no_edge";
+    case ProfileStatus::kAmbiguous:
+      return "ambiguous";
+    case ProfileStatus::kUnusable:
+      return "unusable";
+  }
+  return "?";
+}
+
+struct EdgeTracker::Impl {
+  explicit Impl(const TrackerOptions& o) : options(o) {}
+
+  TrackerOptions options;
+  PreparedProfile prepared;
+  std::array<DetectorResult, kDetectors> results;
+  std::vector<float> weight;
+  std::optional<double> last_time_s;
+  std::deque<TimedColumn> votes;    // of the last packet period
+  std::optional<TimedColumn> sent;  // the last position transmitted
+  std::vector<double> history;      // decided positions, oldest first
+  // The period that the next packet tells of.
+  std::optional<double> period_begin_s;
+  std::optional<TimedColumn> candidate;
+  float candidate_weight = 0.0F;
+  std::optional<EdgePacket> packet;
+
+  void CheckProfile(const Profile& profile) const;
+  void DecideByVoting(Reading& reading);
+  void DecideByWeights(Reading& reading);
+  double LargestStep(const Reading& reading) const;
+  void Offer(const Reading& reading, float its_weight);
+  void EndPeriod(double time_s);
+  std::optional<double> PredictFromVotes(double time_s);
+  EdgePacket PacketAt(double time_s) const;
+};
+
+void EdgeTracker::Impl::CheckProfile(const Profile& profile) const {
+  if (static_cast<int>(profile.height_m.size()) != options.line.columns) {
+    throw core::InputError("the profile has " + std::to_string(profile.height_m.size()) +
+                           " columns, the sensor's line has " +
+                           std::to_string(options.line.columns));
+  }
+  if (!std::isfinite(profile.time_s) || (last_time_s && profile.time_s < *last_time_s)) {
+    throw core::InputError("the profile's time " + std::to_string(profile.time_s) +
+                           " s must be finite and not before that of the last one");
+  }
+}
+
+// The step where any detector sees its edge.
+double EdgeTracker::Impl::LargestStep(const Reading& reading) const {
+  double largest = 0.0;
+  for (const auto& column : reading.detected) {
+    if (column) largest = std::max(largest, StepHeight(prepared.height_m, *column, options.step));
+  }
+  return largest;
+}
+
+std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
+  if (votes.empty()) return std::nullopt;  // what was sent long ago tells nothing alone
+  std::vector<TimedColumn> found;
+  if (sent) found.push_back(*sent);
+  found.insert(found.end(), votes.begin(), votes.end());
+  return PredictByLine(found, time_s, options.line_prediction);
+}
+
+// Section 3.4: two of three, then a line through the votes of a period and what was sent last.
+void EdgeTracker::Impl::DecideByVoting(Reading& reading) {
+  const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+  const auto vote = VoteTwoOfThree(reading.detected, tolerance);
+  reading.step_m =
+      vote ? StepHeight(prepared.height_m, static_cast<int>(std::lround(*vote)), options.step)
+           : LargestStep(reading);
+  if (reading.step_m < options.step.min_step_m) {
+    reading.status = ProfileStatus::kNoEdge;
+    return;
+  }
+  if (vote) votes.push_back({reading.time_s, *vote});
+  reading.status = ProfileStatus::kAmbiguous;
+  if (const auto column = PredictFromVotes(reading.time_s)) {
+    reading.status = ProfileStatus::kEdge;
+    reading.column = column;
+  }
+  Offer(reading, 0.0F);
+}
+
+// Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
+void EdgeTracker::Impl::DecideByWeights(Reading& reading) {
+  weight = SumOfWeights(results);
+  WeightByHistory(weight, history, options.history.sigma_columns);
+  const int column = LargestAt(weight);
+  reading.step_m = StepHeight(prepared.height_m, column, options.step);
+  if (reading.step_m < options.step.min_step_m) {
+    reading.status = ProfileStatus::kNoEdge;
+    return;
+  }
+  reading.status = ProfileStatus::kEdge;
+  reading.column = column;
+  history.push_back(column);
+  if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
+  Offer(reading, weight[static_cast<std::size_t>(column)]);
+}
+
+// With weights the strongest position of a period is sent (eq. 3.17), else the latest.
+void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
+  if (!reading.column || (candidate && its_weight < candidate_weight)) return;
+  candidate = TimedColumn{reading.time_s, *reading.column};
+  candidate_weight = its_weight;
+}
+
+EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
+  EdgePacket made{.time_s = time_s, .column = std::nullopt, .x_m = 0.0};
+  if (!candidate) return made;
+  made.time_s = candidate->time_s;
+  made.column = candidate->column;
+  made.x_m = options.line.ToMeters(candidate->column);
+  return made;
+}
+
+void EdgeTracker::Impl::EndPeriod(double time_s) {
+  if (!period_begin_s) period_begin_s = time_s;
+  // A sampling time that falls on the period's end by rounding belongs to it.
+  if (time_s < *period_begin_s + options.packet_period_s - 1e-9) return;
+  packet = PacketAt(time_s);
+  if (candidate) sent = candidate;
+  candidate.reset();
+  candidate_weight = 0.0F;
+  period_begin_s = time_s;
+}
+
+EdgeTracker::EdgeTracker(const TrackerOptions& options) {
+  Check(options);
+  impl_ = std::make_unique<Impl>(options);
+}
+EdgeTracker::~EdgeTracker() = default;
+EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;
+
+Reading EdgeTracker::Update(const Profile& profile) {
+  Impl& t = *impl_;
+  t.CheckProfile(profile);
+  t.last_time_s = profile.time_s;
+  Profile mirrored;
+  if (!t.options.positive_edge) {
+    mirrored = profile;
+    std::reverse(mirrored.height_m.begin(), mirrored.height_m.end());
+  }
+  t.prepared = Prepare(t.options.positive_edge ? profile : mirrored, t.options.preprocess);
+  t.weight.clear();
+  Reading reading;
+  reading.time_s = profile.time_s;
+  while (!t.votes.empty() && t.votes.front().time_s < profile.time_s - t.options.packet_period_s) {
+    t.votes.pop_front();
+  }
+  if (t.prepared.Usable()) {
+    t.results = DetectEdges(t.prepared.height_m, t.options.detectors);
+    for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = t.results[d].column;
+    if (t.options.method == DecisionMethod::kVoting) {
+      t.DecideByVoting(reading);
+    } else {
+      t.DecideByWeights(reading);
+    }
+  } else {
+    t.results = {};
+  }
+  t.EndPeriod(profile.time_s);
+  const auto last = static_cast<double>(t.options.line.columns - 1);
+  if (!t.options.positive_edge) {
+    if (reading.column) reading.column = last - *reading.column;
+    for (auto& column : reading.detected) {
+      if (column) column = t.options.line.columns - 1 - *column;
+    }
+  }
+  if (reading.column) reading.x_m = t.options.line.ToMeters(*reading.column);
+  return reading;
+}
+
+std::optional<EdgePacket> EdgeTracker::TakePacket() {
+  std::optional<EdgePacket> packet;
+  std::swap(packet, impl_->packet);
+  if (packet && packet->column && !impl_->options.positive_edge) {
+    packet->column = impl_->options.line.columns - 1 - *packet->column;
+    packet->x_m = impl_->options.line.ToMeters(*packet->column);
+  }
+  return packet;
+}
+
+const PreparedProfile& EdgeTracker::prepared() const { return impl_->prepared; }
+const std::array<DetectorResult, kDetectors>& EdgeTracker::results() const {
+  return impl_->results;
+}
+const std::vector<float>& EdgeTracker::weight() const { return impl_->weight; }
+void EdgeTracker::Reset() { impl_ = std::make_unique<Impl>(impl_->options); }
+
+}  // namespace rangegrasp::seam

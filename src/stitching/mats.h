@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/rng.h"
+
+namespace rangegrasp::stitching {
+
+/// The kinds of edge of figure 3.15.
+enum class EdgeShape { kStep, kDouble, kSlant, kConvex, kConcave, kNone };
+const char* Name(EdgeShape shape);  ///< "step", "double", "slant", "convex", "concave", "none"
+
+/// Where the upper mat's edge runs: x = offset + waves(y) + bump(y).
+/// Frame M of the mats: y along the track that CAD planned (x = 0), x across, z up, [m].
+struct EdgeCourse {
+  double offset_m = 0.0;
+  double slope = 0.0;  ///< of a straight course
+  struct Wave {
+    double amplitude_m;
+    double length_m;  ///< > 0
+    double phase_rad;
+  };
+  std::vector<Wave> waves;            ///< a curved seam; a mat that was draped carelessly
+  double half_circle_radius_m = 0.0;  ///< > 0: a half circle (fig. 3.25) on the low side
+  double half_circle_y_m = 0.0;       ///< its middle
+  double XAt(double y_m) const;
+};
+
+/// What the mats look like. The defaults are the frozen settings (docs/seam.md says how they were
+/// found). Textures and frays are functions of place and seed: two profiles at one place see the
+/// same mat.
+struct MatTexture {
+  double weave_period_m = 3e-3;     ///< width of a tow
+  double weave_relief_m = 0.04e-3;  ///< height of the woven relief
+  double fuzz_m = 0.01e-3;          ///< fine unevenness
+  double fray_m = 0.1e-3;          ///< how far the edge wanders from its course, standard deviation
+  double fray_length_m = 4e-3;     ///< over which it wanders
+  double filaments_per_m = 300.0;  ///< spiky filaments standing off the edge, a metre of edge
+  double loose_filaments_per_m2 = 3000.0;  ///< elsewhere
+  double filament_height_m = 0.8e-3;
+  double detached_share = 0.05;  ///< share of the edge where a bundle of fibres has come off
+  double gloss = 0.5;     ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
+  double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
+};
+
+struct MatOptions {
+  EdgeShape shape = EdgeShape::kStep;
+  double height_m = 0.6e-3;      ///< of the upper mat; the dissertation's mats: 0.3 to 1.1 mm
+  double edge_width_m = 0.1e-3;  ///< over which a step rises
+  double slant_width_m = 2e-3;   ///< (section 3.6.2)
+  double double_gap_m = 2e-3;    ///< between the two steps of a double edge
+  double double_share = 0.3;     ///< of the height that the minor step takes
+  double radius_m = 0.03;        ///< of the cylinder of a convex or concave mould (section 3.6.3)
+  double tilt_rad = 0.0;         ///< of the surface across the seam
+  EdgeCourse course;
+  MatTexture texture;
+  double end_y_m = 1e9;  ///< where the upper mat ends (mat end: no edge beyond)
+  struct Obstacle {
+    double x_m, y_m;
+    double size_x_m, size_y_m, height_m;
+  };
+  std::vector<Obstacle> obstacles;
+};
+
+/// What a laser spot meets.
+struct MatPoint {
+  double height_m;
+  double return_strength;  ///< 0 nothing comes back .. 1
+};
+
+/// Overlapping carbon-fibre mats: a deterministic surface z(x, y), with its truth.
+class Mats {
+ public:
+  /// @throws std::invalid_argument if an option is out of range.
+  Mats(const MatOptions& options, std::uint64_t seed);
+  MatPoint At(double x_m, double y_m) const;
+  /// The labelled edge at y: where a hand would mark it (middle of a step or slant, the major step
+  /// of a double edge), the fray of the edge included. NaN with shape kNone and beyond the mat's
+  /// end.
+  double EdgeX(double y_m) const;
+  const MatOptions& options() const { return options_; }
+
+ private:
+  MatOptions options_;
+  std::uint64_t seed_;
+};
+
+/// A random seam as a production would show them: shape, height 0.3 to 1.1 mm, course (straight or
+/// curved), mat type (texture scaled round `typical`), tilt. Depends on the seed alone.
+MatOptions RandomMats(EdgeShape shape, const MatTexture& typical, bool curved, std::uint64_t seed);
+
+}  // namespace rangegrasp::stitching

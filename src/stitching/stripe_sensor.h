@@ -1,0 +1,88 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/rng.h"
+#include "seam/calibration.h"
+#include "seam/profile.h"
+#include "stitching/mats.h"
+
+namespace rangegrasp::stitching {
+
+/// A laser-stripe sensor: laser plane straight down, a camera that looks at it at an angle, for
+/// each column the row of the brightest pixel.
+struct StripeSensorOptions {
+  std::string name = "base";
+  seam::LineGeometry line;
+  std::vector<double> lines_ahead_m = {
+      0.080};                ///< fixed line first; more: those the second line switches between
+  double standoff_m = 0.12;  ///< camera's distance from the point where it meets height 0
+  double angle_rad = 0.6;    ///< between laser plane and optical axis
+  int rows = 1024;
+  double rate_min_hz = 30.0;   ///< dark mats need long exposures ...
+  double rate_max_hz = 100.0;  ///< ... bright ones short
+  // What disturbs a row. Frozen settings: docs/seam.md.
+  double row_sigma_px = 0.4;    ///< of a spot with full return
+  double row_quantum_px = 0.1;  ///< a row is found to within this; 0: no rounding
+  double speckle = 0.5;         ///< how much return strength varies from column to column, 0..1
+  double lost_return = 0.1;     ///< below this strength a spot is not found
+  double outlier_share =
+      0.01;  ///< found spots that are really a reflection, in runs of a few columns
+  double outlier_run_columns = 4.0;
+  double outlier_sigma_px = 40.0;
+  double phantom_share =
+      0.0;  ///< lost spots that report the brightest pixel of elsewhere instead of nothing
+};
+
+/// Reads models/sensors/stripe_*.yaml. @throws core::InputError naming file, line and key.
+StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file);
+
+/// A line's pose in frame M: its middle, and the head's heading (0: line along x).
+struct LinePose {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double heading_rad = 0.0;  ///< counter-clockwise seen from above
+  double height_m = 0.0;     ///< of frame L's origin above the mats' z = 0
+};
+
+class StripeSensor {
+ public:
+  /// @throws std::invalid_argument if an option is out of range.
+  explicit StripeSensor(const StripeSensorOptions& options);
+  const StripeSensorOptions& options() const { return options_; }
+  /// The exposure these mats need decides how often the sensor can measure [Hz].
+  double Rate(const MatTexture& texture) const;
+  /// One line over the mats. `previous` is the line the brightest pixel of which a phantom may show
+  /// (the three-lines sensor), or null.
+  seam::RawProfile Scan(const Mats& mats, const LinePose& pose, double time_s,
+                        const seam::RawProfile* previous, core::Rng& rng) const;
+  /// Row of a point of the laser plane (x, height) and its column; exact pinhole geometry.
+  double RowOf(double height_m) const;
+  double ColumnOf(double x_m, double height_m) const;
+  /// x of a column at a height: the inverse of ColumnOf.
+  double XOf(double column, double height_m) const;
+  /// Scans the calibration body at `distances` heights over the range and calibrates (the body is
+  /// dull and bright).
+  seam::Calibration Calibrate(int distances, core::Rng& rng) const;
+
+  /// Heights over and below the nominal distance that are calibrated [m].
+  static constexpr double calibrated_m = 0.03;
+
+ private:
+  /// What happens to the rows of one line, column after column: reflections come in runs.
+  class Disturbance {
+   public:
+    explicit Disturbance(const StripeSensorOptions& options) : options_(options) {}
+    float Row(double row, double strength, float elsewhere, core::Rng& rng);
+
+   private:
+    const StripeSensorOptions& options_;
+    int outlier_columns_ = 0;
+    double outlier_px_ = 0.0;
+  };
+  StripeSensorOptions options_;
+};
+
+}  // namespace rangegrasp::stitching

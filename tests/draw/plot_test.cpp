@@ -1,0 +1,70 @@
+#include "draw/plot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace rangegrasp::draw {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(Ticks, AreRoundCoverTheRangeAndAreFew) {
+  for (double scale = 1e-6; scale < 1e7; scale *= 3.7) {
+    for (double low = -2.0; low < 2.0; low += 0.37) {
+      const auto ticks = Ticks(low * scale, (low + 1.3) * scale);
+      ASSERT_GE(ticks.size(), 3U);
+      ASSERT_LE(ticks.size(), 9U);
+      const double step = ticks[1] - ticks[0];
+      EXPECT_LT(ticks.front() - step, low * scale);
+      EXPECT_GT(ticks.back() + step, (low + 1.3) * scale);
+      const double mantissa = step / std::pow(10.0, std::floor(std::log10(step * 1.000001)));
+      EXPECT_TRUE(std::abs(mantissa - 1) < 1e-6 || std::abs(mantissa - 2) < 1e-6 ||
+                  std::abs(mantissa - 5) < 1e-6)
+          << mantissa;
+    }
+  }
+}
+
+TEST(PlotSvg, ALineGoesThroughItsPointsAndBreaksAtWhatIsMissing) {
+  Panel panel;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  panel.series.push_back({"a", {0, 1, 2, 3, 4}, {0, 1, none, 1, 0}});
+  panel.y_range = {{0.0, 1.0}};
+  const std::string svg = PlotSvg({panel}, 190, 175);  // 100 x 100 pixels from (70, 30)
+  EXPECT_EQ(Count(svg, "<polyline"), 2);
+  EXPECT_THAT(svg, HasSubstr("points=\"70.00,130.00 95.00,30.00 \""));
+  EXPECT_THAT(svg, HasSubstr("points=\"145.00,30.00 170.00,130.00 \""));
+}
+
+TEST(PlotSvg, TextIsEscapedAndNothingIsNan) {
+  Panel panel;
+  panel.title = "a < b & c";
+  const std::string svg = PlotSvg({panel});
+  EXPECT_THAT(svg, HasSubstr("a &lt; b &amp; c"));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+TEST(PlotSvg, BarsAreAsHighAsTheirValues) {
+  const BarChart chart{"", "", {"g", "h"}, {"s", "t"}, {{1.0, 2.0}, {0.5, NAN}}};
+  const std::string svg = PlotSvg(chart);
+  EXPECT_EQ(Count(svg, "<rect"), 1 + 3);  // the background and three bars
+  // 360 - 30 - 45 - 20 pixels are 1.05 * 2: a bar of 2 has 252.38 of them, of 1 half.
+  EXPECT_THAT(svg, HasSubstr("height=\"252.38\""));
+  EXPECT_THAT(svg, HasSubstr("height=\"126.19\""));
+  EXPECT_THROW(PlotSvg(BarChart{"", "", {"g"}, {"s"}, {}}), std::invalid_argument);
+  EXPECT_THROW(PlotSvg(BarChart{"", "", {"g"}, {"s"}, {{1.0, 2.0}}}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::draw

@@ -1,0 +1,37 @@
+#include "report/grid.h"
+
+#include <gtest/gtest.h>
+
+namespace rangegrasp::report {
+namespace {
+
+const Grid kGrid = {{"what", "n"}, {true, false}, {{"a", "1"}, {"long word", "10"}}, true};
+
+TEST(Grid, TextAlignsWordsLeftAndNumbersRight) {
+  EXPECT_EQ(TextOf(kGrid),
+            "what        n\n"
+            "-------------\n"
+            "a           1\n"
+            "-------------\n"
+            "long word  10\n");
+}
+
+TEST(Grid, MarkdownSaysHowColumnsAlign) {
+  EXPECT_EQ(MarkdownOf(kGrid), "| what | n |\n| --- | ---: |\n| a | 1 |\n| long word | 10 |\n");
+}
+
+TEST(Grid, CsvQuotesOnlyWhatNeedsIt) {
+  Grid grid = kGrid;
+  grid.rows = {{"a, \"b\"", "1"}};
+  EXPECT_EQ(CsvOf(grid), "what,n\n\"a, \"\"b\"\"\",1\n");
+}
+
+TEST(Grid, NumbersAreRoundedAndIntervalsAreWilsons) {
+  EXPECT_EQ(Fixed(1.005, 1), "1.0");
+  EXPECT_EQ(Fixed(-2.25, 0), "-2");
+  EXPECT_EQ(IntervalText(0, 0), "-");
+  EXPECT_EQ(IntervalText(10, 10), "72-100");  // 10 / (10 + 1.96^2) = 0.7225
+}
+
+}  // namespace
+}  // namespace rangegrasp::report
