@@ -8,8 +8,8 @@ include(CMakeParseArguments)
 function(rangegrasp_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow -Werror)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # False alarms of GCC 12 on std::optional members that are moved.
-    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+    # False alarms of GCC 12 on std::optional members that are moved, and on "text" + std::string.
+    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-restrict)
   endif()
   if(RANGEGRASP_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${RANGEGRASP_SANITIZE} -fno-omit-frame-pointer)

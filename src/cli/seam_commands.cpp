@@ -15,6 +15,7 @@
 #include "cli/output.h"
 #include "cli/seam_pictures.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "report/seam_table.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"

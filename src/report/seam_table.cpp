@@ -140,7 +140,10 @@ Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& resu
   for (int m = 0; m < kMethods; ++m) section.grid.header.push_back(stitching::MethodName(m));
   section.grid.header.insert(section.grid.header.end(), {"no edge (voting)", "no edge (weights)"});
   section.grid.left.resize(section.grid.header.size(), false);
-  for (const stitching::EdgeShape shape : evaluation.shapes) {
+  std::vector<stitching::EdgeShape> shapes = evaluation.shapes;
+  std::ranges::sort(shapes);
+  shapes.erase(std::unique(shapes.begin(), shapes.end()), shapes.end());
+  for (const stitching::EdgeShape shape : shapes) {
     std::vector<SeamResult> seams;
     std::ranges::copy_if(result.seams, std::back_inserter(seams),
                          [shape](const SeamResult& seam) { return seam.shape == shape; });

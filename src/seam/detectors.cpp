@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 namespace rangegrasp::seam {
@@ -17,69 +16,93 @@ constexpr std::size_t kFewestColumns = 8;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }
 
-double MeanOf(std::span<const float> f) {
-  return std::accumulate(f.begin(), f.end(), 0.0) / static_cast<double>(f.size());
+// In four sums side by side: faster than one, and always in the same order.
+double SumOf(std::span<const float> f) {
+  constexpr std::size_t kLanes = 4;
+  double sum[kLanes] = {};
+  std::size_t i = 0;
+  for (; i + kLanes <= f.size(); i += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      sum[lane] += static_cast<double>(f[i + lane]);
+    }
+  }
+  for (; i < f.size(); ++i) sum[0] += static_cast<double>(f[i]);
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 bool IsFlat(std::span<const float> f) {
   return std::all_of(f.begin(), f.end(), [&](float z) { return z == f[0]; });
 }
 
-// Running figures of the columns left of j, and from j on.
-struct StepModel {
-  std::vector<double> max_right;  // of f(i), i >= j
-  double sum = 0.0;
-  double sum_of_squares = 0.0;
-  double mean;
+// What a step at column j is judged by.
+struct RunningFigures {
+  std::vector<float> lowest_left;    // min of f(i), i < j; j >= 1
+  std::vector<float> highest_right;  // max of f(i), i >= j
+  std::vector<double> left;          // sum of f(i) - mean, i < j
+  float lowest = 0.0F;               // of all
+  double mean, total, squares;       // of f(i) - mean: sum and sum of squares
 
-  explicit StepModel(std::span<const float> f) : max_right(f.size()), mean(MeanOf(f)) {
-    double largest = -std::numeric_limits<double>::infinity();
-    for (std::size_t j = f.size(); j-- > 0;) {
-      const double z = Centred(f[j]);
-      largest = std::max(largest, z);
-      max_right[j] = largest;
+  explicit RunningFigures(std::span<const float> f)
+      : lowest_left(f.size()), highest_right(f.size()), left(f.size()) {
+    const std::size_t m = f.size();
+    mean = SumOf(f) / static_cast<double>(m);
+    float low = std::numeric_limits<float>::infinity();
+    float high = -low;
+    double sum = 0.0;
+    double sum_of_squares = 0.0;
+    // Both ways in one loop, so that the chains of dependent operations overlap.
+    for (std::size_t j = 0; j < m; ++j) {
+      lowest_left[j] = low;
+      left[j] = sum;
+      low = std::min(low, f[j]);
+      // About the mean, so that sums of squares keep their digits.
+      const double z = static_cast<double>(f[j]) - mean;
       sum += z;
       sum_of_squares += z * z;
+      high = std::max(high, f[m - 1 - j]);
+      highest_right[m - 1 - j] = high;
     }
+    lowest = low;
+    total = sum;
+    squares = sum_of_squares;
   }
-  // About the mean, so that sums of squares keep their digits.
-  double Centred(float z) const { return static_cast<double>(z) - mean; }
 };
+
+// Sum over n values x, whose sum is `sum`, of (x - level)^2 - x^2.
+double Shifted(double n, double sum, double level) { return level * (n * level - 2.0 * sum); }
 
 // S(j) for j = 1 .. m-1 (eq. 3.2); S(0) is left at 0.
 std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels levels) {
-  const StepModel model(f);
+  const RunningFigures figures(f);
   const std::size_t m = f.size();
   std::vector<double> S(m, 0.0);
-  double left = 0.0;
-  double left_squares = 0.0;
-  double min_left = std::numeric_limits<double>::infinity();
   for (std::size_t j = 1; j < m; ++j) {
-    const double z = model.Centred(f[j - 1]);
-    left += z;
-    left_squares += z * z;
-    min_left = std::min(min_left, z);
-    const auto n_left = static_cast<double>(j);
-    const auto n_right = static_cast<double>(m - j);
-    const double right = model.sum - left;
-    const double right_squares = model.sum_of_squares - left_squares;
-    const bool means = levels == ModelLevels::kMeans;
-    const double low = means ? left / n_left : min_left;
-    const double high = means ? right / n_right : model.max_right[j];
-    S[j] = left_squares - 2.0 * low * left + n_left * low * low + right_squares -
-           2.0 * high * right + n_right * high * high;
+    // By way of 32 bits, which vectors can convert.
+    const auto n_left = static_cast<double>(static_cast<std::int32_t>(j));
+    const auto n_right = static_cast<double>(static_cast<std::int32_t>(m - j));
+    const double left = figures.left[j];
+    const double right = figures.total - left;
+    if (levels == ModelLevels::kMeans) {
+      S[j] = figures.squares - left * left / n_left - right * right / n_right;
+    } else {
+      // Running extremes at j, or those of the whole profile.
+      const bool running = levels == ModelLevels::kRunningExtremes;
+      const float lowest = running ? figures.lowest_left[j] : figures.lowest;
+      const float highest = running ? figures.highest_right[j] : figures.highest_right[0];
+      const double low = static_cast<double>(lowest) - figures.mean;
+      const double high = static_cast<double>(highest) - figures.mean;
+      S[j] = figures.squares + Shifted(n_left, left, low) + Shifted(n_right, right, high);
+    }
   }
   return S;
 }
 
-// The largest value's column, the last one of equal ones; nullopt if nothing is above 0.
-std::optional<int> LastLargest(const std::vector<float>& values) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    if (values[i] >= values[best]) best = i;
-  }
-  if (values.empty() || !(values[best] > 0.0F)) return std::nullopt;
-  return static_cast<int>(best);
+// The last column of the first run of largest values; nullopt if none is above 0.
+std::optional<int> EndOfLargest(const std::vector<float>& values) {
+  auto at = std::max_element(values.begin(), values.end());
+  if (at == values.end() || !(*at > 0.0F)) return std::nullopt;
+  while (at + 1 != values.end() && *(at + 1) == *at) ++at;
+  return static_cast<int>(at - values.begin());
 }
 
 void DivideByLargest(std::vector<float>& values) {
@@ -104,14 +127,49 @@ double CandidateWeight(std::span<const float> f, int j) {
 double VotingSum(std::span<const float> f, int j, int n) {
   const int begin = std::max(0, j - n);
   const int end = std::min(static_cast<int>(f.size()), j + n + 1);
+  const auto window =
+      f.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
+  const double average = SumOf(window) / (end - begin);
+  // f < average in double is f < above in float, and likewise for below.
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto nearest = static_cast<float>(average);
+  const bool under = static_cast<double>(nearest) < average;
+  const bool over = static_cast<double>(nearest) > average;
+  const float above = under ? std::nextafter(nearest, kInfinity) : nearest;
+  const float below = over ? std::nextafter(nearest, -kInfinity) : nearest;
   const float* z = f.data();
-  double sum = 0.0;
-  for (int i = begin; i < end; ++i) sum += static_cast<double>(z[i]);
-  const auto average = static_cast<float>(sum / (end - begin));
   int votes = 0;
-  for (int i = begin; i < j; ++i) votes += z[i] < average ? j - i : 0;
-  for (int i = j + 1; i < end; ++i) votes += z[i] > average ? i - j : 0;
+  for (int i = begin; i < j; ++i) votes += z[i] < above ? j - i : 0;
+  for (int i = j + 1; i < end; ++i) votes += z[i] > below ? i - j : 0;
   return CandidateWeight(f, j) * votes;
+}
+
+// |f(j+1) - f(j)| and j+1 in one number that orders by the difference, and among equals puts the
+// smaller column first. A difference is not negative, so its bits order as it does.
+std::uint64_t CandidateKey(float difference, std::size_t column) {
+  return (static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(difference)) << 32U) |
+         (0xffffffffU - static_cast<std::uint32_t>(column));
+}
+int ColumnOfKey(std::uint64_t key) {
+  return static_cast<int>(0xffffffffU - static_cast<std::uint32_t>(key));
+}
+
+// A value that at least `count` of the values reach, most often few more: the count-th largest of
+// the maxima of some 2 count blocks.
+float ReachedBy(std::span<const float> values, std::size_t count) {
+  const std::size_t block = values.size() / (2 * count);
+  if (block < 2) return 0.0F;
+  std::vector<float> maxima;
+  maxima.reserve(values.size() / block + 1);
+  for (std::size_t begin = 0; begin < values.size(); begin += block) {
+    const auto part = values.subspan(begin, std::min(block, values.size() - begin));
+    float largest = part[0];
+    for (const float value : part) largest = std::max(largest, value);
+    maxima.push_back(largest);
+  }
+  const auto at = maxima.begin() + static_cast<std::ptrdiff_t>(count - 1);
+  std::nth_element(maxima.begin(), at, maxima.end(), std::greater<>());
+  return *at;
 }
 
 // Columns whose sums stay in registers while k runs.
@@ -157,7 +215,11 @@ DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions&
   const double largest = *std::max_element(S.begin() + 1, S.end());
   DetectorResult result{static_cast<int>(best - S.begin()), std::vector<float>(m, 0.0F)};
   if (!(largest > 0.0)) return result;
-  for (std::size_t j = 1; j < m; ++j) result.weight[j] = static_cast<float>(1.0 - S[j] / largest);
+  const double scale = 1.0 / largest;
+  for (std::size_t j = 1; j < m; ++j) {
+    // Rounding may leave a perfect fit a little below 0.
+    result.weight[j] = static_cast<float>(1.0 - std::max(0.0, S[j]) * scale);
+  }
   return result;
 }
 
@@ -165,22 +227,21 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
   if (candidates < 1)
     throw std::invalid_argument("local weighted-voting: candidates must be at least 1");
   if (f.size() < 2) return {};
-  // A difference is not negative, so its bits order as it does; below them the column, so that
-  // the smaller one wins among equals.
-  std::vector<std::uint64_t> keys(f.size() - 1);
-  for (std::size_t j = 0; j + 1 < f.size(); ++j) {
-    const auto bits = std::bit_cast<std::uint32_t>(std::abs(f[j + 1] - f[j]));
-    keys[j] = (static_cast<std::uint64_t>(bits) << 32U) |
-              (0xffffffffU - static_cast<std::uint32_t>(j + 1));
+  std::vector<float> difference(f.size() - 1);
+  for (std::size_t j = 0; j < difference.size(); ++j) difference[j] = std::abs(f[j + 1] - f[j]);
+  const auto count = std::min(difference.size(), static_cast<std::size_t>(candidates));
+  const float reached = ReachedBy(difference, count);
+  std::vector<std::uint64_t> keys;
+  keys.reserve(4 * count);
+  for (std::size_t j = 0; j < difference.size(); ++j) {
+    if (difference[j] >= reached && difference[j] > 0.0F) {
+      keys.push_back(CandidateKey(difference[j], j + 1));
+    }
   }
-  const auto count = std::min(keys.size(), static_cast<std::size_t>(candidates));
-  const auto middle = keys.begin() + static_cast<std::ptrdiff_t>(count);
-  std::nth_element(keys.begin(), middle - 1, keys.end(), std::greater<>());
-  std::sort(keys.begin(), middle, std::greater<>());
-  std::vector<int> columns;
-  for (auto key = keys.begin(); key != middle; ++key) {
-    columns.push_back(static_cast<int>(0xffffffffU - static_cast<std::uint32_t>(*key)));
-  }
+  std::sort(keys.begin(), keys.end(), std::greater<>());
+  if (keys.size() > count) keys.resize(count);
+  std::vector<int> columns(keys.size());
+  std::transform(keys.begin(), keys.end(), columns.begin(), ColumnOfKey);
   return columns;
 }
 
@@ -193,7 +254,7 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
   DetectorResult result = Nothing(m);
   double best = 0.0;
   for (const int j : EdgeCandidates(f, options.candidates)) {
-    const double S = VotingSum(f, j, options.half_window);
+    const double S = VotingSum(f, j, std::min(options.half_window, static_cast<int>(m)));
     result.weight[static_cast<std::size_t>(j)] = static_cast<float>(S);
     if (S > best || (S == best && result.column && j < *result.column)) {
       best = S;
@@ -222,7 +283,7 @@ DetectorResult AccumulateGradients(std::span<const float> f,
   SumGradients(padded.data() + n, n, tiles, G.data());
   G.resize(m);
   // An ideal step is as strong at the last low column as at the first high one: take the latter.
-  DetectorResult result{LastLargest(G), std::move(G)};
+  DetectorResult result{EndOfLargest(G), std::move(G)};
   DivideByLargest(result.weight);
   return result;
 }

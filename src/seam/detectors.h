@@ -19,10 +19,12 @@ struct DetectorResult {
   std::vector<float> weight;  ///< m values in [0, 1]: eq. 3.13, 3.14 or 3.15
 };
 
-/// What the model's two levels are.
+/// What the model's two levels h are (eq. 3.1).
 enum class ModelLevels {
-  kExtremes,  ///< as printed (eq. 3.1): min of f left of j, max of f from j on
-  kMeans,     ///< their means: the true least-squares step
+  kExtremes,  ///< "the minimum and maximum pixel" of the whole profile: one pair of levels for all
+              ///< j
+  kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 read to the letter
+  kMeans,            ///< their means: the true least-squares step
 };
 struct ModelFittingOptions {
   ModelLevels levels = ModelLevels::kExtremes;

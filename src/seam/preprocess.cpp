@@ -3,12 +3,15 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 
 namespace rangegrasp::seam {
 namespace {
 
+// Columns whose counts stay in registers.
+constexpr std::size_t kTile = 32;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 void Check(const FilterOptions& options) {
@@ -20,9 +23,67 @@ void Check(const FilterOptions& options) {
   }
 }
 
-// Column i of m mapped to [-1, 1].
-double Mapped(std::size_t i, std::size_t m) {
-  return m < 2 ? 0.0 : 2.0 * static_cast<double>(i) / static_cast<double>(m - 1) - 1.0;
+bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
+
+std::size_t FirstFinite(std::span<const float> z) {
+  return static_cast<std::size_t>(std::find_if(z.begin(), z.end(), IsFinite) - z.begin());
+}
+// There must be one.
+std::size_t LastFinite(std::span<const float> z) {
+  return z.size() - 1 -
+         static_cast<std::size_t>(std::find_if(z.rbegin(), z.rend(), IsFinite) - z.rbegin());
+}
+
+// Sums over finite points z at t: t^0 .. t^4, and z t^0 .. z t^2.
+struct Moments {
+  std::array<double, 5> power{};
+  std::array<double, 3> moment{};
+};
+
+// Of columns first .. last, mapped to t in [-1, 1]. Even and odd columns are summed side by side,
+// which is faster, and always in the same order.
+Moments MomentsOf(std::span<const float> height_m, std::size_t first, std::size_t last) {
+  constexpr std::size_t kLanes = 2;
+  double sums[8][kLanes] = {};
+  const double scale = 2.0 / static_cast<double>(last - first);
+  const std::size_t pairs = (last - first + 1 + kLanes - 1) / kLanes;
+  for (std::size_t pair = 0; pair < pairs; ++pair) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t offset = kLanes * pair + lane;
+      const float height = offset <= last - first ? height_m[first + offset] : kMissing;
+      const bool there = IsFinite(height);
+      const double one = there ? 1.0 : 0.0;
+      const double z = there ? static_cast<double>(height) : 0.0;
+      const double t = static_cast<double>(static_cast<std::int32_t>(offset)) * scale - 1.0;
+      const double t1 = one * t;
+      const double t2 = t1 * t;
+      sums[0][lane] += one;
+      sums[1][lane] += t1;
+      sums[2][lane] += t2;
+      sums[3][lane] += t2 * t;
+      sums[4][lane] += t2 * t2;
+      sums[5][lane] += z;
+      sums[6][lane] += z * t;
+      sums[7][lane] += z * t2;
+    }
+  }
+  Moments result;
+  for (std::size_t k = 0; k < 5; ++k) result.power[k] = sums[k][0] + sums[k][1];
+  for (std::size_t k = 0; k < 3; ++k) result.moment[k] = sums[5 + k][0] + sums[5 + k][1];
+  return result;
+}
+
+// c0 + c1 t + c2 t^2 with t = p u + q, in powers of u.
+std::array<double, 3> Substitute(const std::array<double, 3>& c, double p, double q) {
+  return {c[0] + q * (c[1] + q * c[2]), p * (c[1] + 2.0 * q * c[2]), p * p * c[2]};
+}
+
+void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
+  const double scale = 2.0 / static_cast<double>(height_m.size() - 1);
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(height_m.size()); ++i) {
+    const double u = i * scale - 1.0;
+    height_m[static_cast<std::size_t>(i)] -= static_cast<float>(c[0] + u * (c[1] + u * c[2]));
+  }
 }
 
 }  // namespace
@@ -30,70 +91,68 @@ double Mapped(std::size_t i, std::size_t m) {
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
   Check(options);
   const std::size_t m = height_m.size();
-  std::vector<int> neighbours(m, 0);
   const auto reach = std::min(static_cast<std::size_t>(options.half_width_columns), m);
   const auto half_height = static_cast<float>(options.half_height_m);
-  const float* z = height_m.data();
-  int* count = neighbours.data();
-  // Offsets outside, columns inside: the inner loops vectorise. Comparisons with NaN are false.
-  for (std::size_t d = 1; d < reach + 1 && d < m; ++d) {
-    for (std::size_t i = 0; i + d < m; ++i) {
-      count[i] += std::abs(z[i + d] - z[i]) <= half_height ? 1 : 0;
+  const std::size_t tiles = (m + kTile - 1) / kTile;
+  std::vector<float> padded(tiles * kTile + 2 * reach, kMissing);
+  std::copy(height_m.begin(), height_m.end(), padded.begin() + static_cast<std::ptrdiff_t>(reach));
+  std::vector<float> kept(tiles * kTile);
+  for (std::size_t begin = 0; begin < m; begin += kTile) {
+    const float* z = padded.data() + reach + begin;
+    int neighbours[kTile] = {};
+    // Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
+    for (std::size_t d = 1; d <= reach; ++d) {
+      const float* right = z + d;
+      const float* left = z - d;
+      for (std::size_t i = 0; i < kTile; ++i) {
+        neighbours[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
+        neighbours[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
+      }
     }
-    for (std::size_t i = d; i < m; ++i) {
-      count[i] += std::abs(z[i - d] - z[i]) <= half_height ? 1 : 0;
+    for (std::size_t i = 0; i < kTile; ++i) {
+      const bool keep = neighbours[i] >= options.min_neighbours && IsFinite(z[i]);
+      kept[begin + i] = keep ? z[i] : kMissing;
     }
   }
-  std::vector<float> kept(m);
-  for (std::size_t i = 0; i < m; ++i)
-    kept[i] = count[i] >= options.min_neighbours ? z[i] : kMissing;
+  kept.resize(m);
   return kept;
 }
 
 std::array<double, 3> FitQuadratic(std::span<const float> height_m) {
   const std::size_t m = height_m.size();
-  std::array<double, 5> power{};   // sums of u^0 .. u^4
-  std::array<double, 3> moment{};  // sums of z u^0 .. z u^2
-  for (std::size_t i = 0; i < m; ++i) {
-    const double z = static_cast<double>(height_m[i]);
-    if (!std::isfinite(z)) continue;
-    const double u = Mapped(i, m);
-    const double u2 = u * u;
-    power[0] += 1.0;
-    power[1] += u;
-    power[2] += u2;
-    power[3] += u2 * u;
-    power[4] += u2 * u2;
-    moment[0] += z;
-    moment[1] += z * u;
-    moment[2] += z * u2;
-  }
+  const std::size_t first = FirstFinite(height_m);
+  if (first == m) return {};
+  const std::size_t last = LastFinite(height_m);
+  if (first == last) return {static_cast<double>(height_m[first]), 0.0, 0.0};
+  const Moments sums = MomentsOf(height_m, first, last);
   std::array<double, 3> c{};
-  const int terms = std::min(3, static_cast<int>(power[0]));
-  if (terms == 0) return c;
-  Eigen::MatrixXd normal(terms, terms);
-  Eigen::VectorXd right(terms);
-  for (int row = 0; row < terms; ++row) {
-    for (int col = 0; col < terms; ++col) {
-      normal(row, col) = power[static_cast<std::size_t>(row + col)];
-    }
-    right(row) = moment[static_cast<std::size_t>(row)];
+  if (sums.power[0] == 2.0) {
+    const auto left = static_cast<double>(height_m[first]);
+    const auto right = static_cast<double>(height_m[last]);
+    c = {0.5 * (left + right), 0.5 * (right - left), 0.0};
+  } else {
+    const auto& s = sums.power;
+    Eigen::Matrix3d normal;
+    normal << s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4];
+    const Eigen::Vector3d solved =
+        normal.ldlt().solve(Eigen::Map<const Eigen::Vector3d>(sums.moment.data()));
+    c = {solved.x(), solved.y(), solved.z()};
   }
-  const Eigen::VectorXd solved = normal.ldlt().solve(right);
-  for (int k = 0; k < terms; ++k) c[static_cast<std::size_t>(k)] = solved(k);
-  return c;
+  const auto width = static_cast<double>(last - first);
+  const auto whole = static_cast<double>(m - 1);
+  return Substitute(c, whole / width, (whole - static_cast<double>(first + last)) / width);
 }
 
 void FillHoles(std::span<float> height_m) {
   const std::size_t m = height_m.size();
   std::size_t begin = 0;
   while (begin < m) {
-    if (std::isfinite(height_m[begin])) {
+    if (IsFinite(height_m[begin])) {
       ++begin;
       continue;
     }
     std::size_t end = begin;
-    while (end < m && !std::isfinite(height_m[end])) ++end;
+    while (end < m && !IsFinite(height_m[end])) ++end;
     if (begin == 0 && end == m) return;
     const float left = begin > 0 ? height_m[begin - 1] : height_m[end];
     const float right = end < m ? height_m[end] : left;
@@ -111,20 +170,15 @@ PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options
   prepared.time_s = profile.time_s;
   prepared.original_m = profile.height_m;
   std::vector<float> height = FilterGeometric(profile.height_m, options.filter);
-  const std::size_t m = height.size();
-  for (std::size_t i = 0; i < m; ++i) {
-    if (!std::isfinite(height[i])) continue;
-    if (prepared.points++ == 0) prepared.first_column = static_cast<int>(i);
-    prepared.last_column = static_cast<int>(i);
+  prepared.points = static_cast<int>(std::count_if(height.begin(), height.end(), IsFinite));
+  if (prepared.points > 0) {
+    prepared.first_column = static_cast<int>(FirstFinite(height));
+    prepared.last_column = static_cast<int>(LastFinite(height));
   }
   if (prepared.points < options.min_columns) return prepared;
   if (options.normalise) {
     prepared.curve = FitQuadratic(height);
-    const auto [c0, c1, c2] = prepared.curve;
-    for (std::size_t i = 0; i < m; ++i) {
-      const double u = Mapped(i, m);
-      height[i] -= static_cast<float>(c0 + u * (c1 + u * c2));
-    }
+    Subtract(prepared.curve, height);
   }
   FillHoles(height);
   prepared.height_m = std::move(height);

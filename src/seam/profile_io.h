@@ -30,7 +30,9 @@ struct ProfileRow {
 };
 
 /// Reads CSV row by row as they arrive (commas, semicolons or blanks; empty, "nan" or "-": no
-/// value; lines that begin with '#' are left out), so that a pipe can be followed.
+/// value; empty lines and those that begin with '#' are left out), so that a pipe can be followed.
+/// A separator at a line's end is no column, CRLF and a byte order mark do not matter. Damaged rows
+/// take their time too: row n is of (n - 1) / rate_hz.
 class ProfileStream {
  public:
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
@@ -42,17 +44,19 @@ class ProfileStream {
   std::istream& in_;
   ProfileFileOptions options_;
   std::size_t row_ = 0;
+  std::size_t line_ = 0;  // of the file: also counts what is left out
 };
 
 /// Reads a whole file: .csv/.txt, or a 16-bit grey .png/.pgm, one profile a row.
 /// @throws core::InputError naming the file and the row: unreadable, no row at all, ragged, not a
-/// number, out of range, not 16-bit grey.
+/// number, out of range, not 16-bit grey; std::invalid_argument if an option is out of range.
 std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
                                   const ProfileFileOptions& options);
 
-/// Writes CSV (.csv; numbers in `unit_m`, six significant digits below the unit) or a 16-bit image
-/// (.png, .pgm).
-/// @throws core::InputError for another ending; core::RunError if it cannot be written whole.
+/// Writes CSV (.csv, .txt; numbers in `unit_m`, six digits after the point, no value is "nan") or a
+/// 16-bit image (.png, .pgm). Times are not written.
+/// @throws core::InputError for another ending, no profile, profiles of different widths, or a
+/// height that does not fit into an image; core::RunError if it cannot be written whole.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
                    const ProfileFileOptions& options);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <span>
 #include <stdexcept>
 
 #include "core/error.h"
@@ -28,6 +29,22 @@ void Check(const TrackerOptions& options) {
   Check(options.step.half_window >= 1, "step.half_window must be at least 1");
   Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
+}
+
+// Runs the detectors on the columns that were measured: what lies outside of the first and the last
+// of them is no part of the profile (a hole within it is filled). Columns and weights are those of
+// the whole line.
+std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
+                                                    const DetectorOptions& options) {
+  const auto first = static_cast<std::size_t>(prepared.first_column);
+  const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
+  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options);
+  for (DetectorResult& result : results) {
+    if (result.column) *result.column += prepared.first_column;
+    result.weight.insert(result.weight.begin(), first, 0.0F);
+    result.weight.resize(prepared.height_m.size(), 0.0F);
+  }
+  return results;
 }
 
 int LargestAt(const std::vector<float>& weight) {
@@ -194,7 +211,7 @@ Reading EdgeTracker::Update(const Profile& profile) {
     t.votes.pop_front();
   }
   if (t.prepared.Usable()) {
-    t.results = DetectEdges(t.prepared.height_m, t.options.detectors);
+    t.results = DetectWithin(t.prepared, t.options.detectors);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = t.results[d].column;
     if (t.options.method == DecisionMethod::kVoting) {
       t.DecideByVoting(reading);

@@ -16,7 +16,8 @@ void ReadFilter(YamlMap map, FilterOptions& options) {
 }
 
 void ReadDetectors(YamlMap map, DetectorOptions& options) {
-  map.ReadEnum("model_levels", options.model_fitting.levels, {"extremes", "means"});
+  map.ReadEnum("model_levels", options.model_fitting.levels,
+               {"extremes", "running_extremes", "means"});
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096);
   map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096);
   map.Read("kernel", options.gradient_accumulation.kernel, 0.001, 0.5);

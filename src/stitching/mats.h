@@ -1,10 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
-
-#include "core/rng.h"
 
 namespace rangegrasp::stitching {
 
@@ -28,6 +27,13 @@ struct EdgeCourse {
   double XAt(double y_m) const;
 };
 
+/// How tows lie in a mat (dissertation, section 3.1.1).
+enum class Weave {
+  kUniDirectional,  ///< all tows side by side, held by bright thin threads across them
+  kWoven,           ///< two directions at right angles, over one and under one
+  kPlaited,         ///< two slanted directions, over two and under two
+};
+
 /// What the mats look like. The defaults are the frozen settings (docs/seam.md says how they were
 /// found). Textures and frays are functions of place and seed: two profiles at one place see the
 /// same mat.
@@ -43,6 +49,11 @@ struct MatTexture {
   double detached_share = 0.05;  ///< share of the edge where a bundle of fibres has come off
   double gloss = 0.5;     ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
   double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
+  Weave weave = Weave::kWoven;
+  double fuzz_length_m = 0.3e-3;   ///< over which fuzz varies along x; thrice that along y
+  double filament_reach_m = 2e-3;  ///< mean distance of the edge's filaments from the edge
+  double steep_rad =
+      0.75;  ///< slope of the surface from which on nothing comes back; fading from half of it
 };
 
 struct MatOptions {
@@ -53,6 +64,7 @@ struct MatOptions {
   double double_gap_m = 2e-3;    ///< between the two steps of a double edge
   double double_share = 0.3;     ///< of the height that the minor step takes
   double radius_m = 0.03;        ///< of the cylinder of a convex or concave mould (section 3.6.3)
+  double mould_x_m = 0.0;        ///< x of its axis
   double tilt_rad = 0.0;         ///< of the surface across the seam
   EdgeCourse course;
   MatTexture texture;
@@ -80,11 +92,11 @@ class Mats {
   /// of a double edge), the fray of the edge included. NaN with shape kNone and beyond the mat's
   /// end.
   double EdgeX(double y_m) const;
-  const MatOptions& options() const { return options_; }
+  const MatOptions& options() const;
 
  private:
-  MatOptions options_;
-  std::uint64_t seed_;
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;  ///< copies share it
 };
 
 /// A random seam as a production would show them: shape, height 0.3 to 1.1 mm, course (straight or

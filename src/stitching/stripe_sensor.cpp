@@ -3,140 +3,186 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+
+#include "stitching/internal/stripe_sensor_check.h"
 
 namespace rangegrasp::stitching {
 namespace {
 
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
-// A second look at the surface is worth it where the height changed by more than this.
-constexpr double kSameHeight_m = 20e-6;
-// The calibration body is machined, dull and bright: only this much noise is left.
-constexpr double kBodySigma_px = 0.15;
+// A spot's place along the line is known well enough when it moves by less than this, a tenth of
+// a column of the finer sensor.
+constexpr double kPlaceTolerance_m = 5e-6;
+constexpr int kPlaceSteps = 4;
 
-void Check(const StripeSensorOptions& o) {
-  const auto check = [](bool good, const char* what) {
-    if (!good) throw std::invalid_argument(std::string("stripe sensor: ") + what);
-  };
-  check(o.line.columns >= 32 && o.line.columns_per_m > 0.0, "line must have columns");
-  check(!o.lines_ahead_m.empty(), "at least one line is needed");
-  check(o.standoff_m > 0.0, "standoff_m must be above 0");
-  check(o.angle_rad > 0.0 && o.angle_rad < 1.5, "angle_rad must be above 0 and below 1.5");
-  check(o.rows >= 16, "rows must be at least 16");
-  check(o.rate_min_hz > 0.0 && o.rate_max_hz >= o.rate_min_hz, "rates must be above 0, in order");
-  check(o.outlier_run_columns >= 1.0, "outlier_run_columns must be at least 1");
-  check(o.row_quantum_px >= 0.0, "row_quantum_px must not be negative");
+/// Decides column after column whether a reflection is taken for the spot: a chain of two states
+/// whose reflections have geometric lengths and, in the long run, the wanted share of columns.
+class Reflections {
+ public:
+  explicit Reflections(const StripeSensorOptions& options)
+      : end_(1.0 / options.outlier_run_columns),
+        begin_(std::min(1.0, options.outlier_share * end_ / (1.0 - options.outlier_share))),
+        share_(options.outlier_share),
+        sigma_px_(options.outlier_sigma_px) {}
+
+  /// By how many rows the next column is off, if a reflection is seen there.
+  std::optional<double> Next(core::Rng& rng) {
+    if (share_ <= 0.0) return std::nullopt;
+    const double u = rng.Uniform();
+    const bool was_on = on_;
+    // A run that ends may be followed by another at once.
+    on_ = first_ ? u < share_ : was_on ? u >= end_ : u < begin_;
+    first_ = false;
+    if (!on_) return std::nullopt;
+    if (!was_on) offset_px_ = sigma_px_ * rng.Normal();
+    return offset_px_;
+  }
+
+ private:
+  double end_, begin_, share_, sigma_px_;
+  double offset_px_ = 0.0;
+  bool on_ = false;
+  bool first_ = true;
+};
+
+// What a lost spot reports: nothing, or the brightest pixel of elsewhere.
+double LostRow(const StripeSensorOptions& options, const seam::RawProfile* previous,
+               std::size_t column, core::Rng& rng) {
+  if (options.phantom_share <= 0.0) return kMissing;
+  const double u = rng.Uniform();
+  if (u >= options.phantom_share) return kMissing;
+  const bool from_previous = u < options.phantom_share * options.phantom_previous_share;
+  if (from_previous && previous && std::isfinite(previous->row_px[column])) {
+    return previous->row_px[column];
+  }
+  return rng.Uniform(0.0, options.rows - 1.0);
 }
 
-double Quantised(double row, double quantum) {
-  return quantum > 0.0 ? std::round(row / quantum) * quantum : row;
+// Intensity of a spot that is a mean of bright and dark speckles: mean 1, standard deviation
+// `contrast`.
+double Speckle(double contrast, core::Rng& rng) {
+  if (contrast <= 0.0) return 1.0;
+  const double u = rng.Uniform();
+  return 1.0 - contrast - contrast * std::log1p(-u);
+}
+
+double BodyHeight(const seam::CalibrationBody& body, double base_m, double x_m) {
+  const auto steps = static_cast<double>(body.step_heights_m.size());
+  const double place = std::floor(x_m / body.step_width_m + 0.5 * steps);
+  if (!(place >= 0.0 && place < steps)) return base_m;
+  return base_m + body.step_heights_m[static_cast<std::size_t>(place)];
+}
+
+// Heights at which the body has level faces, highest first.
+std::vector<double> BodyLevels(const seam::CalibrationBody& body, double base_m) {
+  std::vector<double> levels = {base_m};
+  for (const double step : body.step_heights_m) levels.push_back(base_m + step);
+  std::sort(levels.rbegin(), levels.rend());
+  return levels;
 }
 
 }  // namespace
 
 StripeSensor::StripeSensor(const StripeSensorOptions& options) : options_(options) {
-  Check(options);
+  internal::CheckOptions(options);
+  focal_px_ = options.line.columns_per_m * options.standoff_m;
+  cos_ = std::cos(options.angle_rad);
+  sin_ = std::sin(options.angle_rad);
 }
 
 double StripeSensor::Rate(const MatTexture& texture) const {
-  return std::lerp(options_.rate_max_hz, options_.rate_min_hz,
-                   std::clamp(texture.darkness, 0.0, 1.0));
+  return options_.rate_max_hz + texture.darkness * (options_.rate_min_hz - options_.rate_max_hz);
 }
 
-// The camera stands at D from the origin of L, its axis at the angle a to the laser plane. A point
-// (x, z) of that plane is D - z cos(a) away along the axis and z sin(a) above it.
 double StripeSensor::RowOf(double height_m) const {
-  const double focal_px = options_.line.columns_per_m * options_.standoff_m;
-  const double depth = options_.standoff_m - height_m * std::cos(options_.angle_rad);
-  return 0.5 * (options_.rows - 1) - focal_px * height_m * std::sin(options_.angle_rad) / depth;
+  return 0.5 * (options_.rows - 1) +
+         focal_px_ * height_m * sin_ / (options_.standoff_m - height_m * cos_);
 }
 
 double StripeSensor::ColumnOf(double x_m, double height_m) const {
-  const double focal_px = options_.line.columns_per_m * options_.standoff_m;
-  const double depth = options_.standoff_m - height_m * std::cos(options_.angle_rad);
-  return options_.line.CenterColumn() + focal_px * x_m / depth;
+  return options_.line.CenterColumn() + focal_px_ * x_m / (options_.standoff_m - height_m * cos_);
 }
 
-double StripeSensor::XOf(double column, double height_m) const {
-  const double depth = options_.standoff_m - height_m * std::cos(options_.angle_rad);
-  return options_.line.ToMeters(column) * depth / options_.standoff_m;
+double StripeSensor::LateralAt(double column, double height_m) const {
+  return (column - options_.line.CenterColumn()) * (options_.standoff_m - height_m * cos_) /
+         focal_px_;
 }
 
 seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double time_s,
                                     const seam::RawProfile* previous, core::Rng& rng) const {
-  const double c = std::cos(pose.heading_rad);
-  const double s = std::sin(pose.heading_rad);
-  const auto spot = [&](double column, double height) {
-    const double x = XOf(column, height);
-    MatPoint point = mats.At(pose.x_m + c * x, pose.y_m + s * x);
-    point.height_m -= pose.height_m;
-    return point;
-  };
-  seam::RawProfile profile;
-  profile.time_s = time_s;
-  profile.row_px.resize(static_cast<std::size_t>(options_.line.columns));
+  const auto columns = static_cast<std::size_t>(options_.line.columns);
+  if (previous && previous->row_px.size() != columns) {
+    throw std::invalid_argument(
+        "stripe sensor: the previous profile has another number of columns");
+  }
+  const double ahead_x = std::cos(pose.heading_rad);
+  const double ahead_y = std::sin(pose.heading_rad);
+  seam::RawProfile profile{std::vector<float>(columns, kMissing), time_s};
+  Reflections reflections(options_);
   double height = 0.0;
-  Disturbance disturbance(options_);
-  for (std::size_t i = 0; i < profile.row_px.size(); ++i) {
-    MatPoint point = spot(static_cast<double>(i), height);
-    if (std::abs(point.height_m - height) > kSameHeight_m) {
-      point = spot(static_cast<double>(i), point.height_m);
+  for (std::size_t c = 0; c < columns; ++c) {
+    // A column is a plane through the camera: where it meets the surface depends on the height
+    // there. The neighbour's height is near enough on all but steep places.
+    double x = LateralAt(static_cast<double>(c), height);
+    MatPoint point{};
+    for (int step = 0; step < kPlaceSteps; ++step) {
+      point = mats.At(pose.x_m + ahead_x * x, pose.y_m + ahead_y * x);
+      height = point.height_m - pose.height_m;
+      const double better_x = LateralAt(static_cast<double>(c), height);
+      if (std::abs(better_x - x) < kPlaceTolerance_m) break;
+      x = better_x;
     }
-    height = point.height_m;
-    const float elsewhere =
-        previous != nullptr && i < previous->row_px.size() ? previous->row_px[i] : kMissing;
-    profile.row_px[i] = disturbance.Row(RowOf(height), point.return_strength, elsewhere, rng);
+    const double strength = point.return_strength * Speckle(options_.speckle, rng);
+    const std::optional<double> reflection = reflections.Next(rng);
+    double row = 0.0;
+    if (strength < options_.lost_return || strength <= 0.0) {
+      row = LostRow(options_, previous, c, rng);
+    } else {
+      row = RowOf(height) + options_.row_sigma_px / std::sqrt(strength) * rng.Normal() +
+            reflection.value_or(0.0);
+      if (options_.row_quantum_px > 0.0) {
+        row = std::round(row / options_.row_quantum_px) * options_.row_quantum_px;
+      }
+    }
+    if (row >= 0.0 && row <= options_.rows - 1.0) profile.row_px[c] = static_cast<float>(row);
   }
   return profile;
 }
 
-float StripeSensor::Disturbance::Row(double row, double strength, float elsewhere, core::Rng& rng) {
-  const double seen = strength * (1.0 - options_.speckle * rng.Uniform());
-  if (seen < options_.lost_return) {
-    if (!(rng.Uniform() < options_.phantom_share)) return kMissing;
-    const bool ghost = rng.Uniform() < 0.5;
-    const double anywhere = rng.Uniform(0.0, options_.rows - 1.0);
-    if (ghost && std::isfinite(elsewhere)) return elsewhere;
-    return static_cast<float>(std::round(anywhere));
+// Follows each column's ray down to the first level face or riser that it meets.
+seam::CalibrationScan StripeSensor::ScanBody(const seam::CalibrationBody& body, double base_m,
+                                             core::Rng& rng) const {
+  const auto columns = static_cast<std::size_t>(options_.line.columns);
+  const std::vector<double> levels = BodyLevels(body, base_m);
+  seam::CalibrationScan scan{{std::vector<float>(columns, kMissing), 0.0}, base_m};
+  for (std::size_t c = 0; c < columns; ++c) {
+    double height = base_m;
+    for (const double level : levels) {
+      const double x = LateralAt(static_cast<double>(c), level);
+      if (BodyHeight(body, base_m, x) < level) continue;
+      height = level;
+      break;
+    }
+    const double row = RowOf(height) + options_.row_sigma_px * rng.Normal();
+    if (row >= 0.0 && row <= options_.rows - 1.0) {
+      scan.profile.row_px[c] = static_cast<float>(row);
+    }
   }
-  if (outlier_columns_ <= 0 &&
-      rng.Uniform() < options_.outlier_share / options_.outlier_run_columns) {
-    outlier_columns_ =
-        1 + static_cast<int>(-options_.outlier_run_columns * std::log(1.0 - rng.Uniform()));
-    outlier_px_ = options_.outlier_sigma_px * rng.Normal();
-  }
-  row += options_.row_sigma_px / std::sqrt(std::max(seen, 0.05)) * rng.Normal();
-  if (outlier_columns_ > 0) {
-    --outlier_columns_;
-    row += outlier_px_;
-  }
-  row = Quantised(row, options_.row_quantum_px);
-  return row >= 0.0 && row <= options_.rows - 1 ? static_cast<float>(row) : kMissing;
+  return scan;
 }
 
 seam::Calibration StripeSensor::Calibrate(int distances, core::Rng& rng) const {
+  if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
   const seam::CalibrationBody body;
   const double top = *std::max_element(body.step_heights_m.begin(), body.step_heights_m.end());
-  const double half_m = 0.5 * body.step_width_m * static_cast<double>(body.step_heights_m.size());
+  const double lowest = -options_.range_below_m;
+  const double highest = std::max(lowest, options_.range_above_m - top);
   std::vector<seam::CalibrationScan> scans;
-  for (int k = 0; k < distances; ++k) {
-    seam::CalibrationScan scan;
-    scan.base_height_m =
-        std::lerp(-calibrated_m - top, calibrated_m, k / std::max(1.0, distances - 1.0));
-    double height = scan.base_height_m;
-    for (int i = 0; i < options_.line.columns; ++i) {
-      // Two looks, as in Scan.
-      for (int look = 0; look < 2; ++look) {
-        const double x = XOf(i, height);
-        const auto step = static_cast<std::size_t>(std::max(0.0, (x + half_m) / body.step_width_m));
-        const bool on_step = std::abs(x) < half_m && step < body.step_heights_m.size();
-        height = scan.base_height_m + (on_step ? body.step_heights_m[step] : 0.0);
-      }
-      const double row = RowOf(height) + kBodySigma_px * rng.Normal();
-      const bool inside = row >= 0.0 && row <= options_.rows - 1;
-      scan.profile.row_px.push_back(inside ? static_cast<float>(row) : kMissing);
-    }
-    scans.push_back(std::move(scan));
+  for (int i = 0; i < distances; ++i) {
+    const double base = lowest + (highest - lowest) * i / (distances - 1);
+    scans.push_back(ScanBody(body, base, rng));
   }
   return seam::CalibrateFromBody(body, scans);
 }

@@ -17,23 +17,27 @@ struct StripeSensorOptions {
   std::string name = "base";
   seam::LineGeometry line;
   std::vector<double> lines_ahead_m = {
-      0.080};                ///< fixed line first; more: those the second line switches between
-  double standoff_m = 0.12;  ///< camera's distance from the point where it meets height 0
-  double angle_rad = 0.6;    ///< between laser plane and optical axis
-  int rows = 1024;
-  double rate_min_hz = 30.0;   ///< dark mats need long exposures ...
-  double rate_max_hz = 100.0;  ///< ... bright ones short
+      0.080};                    ///< fixed line first; more: those the second line switches between
+  double standoff_m = 0.2;       ///< camera's distance from the point where it meets height 0
+  double angle_rad = 0.6;        ///< between laser plane and optical axis
+  int rows = 1024;               ///< height 0 is seen in the middle row; rows ascend with height
+  double range_below_m = 0.045;  ///< heights that calibration covers, below ...
+  double range_above_m = 0.03;   ///< ... and above height 0
+  double rate_min_hz = 30.0;     ///< dark mats need long exposures ...
+  double rate_max_hz = 100.0;    ///< ... bright ones short
   // What disturbs a row. Frozen settings: docs/seam.md.
   double row_sigma_px = 0.4;    ///< of a spot with full return
   double row_quantum_px = 0.1;  ///< a row is found to within this; 0: no rounding
-  double speckle = 0.5;         ///< how much return strength varies from column to column, 0..1
-  double lost_return = 0.1;     ///< below this strength a spot is not found
+  double speckle = 0.5;  ///< its contrast: standard deviation of return strength, relative, 0..1
+  double lost_return = 0.1;  ///< below this strength a spot is not found
   double outlier_share =
       0.01;  ///< found spots that are really a reflection, in runs of a few columns
   double outlier_run_columns = 4.0;
   double outlier_sigma_px = 40.0;
   double phantom_share =
       0.0;  ///< lost spots that report the brightest pixel of elsewhere instead of nothing
+  double phantom_previous_share =
+      0.5;  ///< phantoms that show the previous line; the others are in any row
 };
 
 /// Reads models/sensors/stripe_*.yaml. @throws core::InputError naming file, line and key.
@@ -62,27 +66,16 @@ class StripeSensor {
   double RowOf(double height_m) const;
   double ColumnOf(double x_m, double height_m) const;
   /// x of a column at a height: the inverse of ColumnOf.
-  double XOf(double column, double height_m) const;
-  /// Scans the calibration body at `distances` heights over the range and calibrates (the body is
-  /// dull and bright).
+  double LateralAt(double column, double height_m) const;
+  /// Scans the calibration body at `distances` heights over the range and calibrates.
   seam::Calibration Calibrate(int distances, core::Rng& rng) const;
 
-  /// Heights over and below the nominal distance that are calibrated [m].
-  static constexpr double calibrated_m = 0.03;
-
  private:
-  /// What happens to the rows of one line, column after column: reflections come in runs.
-  class Disturbance {
-   public:
-    explicit Disturbance(const StripeSensorOptions& options) : options_(options) {}
-    float Row(double row, double strength, float elsewhere, core::Rng& rng);
+  seam::CalibrationScan ScanBody(const seam::CalibrationBody& body, double base_m,
+                                 core::Rng& rng) const;
 
-   private:
-    const StripeSensorOptions& options_;
-    int outlier_columns_ = 0;
-    double outlier_px_ = 0.0;
-  };
   StripeSensorOptions options_;
+  double focal_px_, cos_, sin_;
 };
 
 }  // namespace rangegrasp::stitching

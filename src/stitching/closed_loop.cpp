@@ -1,0 +1,217 @@
+#include "stitching/closed_loop.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/rng.h"
+#include "stitching/internal/control_unit.h"
+#include "stitching/internal/track_score.h"
+
+namespace rangegrasp::stitching {
+namespace {
+
+using internal::ControlUnit;
+using internal::HeadState;
+using internal::kControlPeriod_s;
+using internal::Point;
+
+// Columns on each side of the edge whose median height tells how far the edge is from the sensor.
+constexpr int kHeightHalf = 6;
+
+void Check(bool good, const char* what) {
+  if (!good) throw std::invalid_argument(std::string("track: ") + what);
+}
+
+void Check(const TrackOptions& options) {
+  const HeadOptions& head = options.head;
+  Check(head.speed_m_s > 0.0, "head.speed_m_s must be above 0");
+  Check(head.max_lateral_speed_m_s > 0.0, "head.max_lateral_speed_m_s must be above 0");
+  Check(head.max_acceleration_m_s2 > 0.0, "head.max_acceleration_m_s2 must be above 0");
+  Check(head.max_rotation_rad_s > 0.0, "head.max_rotation_rad_s must be above 0");
+  Check(head.max_rotation_acceleration_rad_s2 > 0.0,
+        "head.max_rotation_acceleration_rad_s2 must be above 0");
+  Check(head.correction_period_s >= kControlPeriod_s,
+        "head.correction_period_s must not be below the control period of 0.01 s");
+  Check(options.wanted_distance_m > 0.0, "wanted_distance_m must be above 0");
+  Check(options.length_m > 0.0, "length_m must be above 0");
+}
+
+double HeightAround(const seam::Profile& profile, double column) {
+  std::vector<float> heights;
+  const int middle = static_cast<int>(std::lround(column));
+  const int last = static_cast<int>(profile.height_m.size()) - 1;
+  for (int c = std::max(0, middle - kHeightHalf); c <= std::min(last, middle + kHeightHalf); ++c) {
+    const float height = profile.height_m[static_cast<std::size_t>(c)];
+    if (std::isfinite(height)) heights.push_back(height);
+  }
+  if (heights.empty()) return 0.0;
+  const auto half = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::nth_element(heights.begin(), half, heights.end());
+  return *half;
+}
+
+/// A line of the sensor with all that watches it.
+struct Line {
+  Line(double ahead, const seam::TrackerOptions& tracker_options,
+       const seam::MonitorOptions& monitor_options)
+      : ahead_m(ahead),
+        tracker(tracker_options),
+        monitor(tracker_options.line, monitor_options) {}
+
+  seam::Reading Take(const seam::Profile& profile) {
+    const seam::Reading reading = tracker.Update(profile);
+    stop = monitor.Update(tracker.prepared(), reading);
+    return reading;
+  }
+
+  double ahead_m;
+  seam::EdgeTracker tracker;
+  seam::SurfaceMonitor monitor;
+  std::optional<seam::StopReason> stop;
+};
+
+/// The sensor on the head with its evaluation: profiles in, packets out. The first line gives the
+/// edge; the others, of which one at a time is lit besides the first, only watch.
+class SensorUnit {
+ public:
+  SensorUnit(const Mats& mats, const StripeSensor& sensor, const seam::Calibration& calibration,
+             const TrackOptions& options, std::uint64_t seed)
+      : mats_(mats),
+        sensor_(sensor),
+        calibration_(calibration),
+        period_s_(1.0 / sensor.Rate(mats.options().texture)),
+        rng_(core::DeriveSeed(seed, "scan")) {
+    seam::TrackerOptions tracker = options.tracker;
+    tracker.line = sensor.options().line;
+    tracker.packet_period_s = options.head.correction_period_s;
+    for (const double ahead : sensor.options().lines_ahead_m) {
+      lines_.emplace_back(ahead, tracker, options.monitor);
+    }
+  }
+
+  double NextTime() const { return period_s_ * count_; }
+
+  /// Measures at NextTime() from a pose. @return the first line's reading.
+  seam::Reading Measure(const HeadState& head) {
+    const double time_s = NextTime();
+    const std::size_t others = lines_.size() - 1;
+    const std::size_t number = static_cast<std::size_t>(count_++);
+    const seam::Profile profile = Scan(head, lines_.front(), time_s);
+    seam::Reading reading = lines_.front().Take(profile);
+    if (others > 0) {
+      Line& other = lines_[1 + number % others];
+      other.Take(Scan(head, other, time_s));
+      other.tracker.TakePacket();
+    }
+    if (reading.column) {
+      // The line's columns widen with the distance, which the tracker does not know.
+      reading.x_m = calibration_.LateralAt(*reading.column, HeightAround(profile, *reading.column));
+      const LinePose line = head.Line(lines_.front().ahead_m);
+      places_.push_back({time_s, reading.x_m,
+                         line.x_m + reading.x_m * std::cos(line.heading_rad)});
+    }
+    return reading;
+  }
+
+  /// The correction that is due, if one is.
+  std::optional<Correction> TakeCorrection() {
+    const auto packet = lines_.front().tracker.TakePacket();
+    if (!packet) return std::nullopt;
+    Correction correction;
+    correction.time_s = packet->time_s;
+    const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& p) {
+      return p.time_s == packet->time_s;
+    });
+    if (packet->column && place != places_.end()) {
+      correction.valid = true;
+      correction.edge_x_m = place->x_m;
+      correction.deviation_m = place->deviation_m;
+    }
+    places_.clear();
+    for (const Line& line : lines_) {
+      if (!correction.stop) correction.stop = line.stop;
+    }
+    return correction;
+  }
+
+ private:
+  struct Place {
+    double time_s, x_m, deviation_m;
+  };
+
+  seam::Profile Scan(const HeadState& head, const Line& line, double time_s) {
+    const seam::RawProfile* previous = previous_.row_px.empty() ? nullptr : &previous_;
+    previous_ = sensor_.Scan(mats_, head.Line(line.ahead_m), time_s, previous, rng_);
+    return seam::Calibrate(previous_, calibration_);
+  }
+
+  const Mats& mats_;
+  const StripeSensor& sensor_;
+  const seam::Calibration& calibration_;
+  double period_s_;
+  core::Rng rng_;
+  int count_ = 0;
+  std::vector<Line> lines_;
+  std::vector<Place> places_;  // of the readings since the last packet
+  seam::RawProfile previous_;
+};
+
+TrackPoint PointOf(const HeadState& head, double time_s) {
+  return {time_s, head.needle.x(), head.needle.y(), head.heading_rad, 0.0};
+}
+
+// Profiles between two control steps, the head's pose between theirs.
+void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
+                  std::vector<std::string>& packets, TrackResult& result) {
+  while (unit.NextTime() < time_s) {
+    const HeadState head = control.PoseAt(unit.NextTime());
+    result.readings.push_back(unit.Measure(head));
+    if (const auto correction = unit.TakeCorrection()) packets.push_back(ToXml(*correction));
+  }
+}
+
+bool AtRest(const HeadState& head) {
+  return head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;
+}
+
+}  // namespace
+
+const char* Name(TrackEnd end) {
+  constexpr std::array kNames = {"done", "mat_end", "obstacle", "lost"};
+  return kNames[static_cast<std::size_t>(end)];
+}
+
+TrackResult Track(const Mats& mats, const StripeSensor& sensor,
+                  const seam::Calibration& calibration, const TrackOptions& options,
+                  std::uint64_t seed) {
+  Check(options);
+  SensorUnit unit(mats, sensor, calibration, options, seed);
+  ControlUnit control(options, sensor.options().lines_ahead_m.front(),
+                      sensor.Rate(mats.options().texture));
+  TrackResult result;
+  HeadState head;
+  head.needle.x() = -options.wanted_distance_m;
+  // A head that makes no way is lost, whatever the reason.
+  const double most_s = 60.0 + 20.0 * options.length_m / options.head.speed_m_s;
+  for (int step = 0;; ++step) {
+    const double time_s = step * kControlPeriod_s;
+    control.Record(head);
+    result.path.push_back(PointOf(head, time_s));
+    std::vector<std::string> packets;
+    MeasureUntil(time_s, control, unit, packets, result);
+    for (std::string& xml : packets) {
+      if (const auto edge = control.Receive(xml)) result.sensed.push_back(*edge);
+      result.packets.push_back(std::move(xml));
+    }
+    const internal::HeadCommand command = control.Command();
+    if ((control.end() && AtRest(head)) || time_s > most_s) break;
+    head = internal::Move(head, command, options.head);
+  }
+  result.end = control.end().value_or(TrackEnd::kLost);
+  internal::Score(mats, options.wanted_distance_m, result);
+  return result;
+}
+
+}  // namespace rangegrasp::stitching

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+/// From sensed edge points to the needle's path. All points are in frame M: x across, y along.
+namespace rangegrasp::stitching::internal {
+
+using Point = Eigen::Vector2d;
+
+/// Sensed points, of which many may be gross outliers, smoothed: each point moves to a local
+/// parabola that most of its neighbours support, over the window round or beside it that promises
+/// the smallest variance. No window has to reach across a jump of the edge, so corners stay sharp.
+/// O(n w^4) for w <= 12 points in a window.
+/// @param sensed  ascending in y.
+/// @return as many points, at the same y.
+std::vector<Point> SmoothEdge(std::span<const Point> sensed);
+
+/// The smoothed edge with its first and last run carried on straight by the given lengths.
+std::vector<Point> Extend(std::vector<Point> edge, double before_m, double after_m);
+
+/// x at y of the curve at a distance from the edge, on its low side (smaller x): the outline of all
+/// discs of this radius round points of the edge. NaN where there is no edge within the distance.
+/// @param edge  a polyline ascending in y.
+double OffsetX(std::span<const Point> edge, double distance_m, double y_m);
+
+/// Points at equal distances along a polyline; the last one may be nearer.
+std::vector<Point> Resample(std::span<const Point> line, double spacing_m);
+
+/// Rounds a polyline of equal distances: each point becomes the mean of itself and `half` (fewer at
+/// the ends) neighbours on each side. Ends stay where they are.
+std::vector<Point> RoundCorners(std::span<const Point> line, int half);
+
+}  // namespace rangegrasp::stitching::internal
