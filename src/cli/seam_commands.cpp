@@ -38,6 +38,11 @@ struct DetectArguments {
   bool negative = false, json = false, xml = false;
 };
 
+seam::DecisionMethod MethodFrom(const std::string& name) {
+  if (name == "weights") return seam::DecisionMethod::kWeights;
+  return name == "accumulated" ? seam::DecisionMethod::kAccumulated : seam::DecisionMethod::kVoting;
+}
+
 double UnitOf(const std::string& name) {
   if (name == "um") return 1e-6;
   return name == "m" ? 1.0 : 1e-3;
@@ -49,8 +54,7 @@ class Detection {
   explicit Detection(const DetectArguments& arguments) : arguments_(arguments) {
     if (!arguments.options.empty()) options_ = seam::ReadTrackerOptions(arguments.options);
     if (!arguments.method.empty()) {
-      options_.method = arguments.method == "weights" ? seam::DecisionMethod::kWeights
-                                                      : seam::DecisionMethod::kVoting;
+      options_.method = MethodFrom(arguments.method);
     }
     if (arguments.options.empty()) options_.line.columns_per_m = arguments.columns_per_mm * kMm;
     if (arguments.negative) options_.positive_edge = false;
@@ -205,7 +209,7 @@ void AddDetect(CLI::App& seam) {
                    "CSV or 16-bit PNG/PGM, one profile a row; - reads CSV rows from stdin")
       ->required();
   command->add_option("--method", arguments->method, "how a position is decided (voting)")
-      ->check(CLI::IsMember({"voting", "weights"}));
+      ->check(CLI::IsMember({"voting", "weights", "accumulated"}));
   command->add_option("--options", arguments->options, "YAML of the tracker's options");
   command->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12)")
       ->check(CLI::Range(0.1, 1000.0));
@@ -333,8 +337,7 @@ void Track(const EvaluateArguments& arguments) {
     throw core::InputError(arguments.experiment +
                            ": key 'kind' is 'rates'; seam track needs 'tracks' or 'hazards'");
   }
-  const auto method = arguments.method == "weights" ? seam::DecisionMethod::kWeights
-                                                    : seam::DecisionMethod::kVoting;
+  const auto method = MethodFrom(arguments.method);
   const auto run = stitching::TrackRun(evaluation, method, arguments.run);
   const auto& track = run.result;
   const auto folder = FolderOf(arguments, evaluation);
@@ -391,7 +394,7 @@ void AddTrack(CLI::App& seam) {
   AddCommon(*command, *arguments);
   command->add_option("--run", arguments->run, "its number, from 0")->check(CLI::NonNegativeNumber);
   command->add_option("--method", arguments->method, "line prediction or historic weighting")
-      ->check(CLI::IsMember({"voting", "weights"}));
+      ->check(CLI::IsMember({"voting", "weights", "accumulated"}));
   command->footer(
       "Example: rangegrasp seam track experiments/seam_track.yaml --run 4 -o results/track4");
   command->callback([arguments] { Track(*arguments); });

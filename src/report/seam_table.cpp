@@ -13,13 +13,13 @@ namespace rangegrasp::report {
 namespace {
 
 using nlohmann::ordered_json;
+using stitching::DecisionName;
 using stitching::Evaluation;
 using stitching::EvaluationKind;
 using stitching::EvaluationResult;
+using stitching::kDecisions;
 using stitching::kMethods;
 using stitching::kTolerances_px;
-using stitching::kVotingMethod;
-using stitching::kWeightsMethod;
 using stitching::RunResult;
 using stitching::SeamResult;
 using stitching::Tally;
@@ -138,7 +138,9 @@ Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& resu
   Section section{"Every shape of edge: within 1 mm, in %; told to have no edge, in %",
                   NumberGrid({"shape", "seams", "profiles"})};
   for (int m = 0; m < kMethods; ++m) section.grid.header.push_back(stitching::MethodName(m));
-  section.grid.header.insert(section.grid.header.end(), {"no edge (voting)", "no edge (weights)"});
+  for (const auto decision : kDecisions) {
+    section.grid.header.push_back(std::string("no edge: ") + DecisionName(decision));
+  }
   section.grid.left.resize(section.grid.header.size(), false);
   std::vector<stitching::EdgeShape> shapes = evaluation.shapes;
   std::ranges::sort(shapes);
@@ -149,25 +151,20 @@ Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& resu
                          [shape](const SeamResult& seam) { return seam.shape == shape; });
     const Tallies sum = Sum(seams, &SeamResult::all);
     int profiles = 0;
-    std::array<int, kMethods> no_edge{};
+    std::array<int, kDecisions.size()> no_edge{};
     for (const SeamResult& seam : seams) {
       profiles += seam.profiles;
-      for (std::size_t m = 0; m < kMethods; ++m) no_edge[m] += seam.no_edge[m];
+      for (std::size_t d = 0; d < kDecisions.size(); ++d) no_edge[d] += seam.no_edge[d];
     }
     std::vector<std::string> row = {stitching::Name(shape), std::to_string(seams.size()),
                                     std::to_string(profiles)};
     for (const Tally& tally : sum) {
       row.push_back(tally.profiles > 0 ? Fixed(Share(tally.within[t], tally.profiles), 2) : "-");
     }
-    row.push_back(Fixed(Share(no_edge[kVotingMethod], profiles), 2));
-    row.push_back(Fixed(Share(no_edge[kWeightsMethod], profiles), 2));
+    for (const int count : no_edge) row.push_back(Fixed(Share(count, profiles), 2));
     section.grid.rows.push_back(row);
   }
   return section;
-}
-
-const char* DecisionName(seam::DecisionMethod method) {
-  return method == seam::DecisionMethod::kVoting ? "line prediction" : "historic weighting";
 }
 
 // Means over the runs; the largest error of all.
@@ -175,7 +172,7 @@ Section TracksSection(const EvaluationResult& result) {
   Section section{"Closed loop after the first 100 mm: error of the seam's distance to the edge",
                   NumberGrid({"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm",
                               "max mm", "within 1 mm, % of the length"})};
-  for (const auto method : {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights}) {
+  for (const auto method : kDecisions) {
     int runs = 0;
     int done = 0;
     int early = 0;
@@ -207,7 +204,7 @@ Section HazardsSection(const EvaluationResult& result) {
                   NumberGrid({"hazard", "method", "runs", "found in time", "in time %",
                               "as the other", "stopped early"})};
   for (const char* hazard : {"mat_end", "obstacle"}) {
-    for (const auto method : {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights}) {
+    for (const auto method : kDecisions) {
       int runs = 0;
       int found = 0;
       int other = 0;
@@ -318,15 +315,16 @@ std::string SeamRowsCsv(const EvaluationResult& result) {
     }
     return out.str();
   }
-  out << "seam,shape,height_mm,profiles,no_edge_voting,no_edge_weights,method,labelled,within_3px,"
+  out << "seam,shape,height_mm,profiles,method,no_edge,labelled,within_3px,"
          "within_10px,within_12px,within_18px\n";
   for (const SeamResult& seam : result.seams) {
     for (int m = 0; m < kMethods; ++m) {
       const Tally& tally = seam.all[static_cast<std::size_t>(m)];
       out << seam.seam << "," << stitching::Name(seam.shape) << "," << Fixed(seam.height_m * 1e3, 3)
-          << "," << seam.profiles << "," << seam.no_edge[kVotingMethod] << ","
-          << seam.no_edge[kWeightsMethod] << "," << stitching::MethodName(m) << ","
-          << tally.profiles;
+          << "," << seam.profiles << "," << stitching::MethodName(m) << ",";
+      if (m >= seam::kDetectors)
+        out << seam.no_edge[static_cast<std::size_t>(m - seam::kDetectors)];
+      out << "," << tally.profiles;
       for (const int within : tally.within) out << "," << within;
       out << "\n";
     }

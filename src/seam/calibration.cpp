@@ -16,6 +16,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kTerms = 5;
 constexpr int kMonotonySamples = 256;
+constexpr int kFewestColumns = 32;
 
 double Mapped(const Calibration& c, double row) {
   return 2.0 * (row - c.row_min_px) / (c.row_max_px - c.row_min_px) - 1.0;
@@ -47,6 +48,16 @@ void FitHeights(std::span<const HeightSample> samples, Calibration& calibration)
   for (std::size_t k = 0; k < kTerms; ++k) {
     calibration.height_m[k] = c(static_cast<Eigen::Index>(k));
   }
+}
+
+void CheckSamples(std::span<const HeightSample> heights, std::span<const LateralSample> laterals) {
+  const bool whole =
+      std::all_of(heights.begin(), heights.end(),
+                  [](const HeightSample& s) { return std::isfinite(s.row_px + s.height_m); }) &&
+      std::all_of(laterals.begin(), laterals.end(), [](const LateralSample& s) {
+        return std::isfinite(s.column + s.height_m + s.x_m);
+      });
+  if (!whole) throw core::InputError("calibration: a sample is not a finite number");
 }
 
 void CheckMonotone(const Calibration& calibration) {
@@ -82,7 +93,7 @@ void FitLateral(std::span<const LateralSample> samples, Calibration& calibration
   }
   const Eigen::Vector2d k = normal.ldlt().solve(right);
   calibration.meters_per_column = {k.x(), k.y()};
-  if (!(k.x() > 0.0)) {
+  if (!(k.x() + k.y() * *heights.begin() > 0.0 && k.x() + k.y() * *heights.rbegin() > 0.0)) {
     throw core::InputError("calibration: the columns do not ascend along the body");
   }
 }
@@ -100,6 +111,11 @@ double Calibration::LateralAt(double column, double height) const {
 
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns) {
+  if (columns < kFewestColumns) {
+    throw core::InputError("calibration: " + std::to_string(columns) + " columns; at least " +
+                           std::to_string(kFewestColumns) + " are needed");
+  }
+  CheckSamples(heights, laterals);
   Calibration calibration;
   calibration.columns = columns;
   FitHeights(heights, calibration);
@@ -126,11 +142,13 @@ Calibration ReadCalibration(const std::filesystem::path& file) {
   auto map = core::YamlMap::FromFile(file);
   Calibration c;
   constexpr double kLongest = 100.0;
-  for (const char* key : {"columns", "row_min_px", "row_max_px", "meters_per_column"})
+  for (const char* key :
+       {"columns", "row_min_px", "row_max_px", "meters_per_column", "meters_per_column_per_m"}) {
     map.Require(key);
-  map.Read("columns", c.columns, 32, 65536);
-  map.Read("row_min_px", c.row_min_px, 0.0, 1e6);
-  map.Read("row_max_px", c.row_max_px, 0.0, 1e6);
+  }
+  map.Read("columns", c.columns, kFewestColumns, 65536);
+  map.Read("row_min_px", c.row_min_px, -1e6, 1e6);
+  map.Read("row_max_px", c.row_max_px, -1e6, 1e6);
   for (std::size_t k = 0; k < kTerms; ++k) {
     const std::string key = "height_" + std::to_string(k) + "_m";
     map.Require(key);

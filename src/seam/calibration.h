@@ -37,8 +37,9 @@ struct LateralSample {
 };
 
 /// Fits the function of 4th order and the column width to a look-up table, by least squares.
-/// @throws core::InputError if there are fewer than 5 distinct rows or 3 lateral samples at 2
-/// heights, or if the function is not monotone over the rows (which no real sensor is).
+/// @throws core::InputError if there are fewer than 32 columns, 5 distinct rows or 3 lateral
+/// samples at 2 heights, if a sample is not finite, if the columns do not ascend with x, or if the
+/// function is not monotone over the rows (which that of no real sensor is).
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns);
 
@@ -55,7 +56,8 @@ struct CalibrationScan {
 };
 
 /// The look-up table of scans from several distances, and its fit: finds each plateau of the
-/// staircase (its row: a median) and each riser (its column) in every scan.
+/// staircase (its row: a median) and each riser (its column) in every scan. Rows may rise or fall
+/// with height. Steps must be 16 columns wide or more.
 /// @throws core::InputError naming the scan in which the staircase is not found, and as
 /// FitCalibration.
 Calibration CalibrateFromBody(const CalibrationBody& body, std::span<const CalibrationScan> scans);

@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kWindow = 8;        // columns on either side whose medians are compared
 constexpr int kSeparation = 16;   // columns between risers, at least
+constexpr int kMargin = 3;        // columns beside a riser that are left out of a plateau
 constexpr int kFewestPoints = 5;  // of a plateau
 
 double MedianOf(const std::vector<float>& rows, int begin, int end) {
@@ -22,7 +23,9 @@ double MedianOf(const std::vector<float>& rows, int begin, int end) {
   if (finite.size() < kFewestPoints) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = finite.begin() + static_cast<std::ptrdiff_t>(finite.size() / 2);
   std::nth_element(finite.begin(), middle, finite.end());
-  return static_cast<double>(*middle);
+  const auto upper = static_cast<double>(*middle);
+  if (finite.size() % 2 == 1) return upper;
+  return 0.5 * (upper + static_cast<double>(*std::max_element(finite.begin(), middle)));
 }
 
 // A change of height along the body.
@@ -66,27 +69,36 @@ std::vector<int> LargestChanges(const std::vector<float>& rows, std::size_t coun
   return columns;
 }
 
-// The column at which the row passes the middle between two plateaus, near a riser.
-double CrossingNear(const std::vector<float>& rows, int column, double left, double right) {
+// How many points round a riser lie on the wrong side of the middle between its two plateaus if it
+// stands left of the column `border`.
+int PointsOnWrongSide(const std::vector<float>& rows, int column, int border, double left,
+                      double right) {
+  const int begin = std::max(0, column - kWindow);
+  const int end = std::min(static_cast<int>(rows.size()), column + kWindow + 1);
   const double middle = 0.5 * (left + right);
-  double best = column;
-  int fewest_wrong = std::numeric_limits<int>::max();
-  // The border with the fewest points on the wrong side of the middle.
-  for (int border = column - kWindow; border <= column + kWindow; ++border) {
-    int wrong = 0;
-    for (int i = column - kWindow; i <= column + kWindow; ++i) {
-      if (i < 0 || i >= static_cast<int>(rows.size())) continue;
-      const auto row = static_cast<double>(rows[static_cast<std::size_t>(i)]);
-      if (!std::isfinite(row)) continue;
-      const bool on_right = (row > middle) == (right > left);
-      wrong += on_right != (i >= border) ? 1 : 0;
-    }
-    if (wrong < fewest_wrong) {
-      fewest_wrong = wrong;
-      best = border - 0.5;
-    }
+  int wrong = 0;
+  for (int i = begin; i < end; ++i) {
+    const auto row = static_cast<double>(rows[static_cast<std::size_t>(i)]);
+    if (!std::isfinite(row)) continue;
+    const bool on_right = (row > middle) == (right > left);
+    wrong += on_right != (i >= border) ? 1 : 0;
   }
-  return best;
+  return wrong;
+}
+
+// The column at which the row passes from one plateau to the next, near `column`: the border with
+// the fewest points on the wrong side; the middle of equal ones, such as round a missing column.
+double CrossingNear(const std::vector<float>& rows, int column, double left, double right) {
+  int fewest = std::numeric_limits<int>::max();
+  int first = column;
+  int last = column;
+  for (int border = column - kWindow; border <= column + kWindow; ++border) {
+    const int wrong = PointsOnWrongSide(rows, column, border, left, right);
+    if (wrong < fewest) first = border;
+    if (wrong <= fewest) last = border;
+    fewest = std::min(fewest, wrong);
+  }
+  return 0.5 * (first + last) - 0.5;
 }
 
 struct LookUpTable {
@@ -98,32 +110,61 @@ struct LookUpTable {
   throw core::InputError("calibration scan " + std::to_string(number + 1) + ": " + what);
 }
 
+// The rows of the plateaus: left of each riser, and right of the last.
+std::vector<double> PlateauRows(const std::vector<float>& rows, const std::vector<int>& columns) {
+  const int gap = columns[1] - columns[0];
+  std::vector<double> plateaus;
+  for (std::size_t i = 0; i <= columns.size(); ++i) {
+    const int begin = i == 0 ? columns[0] - gap : columns[i - 1];
+    const int end = i == columns.size() ? columns.back() + gap : columns[i];
+    plateaus.push_back(MedianOf(rows, begin + kMargin, end - kMargin));
+  }
+  return plateaus;
+}
+
+// True if all of the values lie within a factor of two of their middle one, whatever its sign.
+bool AreAlike(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const double middle = values[values.size() / 2];
+  return std::all_of(values.begin(), values.end(),
+                     [&](double value) { return value / middle > 0.5 && value / middle < 2.0; });
+}
+
+// Rows a metre of height at each riser, and columns a metre of width between two: both change
+// little over the body, so that a wrong riser stands out.
+bool LooksLikeTheBody(const std::vector<Riser>& risers, const std::vector<int>& columns,
+                      const std::vector<double>& plateaus) {
+  std::vector<double> rows_per_m;
+  std::vector<double> columns_per_m;
+  for (std::size_t i = 0; i < risers.size(); ++i) {
+    rows_per_m.push_back((plateaus[i + 1] - plateaus[i]) / (risers[i].right_m - risers[i].left_m));
+    if (i == 0) continue;
+    columns_per_m.push_back((columns[i] - columns[i - 1]) / (risers[i].x_m - risers[i - 1].x_m));
+  }
+  return AreAlike(rows_per_m) && AreAlike(columns_per_m);
+}
+
 void TakeScan(const std::vector<Riser>& risers, const CalibrationScan& scan, std::size_t number,
               LookUpTable& table) {
   const auto& rows = scan.profile.row_px;
   const auto columns = LargestChanges(rows, risers.size());
   if (columns.size() < risers.size()) FailScan(number, "the staircase is not found");
-  const int margin = 3;
-  std::vector<double> plateau;  // rows left of each riser, and right of the last
-  for (std::size_t i = 0; i <= columns.size(); ++i) {
-    const int gap = columns[1] - columns[0];
-    const int begin = i == 0 ? columns[0] - gap : columns[i - 1];
-    const int end = i == columns.size() ? columns.back() + gap : columns[i];
-    plateau.push_back(MedianOf(rows, begin + margin, end - margin));
-    if (!std::isfinite(plateau.back())) FailScan(number, "a step of the staircase is not seen");
+  const auto plateaus = PlateauRows(rows, columns);
+  for (std::size_t i = 0; i < plateaus.size(); ++i) {
+    if (!std::isfinite(plateaus[i])) {
+      FailScan(number, "step " + std::to_string(i + 1) + " of the staircase is not seen");
+    }
     const double height = i == 0 ? risers[0].left_m : risers[i - 1].right_m;
-    table.heights.push_back({plateau.back(), scan.base_height_m + height});
+    table.heights.push_back({plateaus[i], scan.base_height_m + height});
   }
-  int sign = 0;
+  if (!LooksLikeTheBody(risers, columns, plateaus)) {
+    FailScan(number, "the staircase is not found: the largest changes are not its steps");
+  }
   for (std::size_t i = 0; i < risers.size(); ++i) {
-    const bool up = risers[i].right_m > risers[i].left_m;
-    const int its = (plateau[i + 1] > plateau[i]) == up ? 1 : -1;
-    if (sign == 0) sign = its;
-    if (its != sign) FailScan(number, "the steps do not go up and down as the body's do");
     // The camera sees the upper edge; what is below it is hidden.
     const double height = scan.base_height_m + std::max(risers[i].left_m, risers[i].right_m);
     table.laterals.push_back(
-        {CrossingNear(rows, columns[i], plateau[i], plateau[i + 1]), height, risers[i].x_m});
+        {CrossingNear(rows, columns[i], plateaus[i], plateaus[i + 1]), height, risers[i].x_m});
   }
 }
 

@@ -72,10 +72,10 @@ std::optional<double> VoteTwoOfThree(const std::array<std::optional<int>, kDetec
   return mean;
 }
 
-std::optional<double> PredictByLine(std::span<const TimedColumn> found, double time_s,
-                                    const LinePredictionOptions& options) {
+std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, double time_s,
+                                            const LinePredictionOptions& options) {
   if (found.empty()) return std::nullopt;
-  if (found.size() == 1) return found[0].column;
+  if (found.size() == 1) return LinePrediction{found[0].column, 1};
   Line best{found.back().time_s, found.back().column, 0.0};
   Support most;
   for (std::size_t a = 0; a < found.size(); ++a) {
@@ -96,7 +96,7 @@ std::optional<double> PredictByLine(std::span<const TimedColumn> found, double t
   for (const TimedColumn& p : found) {
     if (std::abs(p.column - best.At(p.time_s)) <= options.inlier_columns) inliers.push_back(p);
   }
-  return FitLine(inliers).At(time_s);
+  return LinePrediction{FitLine(inliers).At(time_s), static_cast<int>(inliers.size())};
 }
 
 std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& results) {
@@ -105,6 +105,23 @@ std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& re
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += results[d].weight[i];
   }
   return sum;
+}
+
+std::vector<float> SpreadWeights(const std::vector<float>& weight, double sigma_columns) {
+  const auto m = static_cast<int>(weight.size());
+  const int reach = static_cast<int>(std::ceil(3.0 * sigma_columns));
+  std::vector<float> bell;
+  for (int d = 0; d <= reach; ++d) bell.push_back(static_cast<float>(Bell(d, 0.0, sigma_columns)));
+  std::vector<float> spread(weight.size(), 0.0F);
+  for (int j = 0; j < m; ++j) {
+    const float peak = weight[static_cast<std::size_t>(j)];
+    if (!(peak > 0.0F)) continue;
+    for (int i = std::max(0, j - reach); i <= std::min(m - 1, j + reach); ++i) {
+      float& here = spread[static_cast<std::size_t>(i)];
+      here = std::max(here, peak * bell[static_cast<std::size_t>(std::abs(i - j))]);
+    }
+  }
+  return spread;
 }
 
 double Bell(double x, double x1, double sigma) {

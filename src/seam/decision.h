@@ -20,18 +20,25 @@ struct TimedColumn {
   double column;
 };
 struct LinePredictionOptions {
-  double inlier_columns = 6.0;              ///< > 0
-  double max_slope_columns_per_s = 1200.0;  ///< > 0; steeper lines are not considered
+  double inlier_columns = 6.0;             ///< > 0
+  double max_slope_columns_per_s = 600.0;  ///< > 0; steeper lines are not considered
+};
+struct LinePrediction {
+  double column;
+  int inliers;  ///< positions that the line rests on
 };
 /// RANSAC line fit (Fischler and Bolles 1981; section 3.4) over the positions of the last 100 ms
 /// and the last one sent, evaluated at `time_s`. With at most a dozen points every pair is tried,
 /// so that nothing is random: the line with most inliers wins (ties: least squared error, then
 /// order), and is refitted to them. One point: that point.
-std::optional<double> PredictByLine(std::span<const TimedColumn> found, double time_s,
-                                    const LinePredictionOptions& options);
+std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, double time_s,
+                                            const LinePredictionOptions& options);
 
 /// Sum of the detectors' normalised weight functions (eq. 3.16).
 std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& results);
+
+/// Each column's weight falls off on both sides as a bell; where bells meet the higher one counts.
+std::vector<float> SpreadWeights(const std::vector<float>& weight, double sigma_columns);
 
 struct HistoryOptions {
   int length = 10;              ///< n of eq. 3.19, >= 1
@@ -46,7 +53,10 @@ void WeightByHistory(std::span<float> weight, std::span<const double> history,
 
 struct StepOptions {
   int half_window = 10;        ///< >= 1 [columns] (section 3.5.3)
-  int median_half_width = 3;   ///< >= 0 [columns], of the median filter
+  int median_half_width = 10;  ///< >= 0 [columns], of the median filter
+  /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a
+  /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published.
+  double continued = 0.7;
   double min_step_m = 0.3e-3;  ///< > 0
 };
 /// Step height round a column (section 3.5.3): the heights within the half window are smoothed by a

@@ -216,10 +216,7 @@ DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions&
   DetectorResult result{static_cast<int>(best - S.begin()), std::vector<float>(m, 0.0F)};
   if (!(largest > 0.0)) return result;
   const double scale = 1.0 / largest;
-  for (std::size_t j = 1; j < m; ++j) {
-    // Rounding may leave a perfect fit a little below 0.
-    result.weight[j] = static_cast<float>(1.0 - std::max(0.0, S[j]) * scale);
-  }
+  for (std::size_t j = 1; j < m; ++j) result.weight[j] = static_cast<float>(1.0 - S[j] * scale);
   return result;
 }
 

@@ -37,7 +37,8 @@ struct LocalWeightedVotingOptions {
   int candidates = 30;   ///< >= 1
 };
 /// The columns with the largest |f(j+1) - f(j)|, at most `candidates`, largest first (ties: smaller
-/// column first). The candidate is j+1, the first column of the step's far side.
+/// column first); a column that does not differ is none. The candidate is j+1, the first column of
+/// the step's far side.
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
 /// Votes of the neighbourhood for each candidate (eq. 3.5-3.9). weight is 0 outside of candidates.
 /// Windows are cut at the profile's ends.

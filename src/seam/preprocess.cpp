@@ -86,6 +86,16 @@ void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
   }
 }
 
+// A profile of which half is missing has half the neighbours everywhere.
+FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
+  Check(options);
+  if (height_m.empty()) return options;
+  const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
+  const double share = static_cast<double>(points) / static_cast<double>(height_m.size());
+  options.min_neighbours = static_cast<int>(std::ceil(options.min_neighbours * share));
+  return options;
+}
+
 }  // namespace
 
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
@@ -169,7 +179,8 @@ PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options
   PreparedProfile prepared;
   prepared.time_s = profile.time_s;
   prepared.original_m = profile.height_m;
-  std::vector<float> height = FilterGeometric(profile.height_m, options.filter);
+  std::vector<float> height =
+      FilterGeometric(profile.height_m, ForDensity(options.filter, profile.height_m));
   prepared.points = static_cast<int>(std::count_if(height.begin(), height.end(), IsFinite));
   if (prepared.points > 0) {
     prepared.first_column = static_cast<int>(FirstFinite(height));

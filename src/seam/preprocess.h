@@ -9,9 +9,11 @@
 namespace rangegrasp::seam {
 
 struct FilterOptions {
-  int half_width_columns = 8;     ///< >= 1, of the rectangular window
+  int half_width_columns = 12;    ///< >= 1, of the rectangular window
   double half_height_m = 0.2e-3;  ///< > 0
-  int min_neighbours = 6;         ///< >= 0, other points within the window
+  /// >= 0, other points within the window. Prepare asks for fewer where a profile has holes, by its
+  /// share of points.
+  int min_neighbours = 10;
 };
 
 struct PreprocessOptions {

@@ -249,8 +249,8 @@ GreyImage DecodePgm(std::span<const unsigned char> bytes) {
 }
 
 std::string EncodePgm(const GreyImage& image) {
-  std::string file = "P5\n" + std::to_string(image.columns) + " " + std::to_string(image.rows) +
-                     "\n65535\n";
+  std::string file =
+      "P5\n" + std::to_string(image.columns) + " " + std::to_string(image.rows) + "\n65535\n";
   const std::size_t begin = file.size();
   file.resize(begin + image.grey.size() * 2);
   ToBigEndian(image.grey, reinterpret_cast<unsigned char*>(file.data()) + begin);

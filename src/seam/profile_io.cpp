@@ -202,10 +202,9 @@ Profile ProfileOf(std::span<const std::uint16_t> grey, std::size_t row,
     if (grey[i] == 0) continue;
     const double height = (grey[i] - options.image_zero) * options.image_unit_m;
     if (!InRange(height, options)) {
-      throw InputError("row " + std::to_string(row + 1) + ", column " + std::to_string(i + 1) +
-                       ": grey level " +
-                       RangeFault(std::to_string(grey[i]), options.image_unit_m,
-                                  options.image_zero, options));
+      throw InputError(
+          "row " + std::to_string(row + 1) + ", column " + std::to_string(i + 1) + ": grey level " +
+          RangeFault(std::to_string(grey[i]), options.image_unit_m, options.image_zero, options));
     }
     profile.height_m[i] = static_cast<float>(height);
   }
@@ -239,8 +238,8 @@ std::vector<Profile> ReadImage(const std::filesystem::path& file, bool png,
 
 void AppendNumber(std::string& text, double number) {
   char digits[400];  // of the largest double
-  auto* end = std::to_chars(std::begin(digits), std::end(digits), number, std::chars_format::fixed,
-                            6).ptr;
+  auto* end =
+      std::to_chars(std::begin(digits), std::end(digits), number, std::chars_format::fixed, 6).ptr;
   while (end[-1] == '0') --end;
   if (end[-1] == '.') --end;
   const std::string_view shown(digits, static_cast<std::size_t>(end - digits));

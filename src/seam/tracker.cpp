@@ -11,6 +11,8 @@
 namespace rangegrasp::seam {
 namespace {
 
+constexpr std::size_t kRecent = 3;  // steps that may bear out the next one
+
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("edge tracker: ") + what);
 }
@@ -26,8 +28,13 @@ void Check(const TrackerOptions& options) {
         "line_prediction.max_slope_columns_per_s must be above 0");
   Check(options.history.length >= 1, "history.length must be at least 1");
   Check(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
+  Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
+        "accumulation.memory must be at least 0 and below 1");
+  Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
   Check(options.step.half_window >= 1, "step.half_window must be at least 1");
   Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
+  Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,
+        "step.continued must be from 0 to 1");
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 
@@ -77,7 +84,10 @@ struct EdgeTracker::Impl {
   std::optional<double> last_time_s;
   std::deque<TimedColumn> votes;    // of the last packet period
   std::optional<TimedColumn> sent;  // the last position transmitted
-  std::vector<double> history;      // decided positions, oldest first
+  std::vector<double> recent;       // positions of the last steps, decided or not, oldest first
+  std::vector<float> accumulated;
+  std::vector<float> average;
+  std::vector<double> history;  // decided positions, oldest first
   // The period that the next packet tells of.
   std::optional<double> period_begin_s;
   std::optional<TimedColumn> candidate;
@@ -85,12 +95,17 @@ struct EdgeTracker::Impl {
   std::optional<EdgePacket> packet;
 
   void CheckProfile(const Profile& profile) const;
+  std::vector<float> Accumulate();
+  const std::vector<float>& Average();
   void DecideByVoting(Reading& reading);
   void DecideByWeights(Reading& reading);
   double LargestStep(const Reading& reading) const;
   void Offer(const Reading& reading, float its_weight);
   void EndPeriod(double time_s);
   std::optional<double> PredictFromVotes(double time_s);
+  bool IsStep(double step_m, bool goes_on) const {
+    return step_m >= options.step.min_step_m * (goes_on ? options.step.continued : 1.0);
+  }
   EdgePacket PacketAt(double time_s) const;
 };
 
@@ -120,7 +135,10 @@ std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
   std::vector<TimedColumn> found;
   if (sent) found.push_back(*sent);
   found.insert(found.end(), votes.begin(), votes.end());
-  return PredictByLine(found, time_s, options.line_prediction);
+  // One position alone may be a disturbance: two must bear each other out.
+  const auto prediction = PredictByLine(found, time_s, options.line_prediction);
+  if (!prediction || prediction->inliers < 2) return std::nullopt;
+  return prediction->column;
 }
 
 // Section 3.4: two of three, then a line through the votes of a period and what was sent last.
@@ -130,26 +148,58 @@ void EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   reading.step_m =
       vote ? StepHeight(prepared.height_m, static_cast<int>(std::lround(*vote)), options.step)
            : LargestStep(reading);
-  if (reading.step_m < options.step.min_step_m) {
-    reading.status = ProfileStatus::kNoEdge;
-    return;
-  }
-  if (vote) votes.push_back({reading.time_s, *vote});
-  reading.status = ProfileStatus::kAmbiguous;
-  if (const auto column = PredictFromVotes(reading.time_s)) {
+  // A profile whose step is too small gives no vote; the others of the period still tell where the
+  // edge is.
+  const auto expected = PredictFromVotes(reading.time_s);
+  const bool goes_on = vote && expected && std::abs(*vote - *expected) <= tolerance;
+  const bool step = IsStep(reading.step_m, goes_on);
+  if (vote && step) votes.push_back({reading.time_s, *vote});
+  reading.column = PredictFromVotes(reading.time_s);
+  if (reading.column) {
     reading.status = ProfileStatus::kEdge;
-    reading.column = column;
+  } else {
+    // A step that no other profile of the period bears out is a disturbance.
+    reading.status = votes.size() >= 2 ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
   }
   Offer(reading, 0.0F);
 }
 
+std::vector<float> EdgeTracker::Impl::Accumulate() {
+  auto spread = results;
+  auto& candidates = spread[static_cast<std::size_t>(Detector::kLocalWeightedVoting)].weight;
+  candidates = SpreadWeights(candidates, options.accumulation.spread_columns);
+  accumulated.resize(candidates.size(), 0.0F);
+  const auto memory = static_cast<float>(options.accumulation.memory);
+  const std::vector<float> sum = SumOfWeights(spread);
+  for (std::size_t i = 0; i < sum.size(); ++i) accumulated[i] = memory * accumulated[i] + sum[i];
+  return accumulated;
+}
+
+// The prepared heights, averaged with those of earlier profiles that fade out as the weights do.
+const std::vector<float>& EdgeTracker::Impl::Average() {
+  if (average.empty()) average = prepared.height_m;
+  const auto memory = static_cast<float>(options.accumulation.memory);
+  for (std::size_t i = 0; i < average.size(); ++i) {
+    average[i] = memory * average[i] + (1.0F - memory) * prepared.height_m[i];
+  }
+  return average;
+}
+
 // Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
 void EdgeTracker::Impl::DecideByWeights(Reading& reading) {
-  weight = SumOfWeights(results);
+  weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
   WeightByHistory(weight, history, options.history.sigma_columns);
   const int column = LargestAt(weight);
-  reading.step_m = StepHeight(prepared.height_m, column, options.step);
-  if (reading.step_m < options.step.min_step_m) {
+  const bool averaged = options.method == DecisionMethod::kAccumulated;
+  reading.step_m = StepHeight(averaged ? Average() : prepared.height_m, column, options.step);
+  const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+  const bool goes_on = std::ranges::any_of(
+      recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
+  // A step that none of the last profiles bears out is a disturbance.
+  const bool step = IsStep(reading.step_m, goes_on);
+  if (step) recent.push_back(column);
+  if (recent.size() > kRecent) recent.erase(recent.begin());
+  if (!step || !goes_on) {
     reading.status = ProfileStatus::kNoEdge;
     return;
   }

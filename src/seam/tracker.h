@@ -19,6 +19,15 @@ namespace rangegrasp::seam {
 enum class DecisionMethod {
   kVoting,   ///< two of three, then a line through the last profiles (section 3.4)
   kWeights,  ///< sum of weights with historic edge positions (section 3.5)
+  /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
+  /// and a candidate of local weighted-voting counts for the columns around it too.
+  kAccumulated,
+};
+
+/// Of kAccumulated.
+struct AccumulationOptions {
+  double memory = 0.8;          ///< in [0, 1): share of the last sum that each profile keeps
+  double spread_columns = 6.0;  ///< > 0: standard deviation of a candidate's position
 };
 
 struct TrackerOptions {
@@ -31,6 +40,7 @@ struct TrackerOptions {
   LinePredictionOptions line_prediction;
   HistoryOptions history;
   StepOptions step;
+  AccumulationOptions accumulation;
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
 

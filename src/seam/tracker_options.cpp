@@ -27,6 +27,7 @@ void ReadDetectors(YamlMap map, DetectorOptions& options) {
 void ReadStep(YamlMap map, StepOptions& options) {
   map.Read("half_window_columns", options.half_window, 1, 512);
   map.Read("median_half_width_columns", options.median_half_width, 0, 512);
+  map.Read("continued", options.continued, 0.0, 1.0);
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0);
   map.Finish();
 }
@@ -34,7 +35,7 @@ void ReadStep(YamlMap map, StepOptions& options) {
 }  // namespace
 
 void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
-  map.ReadEnum("method", options.method, {"voting", "weights"});
+  map.ReadEnum("method", options.method, {"voting", "weights", "accumulated"});
   map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0);
   ReadFilter(map.Child("filter"), options.preprocess.filter);
   map.Read("normalise", options.preprocess.normalise);
@@ -47,6 +48,8 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
            1e6);
   map.Read("history_length", options.history.length, 1, 1000);
   map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0);
+  map.Read("memory", options.accumulation.memory, 0.0, 0.999);
+  map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0);
   ReadStep(map.Child("step"), options.step);
   map.Read("positive_edge", options.positive_edge);
 }

@@ -70,9 +70,21 @@ void CountPositions(const std::array<double, kMethods>& errors, double label, in
 
 }  // namespace
 
+const char* DecisionName(seam::DecisionMethod decision) {
+  switch (decision) {
+    case seam::DecisionMethod::kVoting:
+      return "Combined Result";
+    case seam::DecisionMethod::kWeights:
+      return "Sum of weights + history";
+    case seam::DecisionMethod::kAccumulated:
+      return "Accumulated weights";
+  }
+  return "?";
+}
+
 const char* MethodName(int method) {
   if (method < seam::kDetectors) return seam::Name(static_cast<seam::Detector>(method));
-  return method == kVotingMethod ? "Combined Result" : "Sum of weights + history";
+  return DecisionName(kDecisions[static_cast<std::size_t>(method - seam::kDetectors)]);
 }
 
 void Tally::Count(double error_px) {
@@ -133,8 +145,8 @@ Recording Record(const Evaluation& evaluation, const StripeSensor& sensor, int n
 SeamResult EvaluateSeam(const Evaluation& evaluation, const StripeSensor& sensor,
                         const seam::Calibration& calibration, int number) {
   const Recording recording = Record(evaluation, sensor, number);
-  seam::EdgeTracker voting(TrackerFor(evaluation, seam::DecisionMethod::kVoting));
-  seam::EdgeTracker weights(TrackerFor(evaluation, seam::DecisionMethod::kWeights));
+  std::vector<seam::EdgeTracker> trackers;
+  for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(evaluation, decision));
   SeamResult result;
   result.seam = number;
   result.shape = ShapeOf(evaluation, number);
@@ -142,20 +154,20 @@ SeamResult EvaluateSeam(const Evaluation& evaluation, const StripeSensor& sensor
   const int columns = evaluation.sensor.line.columns;
   for (std::size_t i = 0; i < recording.raw.size(); ++i) {
     const seam::Profile profile = seam::Calibrate(recording.raw[i], calibration);
-    const seam::Reading voted = voting.Update(profile);
-    const seam::Reading weighted = weights.Update(profile);
-    ++result.profiles;
-    result.no_edge[kVotingMethod] += voted.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
-    result.no_edge[kWeightsMethod] += weighted.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
     const double label = recording.label_column[i];
-    if (!(label >= kMargin_columns && label <= columns - 1 - kMargin_columns)) continue;
     std::array<double, kMethods> errors{};
-    for (std::size_t d = 0; d < seam::kDetectors; ++d) {
-      errors[d] = voted.detected[d] ? std::abs(*voted.detected[d] - label) : kNone;
+    ++result.profiles;
+    for (std::size_t d = 0; d < trackers.size(); ++d) {
+      const seam::Reading reading = trackers[d].Update(profile);
+      result.no_edge[d] += reading.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
+      errors[seam::kDetectors + d] = ErrorOf(reading.column, label);
+      for (std::size_t k = 0; d == 0 && k < seam::kDetectors; ++k) {
+        errors[k] = reading.detected[k] ? std::abs(*reading.detected[k] - label) : kNone;
+      }
     }
-    errors[kVotingMethod] = ErrorOf(voted.column, label);
-    errors[kWeightsMethod] = ErrorOf(weighted.column, label);
-    CountPositions(errors, label, columns, result);
+    if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
+      CountPositions(errors, label, columns, result);
+    }
   }
   return result;
 }
@@ -215,11 +227,13 @@ EvaluationResult Evaluate(const Evaluation& evaluation, int jobs,
     });
     return result;
   }
-  result.runs.resize(2 * static_cast<std::size_t>(evaluation.seams));
-  core::ForEach(2 * evaluation.seams, jobs, progress, [&](int i) {
-    const auto method = i % 2 == 0 ? seam::DecisionMethod::kVoting : seam::DecisionMethod::kWeights;
+  const auto decisions = static_cast<int>(kDecisions.size());
+  const int runs = decisions * evaluation.seams;
+  result.runs.resize(static_cast<std::size_t>(runs));
+  core::ForEach(runs, jobs, progress, [&](int i) {
+    const auto decision = kDecisions[static_cast<std::size_t>(i % decisions)];
     result.runs[static_cast<std::size_t>(i)] =
-        EvaluateRun(evaluation, sensor, calibration, method, i / 2);
+        EvaluateRun(evaluation, sensor, calibration, decision, i / decisions);
   });
   return result;
 }

@@ -44,9 +44,10 @@ struct Evaluation {
 Evaluation ReadEvaluation(const std::filesystem::path& file);
 
 /// Positions that are compared: the detectors alone, then both ways to decide.
-constexpr int kMethods = seam::kDetectors + 2;
-constexpr int kVotingMethod = seam::kDetectors;
-constexpr int kWeightsMethod = seam::kDetectors + 1;
+constexpr std::array kDecisions = {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights,
+                                   seam::DecisionMethod::kAccumulated};
+constexpr int kMethods = seam::kDetectors + static_cast<int>(kDecisions.size());
+const char* DecisionName(seam::DecisionMethod decision);
 constexpr std::array kTolerances_px = {3.0, 10.0, 12.0, 18.0};
 const char* MethodName(int method);
 
@@ -115,7 +116,7 @@ Recording Record(const Evaluation& evaluation, const StripeSensor& sensor, int n
 using EvaluationProgress = std::function<void(int done, int total)>;
 struct EvaluationResult {
   std::vector<SeamResult> seams;  ///< kRates, in order
-  std::vector<RunResult> runs;    ///< kTracks, kHazards: run after run, each with both methods
+  std::vector<RunResult> runs;    ///< kTracks, kHazards: run after run, each with every decision
 };
 /// All seams or runs on `jobs` threads; the result depends on the evaluation alone.
 EvaluationResult Evaluate(const Evaluation& evaluation, int jobs,

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/units.h"
 #include "core/yaml_map.h"
 #include "stitching/evaluation.h"
 
@@ -47,6 +48,7 @@ void ReadTexture(YamlMap map, MatTexture& texture) {
   map.ReadScaled("filament_height_mm", texture.filament_height_m, kMm, 0.0, 10.0);
   map.Read("detached_share", texture.detached_share, 0.0, 1.0);
   map.Read("gloss", texture.gloss, 0.0, 1.0);
+  map.ReadScaled("steep_deg", texture.steep_rad, core::kPi / 180.0, 1.0, 89.0);
   map.Read("darkness", texture.darkness, 0.0, 1.0);
   map.Finish();
 }

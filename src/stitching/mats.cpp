@@ -162,6 +162,8 @@ struct Mats::Impl {
 
   // How much of the upper mat there is: none beyond its end, which is cut no better than its edge.
   double Presence(double x_m, double y_m) const {
+    const double margin = fray_scale_m + options.edge_width_m;  // noise stays within [-1, 1]
+    if (y_m < options.end_y_m - margin) return 1.0;
     const double end =
         options.end_y_m +
         fray_scale_m * internal::Noise(end_seed, x_m / options.texture.fray_length_m);

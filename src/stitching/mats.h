@@ -38,22 +38,22 @@ enum class Weave {
 /// found). Textures and frays are functions of place and seed: two profiles at one place see the
 /// same mat.
 struct MatTexture {
-  double weave_period_m = 3e-3;     ///< width of a tow
-  double weave_relief_m = 0.04e-3;  ///< height of the woven relief
-  double fuzz_m = 0.01e-3;          ///< fine unevenness
+  double weave_period_m = 3e-3;      ///< width of a tow
+  double weave_relief_m = 0.015e-3;  ///< height of the woven relief
+  double fuzz_m = 0.0055e-3;         ///< fine unevenness
   double fray_m = 0.1e-3;          ///< how far the edge wanders from its course, standard deviation
   double fray_length_m = 4e-3;     ///< over which it wanders
-  double filaments_per_m = 300.0;  ///< spiky filaments standing off the edge, a metre of edge
-  double loose_filaments_per_m2 = 3000.0;  ///< elsewhere
-  double filament_height_m = 0.8e-3;
-  double detached_share = 0.05;  ///< share of the edge where a bundle of fibres has come off
-  double gloss = 0.5;     ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
-  double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
+  double filaments_per_m = 100.0;  ///< spiky filaments standing off the edge, a metre of edge
+  double loose_filaments_per_m2 = 400.0;  ///< elsewhere
+  double filament_height_m = 0.4e-3;
+  double detached_share = 0.005;  ///< share of the edge where a bundle of fibres has come off
+  double gloss = 0.05;    ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
+  double darkness = 0.6;  ///< 0 bright .. 1 black: how little light comes back
   Weave weave = Weave::kWoven;
   double fuzz_length_m = 0.3e-3;   ///< over which fuzz varies along x; thrice that along y
   double filament_reach_m = 2e-3;  ///< mean distance of the edge's filaments from the edge
   double steep_rad =
-      0.75;  ///< slope of the surface from which on nothing comes back; fading from half of it
+      0.5;  ///< slope of the surface from which on nothing comes back; fading from half of it
 };
 
 struct MatOptions {

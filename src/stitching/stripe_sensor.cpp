@@ -131,7 +131,7 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
       point = mats.At(pose.x_m + ahead_x * x, pose.y_m + ahead_y * x);
       height = point.height_m - pose.height_m;
       const double better_x = LateralAt(static_cast<double>(c), height);
-      if (std::abs(better_x - x) < kPlaceTolerance_m) break;
+      if (std::abs(better_x - x) < kPlaceTolerance_m || point.return_strength <= 0.0) break;
       x = better_x;
     }
     const double strength = point.return_strength * Speckle(options_.speckle, rng);

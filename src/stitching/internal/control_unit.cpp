@@ -6,8 +6,6 @@
 namespace rangegrasp::stitching::internal {
 namespace {
 
-// The edge is believed from this many points on.
-constexpr std::size_t kJoinPoints = 5;
 // Over this share of the distance from needle to line the needle moves from CAD to the edge.
 constexpr double kJoinShare = 0.75;
 constexpr double kStopMargin_m = 5e-3;
@@ -70,8 +68,6 @@ void ControlUnit::TakeEdge(const Point& edge) {
   const auto after = std::upper_bound(edge_.begin(), edge_.end(), edge.y(),
                                       [](double y, const Point& p) { return y < p.y(); });
   edge_.insert(after, edge);
-  known_to_y_m_ = edge_.back().y();
-  if (!join_y_m_ && edge_.size() >= kJoinPoints) join_y_m_ = poses_.back().needle.y();
   PlanRoute();
 }
 
@@ -83,22 +79,25 @@ double ControlUnit::PathX(const std::vector<Point>& edge, double y_m) const {
   return cad + SmoothStep((y_m - *join_y_m_) / (kJoinShare * ahead_m_)) * (x - cad);
 }
 
+// The smoothed edge about the route, carried on at both ends; empty if nothing can be trusted.
+std::vector<Point> ControlUnit::EdgeFrom(double from_y) {
+  const auto first = std::find_if(edge_.begin(), edge_.end(), [&](const Point& p) {
+    return p.y() >= from_y - kSmoothed_m;
+  });
+  std::vector<Point> edge = SmoothEdge(std::span(first, edge_.end()));
+  if (edge.empty()) return edge;
+  if (!join_y_m_) join_y_m_ = poses_.back().needle.y();
+  known_to_y_m_ = edge.back().y();
+  const double reach = 2.0 * options_.wanted_distance_m;
+  return Extend(std::move(edge), std::max(0.0, edge.front().y() - from_y) + reach,
+                kAhead_m + reach);
+}
+
 void ControlUnit::PlanRoute() {
   const double from_y = poses_.back().needle.y() - kBehind_m;
-  const double to_y = std::max(known_to_y_m_, from_y + ahead_m_) + kAhead_m;
-  std::vector<Point> edge;
-  if (join_y_m_) {
-    const auto first =
-        std::find_if(edge_.begin(), edge_.end(), [&](const Point& p) {
-          return p.y() >= from_y - kSmoothed_m;
-        });
-    const std::span seen(first, edge_.end());
-    const double reach = 2.0 * options_.wanted_distance_m;
-    edge = SmoothEdge(seen);
-    const double before = std::max(0.0, edge.front().y() - from_y) + reach;
-    const double after = std::max(0.0, to_y - edge.back().y()) + reach;
-    edge = Extend(std::move(edge), before, after);
-  }
+  const std::vector<Point> edge = EdgeFrom(from_y);
+  if (edge.empty() && join_y_m_) return;
+  const double to_y = known_to_y_m_ + kAhead_m;
   std::vector<Point> path;
   for (int i = 0; from_y + i * kPathSpacing_m <= to_y; ++i) {
     const double y = from_y + i * kPathSpacing_m;

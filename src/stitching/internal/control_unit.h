@@ -31,6 +31,7 @@ class ControlUnit {
  private:
   void TakeStop(const Correction& correction);
   void TakeEdge(const Point& edge);
+  std::vector<Point> EdgeFrom(double from_y);
   void PlanRoute();
   double PathX(const std::vector<Point>& edge, double y_m) const;
 

@@ -11,13 +11,18 @@ namespace rangegrasp::stitching::internal {
 namespace {
 
 // Windows round and beside a point; at a high speed wider ones, with this many points a side.
-constexpr std::array kWindows_m = {20e-3, 8e-3};
+constexpr std::array kWindows_m = {15e-3, 8e-3};
 constexpr double kPointsASide = 5.0;
 // Sensed points are good to a tenth of a millimetre, or else off by anything.
 constexpr double kNoise_m = 0.1e-3;
 constexpr double kNoiseWorth = 2.0;  // points
 constexpr double kInlier_m = 0.2e-3;
 constexpr std::size_t kMostBasis = 12;
+// Edges are not steeper across the track or rounder than this where a parabola is to be trusted.
+constexpr double kSteepest = 2.5;
+constexpr double kRoundest_1_m = 200.0;
+// Any three points lie on a parabola; of the others this share has to support it.
+constexpr double kSupportShare = 0.3;
 constexpr int kRefinements = 4;
 constexpr double kExtendFrom_m = 12e-3;
 constexpr double kMaxSlope = 1.0;
@@ -44,17 +49,23 @@ std::optional<Parabola> Through(const Seen& a, const Seen& b, const Seen& c) {
   return Parabola(a.v - first * a.u + second * a.u * b.u, first - second * (a.u + b.u), second);
 }
 
+bool Plausible(const Parabola& c, double window_m) {
+  return std::abs(c[1]) <= kSteepest * window_m &&
+         std::abs(c[2]) <= 0.5 * kRoundest_1_m * window_m * window_m;
+}
+
 // The parabola through three points that most points support; all threes of a dozen are tried, so
 // that nothing is random.
-std::optional<Parabola> MostSupported(std::span<const Seen> seen) {
+std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_m) {
   std::optional<Parabola> best;
-  double most = 0.0;
+  const auto others = static_cast<double>(seen.size() - 3);
+  double most = 3.0 + kSupportShare * others;
   const std::size_t stride = (seen.size() + kMostBasis - 1) / kMostBasis;
   for (std::size_t i = 0; i < seen.size(); i += stride) {
     for (std::size_t j = i + stride; j < seen.size(); j += stride) {
       for (std::size_t k = j + stride; k < seen.size(); k += stride) {
         const auto c = Through(seen[i], seen[j], seen[k]);
-        if (!c) continue;
+        if (!c || !Plausible(*c, window_m)) continue;
         double support = 0.0;
         for (const Seen& p : seen) support += RowWeight(p.v - p.Row().dot(*c));
         if (support > most) {
@@ -73,9 +84,9 @@ struct LocalFit {
 };
 
 // Least squares with weights that fall with the residuals, from a start that outliers cannot pull.
-std::optional<LocalFit> FitLocally(std::vector<Seen>& seen) {
-  if (seen.size() < 4) return std::nullopt;
-  auto c = MostSupported(seen);
+std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
+  if (seen.size() < 5) return std::nullopt;
+  auto c = MostSupported(seen, window_m);
   if (!c) return std::nullopt;
   Eigen::Matrix3d normal;
   double squares = 0.0, worth = 0.0;
@@ -100,8 +111,8 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen) {
   return LocalFit{(*c)[0], variance * leverage};
 }
 
-// The fit that promises most of those round and beside the point; its own x if there is none.
-double SmoothX(std::span<const Point> points, std::size_t at, double widen) {
+// The fit that promises most of those round and beside the point.
+std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, double widen) {
   std::optional<LocalFit> best;
   std::vector<Seen> seen;
   for (const double width : kWindows_m) {
@@ -112,11 +123,12 @@ double SmoothX(std::span<const Point> points, std::size_t at, double widen) {
         const double u = (p.y() - points[at].y()) / (widen * width);
         if (u >= low && u <= high) seen.push_back({u, p.x() - points[at].x(), 1.0});
       }
-      const auto fit = FitLocally(seen);
+      const auto fit = FitLocally(seen, widen * width);
       if (fit && (!best || fit->variance < best->variance)) best = fit;
     }
   }
-  return points[at].x() + (best ? best->x_m : 0.0);
+  if (!best) return std::nullopt;
+  return points[at].x() + best->x_m;
 }
 
 // Low side of the disc round p, if y meets it.
@@ -145,8 +157,8 @@ double SlopeOf(const Point& a, const Point& b) {
 }  // namespace
 
 std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
-  std::vector<Point> smooth(sensed.begin(), sensed.end());
-  if (sensed.size() < 4) return smooth;
+  std::vector<Point> smooth;
+  if (sensed.size() < 5) return smooth;
   const double spacing =
       (sensed.back().y() - sensed.front().y()) / static_cast<double>(sensed.size() - 1);
   const double reach = std::max(kWindows_m.front(), kPointsASide * spacing);
@@ -156,7 +168,8 @@ std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
     while (begin->y() < sensed[i].y() - reach) ++begin;
     while (end != sensed.end() && end->y() <= sensed[i].y() + reach) ++end;
     const auto at = i - static_cast<std::size_t>(begin - sensed.begin());
-    smooth[i].x() = SmoothX(std::span(begin, end), at, reach / kWindows_m.front());
+    const auto x = SmoothX(std::span(begin, end), at, reach / kWindows_m.front());
+    if (x) smooth.emplace_back(*x, sensed[i].y());
   }
   return smooth;
 }
