@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <sstream>
 
 #include "core/error.h"
@@ -172,7 +173,7 @@ Section TracksSection(const EvaluationResult& result) {
   Section section{"Closed loop after the first 100 mm: error of the seam's distance to the edge",
                   NumberGrid({"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm",
                               "max mm", "within 1 mm, % of the length"})};
-  for (const auto method : kDecisions) {
+  for (const auto method : std::span(kDecisions).first<stitching::kLoopDecisions>()) {
     int runs = 0;
     int done = 0;
     int early = 0;
@@ -204,7 +205,7 @@ Section HazardsSection(const EvaluationResult& result) {
                   NumberGrid({"hazard", "method", "runs", "found in time", "in time %",
                               "as the other", "stopped early"})};
   for (const char* hazard : {"mat_end", "obstacle"}) {
-    for (const auto method : kDecisions) {
+    for (const auto method : std::span(kDecisions).first<stitching::kLoopDecisions>()) {
       int runs = 0;
       int found = 0;
       int other = 0;

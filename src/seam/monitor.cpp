@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 
 namespace rangegrasp::seam {
@@ -37,30 +38,15 @@ std::array<double, 3> FitSurface(std::span<const float> height) {
   return curve;
 }
 
-}  // namespace
-
-const char* Name(StopReason reason) {
-  return reason == StopReason::kMatEnd ? "mat_end" : "obstacle";
+std::size_t WidthColumns(const LineGeometry& line, double width_m) {
+  return std::max<std::size_t>(1,
+                               static_cast<std::size_t>(std::lround(width_m * line.columns_per_m)));
 }
 
-Protrusion FindProtrusion(const PreparedProfile& profile, const LineGeometry& line,
-                          double width_m) {
-  const auto& z = profile.original_m;
-  const std::size_t m = z.size();
-  const auto width =
-      std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(width_m * line.columns_per_m)));
-  if (m < 2 * kStride || width > m) return {};
-  const auto curve = FitSurface(z);
-  std::vector<float> above(m);
-  // The surface was fitted to the columns 0, kStride, ..: u = 1 is the last of those.
-  const double last = static_cast<double>((m / kStride - 1) * kStride);
-  for (std::size_t i = 0; i < m; ++i) {
-    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
-    above[i] = z[i] - static_cast<float>(curve[0] + u * (curve[1] + u * curve[2]));
-  }
-  // The lowest of a window rises; half of a window may be missing.
+// The lowest of a window rises; half of a window may be missing.
+Protrusion HighestOf(std::span<const float> above, std::size_t width) {
   Protrusion best;
-  for (std::size_t begin = 0; begin + width <= m; ++begin) {
+  for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
     float low = std::numeric_limits<float>::infinity();
     std::size_t points = 0;
     for (std::size_t i = begin; i < begin + width; ++i) {
@@ -79,6 +65,37 @@ Protrusion FindProtrusion(const PreparedProfile& profile, const LineGeometry& li
   return best;
 }
 
+}  // namespace
+
+const char* Name(StopReason reason) {
+  return reason == StopReason::kMatEnd ? "mat_end" : "obstacle";
+}
+
+Protrusion FindProtrusion(const PreparedProfile& profile, const LineGeometry& line,
+                          double width_m) {
+  const auto& z = profile.original_m;
+  const std::size_t m = z.size();
+  if (m < 2 * kStride) return {};
+  const auto curve = FitSurface(z);
+  std::vector<float> above(m);
+  // The surface was fitted to the columns 0, kStride, ..: u = 1 is the last of those.
+  const double last = static_cast<double>((m / kStride - 1) * kStride);
+  for (std::size_t i = 0; i < m; ++i) {
+    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
+    above[i] = z[i] - static_cast<float>(curve[0] + u * (curve[1] + u * curve[2]));
+  }
+  return HighestOf(above, WidthColumns(line, width_m));
+}
+
+Protrusion FindRise(const PreparedProfile& before, const PreparedProfile& now,
+                    const LineGeometry& line, double width_m) {
+  if (before.original_m.size() != now.original_m.size()) return {};
+  std::vector<float> above(now.original_m.size());
+  for (std::size_t i = 0; i < above.size(); ++i)
+    above[i] = now.original_m[i] - before.original_m[i];
+  return HighestOf(above, WidthColumns(line, width_m));
+}
+
 SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
     : line_(line), options_(options) {
   if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
@@ -90,15 +107,29 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
   }
 }
 
+// Above the surface round it; or, if it is so wide that it is taken for the surface itself, above
+// what was there before.
+Protrusion SurfaceMonitor::HighestProtrusion(const PreparedProfile& profile) {
+  auto highest = FindProtrusion(profile, line_, options_.obstacle_width_m);
+  if (!before_.empty()) {
+    const auto rise = FindRise(before_.front(), profile, line_, options_.obstacle_width_m);
+    if (rise.height_m > highest.height_m) highest = rise;
+  }
+  before_.push_back(profile);
+  if (before_.size() > static_cast<std::size_t>(options_.window)) before_.pop_front();
+  return highest;
+}
+
 std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
                                                  const Reading& reading) {
   if (stop_) return stop_;
-  const auto protrusion = FindProtrusion(profile, line_, options_.obstacle_width_m);
+  const auto protrusion = HighestProtrusion(profile);
   const bool rises = protrusion.height_m >= options_.obstacle_height_m;
   obstacle_columns_.push_back(rises ? protrusion.column : kNone);
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
-  no_edge_.push_back(edge_seen_ && (reading.status == ProfileStatus::kNoEdge ||
-                                    reading.status == ProfileStatus::kUnusable));
+  // An edge that only goes on by what was seen before does not count here.
+  const bool edge = reading.status == ProfileStatus::kEdge && reading.step_m >= options_.min_step_m;
+  no_edge_.push_back(edge_seen_ && !edge);
   const auto window = static_cast<std::size_t>(options_.window);
   if (no_edge_.size() > window) {
     no_edge_.erase(no_edge_.begin());

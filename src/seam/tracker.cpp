@@ -38,6 +38,24 @@ void Check(const TrackerOptions& options) {
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 
+// No step can be judged this near to where the measured part of the profile ends: the windows of
+// the filters and of the step height are cut there.
+constexpr std::size_t kBorder_columns = 20;
+
+// Leaves out what a detector found at the borders; its position becomes the best of the others.
+void IgnoreBorders(DetectorResult& result) {
+  auto& weight = result.weight;
+  const std::size_t border = std::min(kBorder_columns, weight.size() / 2);
+  std::fill_n(weight.begin(), border, 0.0F);
+  std::fill_n(weight.rbegin(), border, 0.0F);
+  if (!result.column) return;
+  const auto column = static_cast<std::size_t>(*result.column);
+  if (column >= border && column + border < weight.size()) return;
+  const auto best = std::max_element(weight.begin(), weight.end());
+  result.column.reset();
+  if (*best > 0.0F) result.column = static_cast<int>(best - weight.begin());
+}
+
 // Runs the detectors on the columns that were measured: what lies outside of the first and the last
 // of them is no part of the profile (a hole within it is filled). Columns and weights are those of
 // the whole line.
@@ -47,6 +65,7 @@ std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepa
   const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
   auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options);
   for (DetectorResult& result : results) {
+    IgnoreBorders(result);
     if (result.column) *result.column += prepared.first_column;
     result.weight.insert(result.weight.begin(), first, 0.0F);
     result.weight.resize(prepared.height_m.size(), 0.0F);

@@ -227,7 +227,9 @@ EvaluationResult Evaluate(const Evaluation& evaluation, int jobs,
     });
     return result;
   }
-  const auto decisions = static_cast<int>(kDecisions.size());
+  // Accumulated weights presume that the edge stays where it is on the line; before a head that
+  // turns it does not.
+  constexpr int decisions = kLoopDecisions;
   const int runs = decisions * evaluation.seams;
   result.runs.resize(static_cast<std::size_t>(runs));
   core::ForEach(runs, jobs, progress, [&](int i) {

@@ -47,6 +47,7 @@ Evaluation ReadEvaluation(const std::filesystem::path& file);
 constexpr std::array kDecisions = {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights,
                                    seam::DecisionMethod::kAccumulated};
 constexpr int kMethods = seam::kDetectors + static_cast<int>(kDecisions.size());
+constexpr int kLoopDecisions = 2;  ///< the first of them run closed loops
 const char* DecisionName(seam::DecisionMethod decision);
 constexpr std::array kTolerances_px = {3.0, 10.0, 12.0, 18.0};
 const char* MethodName(int method);

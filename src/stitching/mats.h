@@ -48,12 +48,12 @@ struct MatTexture {
   double filament_height_m = 0.4e-3;
   double detached_share = 0.005;  ///< share of the edge where a bundle of fibres has come off
   double gloss = 0.05;    ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
-  double darkness = 0.6;  ///< 0 bright .. 1 black: how little light comes back
+  double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
   Weave weave = Weave::kWoven;
   double fuzz_length_m = 0.3e-3;   ///< over which fuzz varies along x; thrice that along y
   double filament_reach_m = 2e-3;  ///< mean distance of the edge's filaments from the edge
   double steep_rad =
-      0.5;  ///< slope of the surface from which on nothing comes back; fading from half of it
+      0.4;  ///< slope of the surface from which on nothing comes back; fading from half of it
 };
 
 struct MatOptions {

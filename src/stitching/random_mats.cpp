@@ -22,7 +22,7 @@ constexpr double kCurvedOffset_m = 3e-3;  // where a curved seam starts
 constexpr double kSteepestCourse = 0.48;
 constexpr double kSmallestDeviation_m = 10e-3;
 constexpr double kLargestDeviation_m = 30e-3;
-constexpr double kMouldDeviation = 0.35;  // of its radius: further down a mould the edge is lost
+constexpr double kMouldDeviation = 0.2;  // of its radius: further down a mould the edge is lost
 constexpr double kCourse_m = 0.5;         // over which a deviation is measured
 
 double SlopeOf(const EdgeCourse::Wave& wave) {
@@ -95,7 +95,7 @@ MatTexture RandomTexture(const MatTexture& typical, core::Rng& rng) {
   scale(texture.filament_height_m, 1.4);
   scale(texture.detached_share, 2.0);
   scale(texture.gloss, 1.7);
-  scale(texture.darkness, 1.7);
+  scale(texture.darkness, 1.4);
   texture.detached_share = std::min(texture.detached_share, 1.0);
   texture.gloss = std::min(texture.gloss, 1.0);
   texture.darkness = std::min(texture.darkness, 1.0);
