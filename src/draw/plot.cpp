@@ -193,14 +193,11 @@ std::string DrawMarkers(const Panel& panel, const Frame& frame) {
 
 std::vector<double> Ticks(double low, double high) {
   if (!(high > low)) return {low};
-  const double rough = (high - low) / 6.0;
+  const double rough = (high - low) / 4.0;
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  double step = 10.0 * power;
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough) {
-      step = factor * power;
-      break;
-    }
+  double step = power;
+  for (const double factor : {2.0, 5.0}) {
+    if (factor * power <= rough) step = factor * power;
   }
   std::vector<double> ticks;
   const double slack = 1e-9 * step;

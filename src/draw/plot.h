@@ -47,7 +47,7 @@ struct BarChart {
 /// A bar chart as SVG. @throws std::invalid_argument if the sizes do not fit.
 std::string PlotSvg(const BarChart& chart, int width_px = 900, int height_px = 360);
 
-/// Round numbers, 3 to 8 of them, that cover [low, high].
+/// Round numbers within [low, high], 4 to 11 of them.
 std::vector<double> Ticks(double low, double high);
 
 }  // namespace rangegrasp::draw

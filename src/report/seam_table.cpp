@@ -168,7 +168,7 @@ Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& resu
   return section;
 }
 
-// Means over the runs; the largest error of all.
+// Means over the length of all runs; the largest error of all.
 Section TracksSection(const EvaluationResult& result) {
   Section section{"Closed loop after the first 100 mm: error of the seam's distance to the edge",
                   NumberGrid({"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm",
@@ -181,17 +181,19 @@ Section TracksSection(const EvaluationResult& result) {
     double p95 = 0.0;
     double largest = 0.0;
     double within = 0.0;
+    double length = 0.0;
     for (const RunResult& run : result.runs) {
       if (run.method != method) continue;
       ++runs;
       done += run.end == stitching::TrackEnd::kDone ? 1 : 0;
       early += run.stopped_early ? 1 : 0;
-      mean += run.mean_error_m;
-      p95 += run.p95_error_m;
+      length += run.settled_m;
+      mean += run.settled_m * run.mean_error_m;
+      p95 += run.settled_m * run.p95_error_m;
       largest = std::max(largest, run.max_error_m);
-      within += run.share_within_1mm;
+      within += run.settled_m * run.share_within_1mm;
     }
-    const double n = std::max(1, runs);
+    const double n = std::max(1e-9, length);
     section.grid.rows.push_back({DecisionName(method), std::to_string(runs), std::to_string(done),
                                  std::to_string(early), Fixed(mean / n * 1e3, 3),
                                  Fixed(p95 / n * 1e3, 3), Fixed(largest * 1e3, 3),
@@ -305,14 +307,15 @@ std::string FormatSeam(const Evaluation& evaluation, const EvaluationResult& res
 std::string SeamRowsCsv(const EvaluationResult& result) {
   std::ostringstream out;
   if (!result.runs.empty()) {
-    out << "run,method,hazard,end,reached_hazard,stopped_early,mean_error_mm,p95_error_mm,"
+    out << "run,method,hazard,end,reached_hazard,stopped_early,settled_mm,mean_error_mm,p95_error_"
+           "mm,"
            "max_error_mm,share_within_1mm\n";
     for (const RunResult& run : result.runs) {
       out << run.run << "," << DecisionName(run.method) << "," << run.hazard << ","
           << stitching::Name(run.end) << "," << run.reached_hazard << "," << run.stopped_early
-          << "," << Fixed(run.mean_error_m * 1e3, 4) << "," << Fixed(run.p95_error_m * 1e3, 4)
-          << "," << Fixed(run.max_error_m * 1e3, 4) << "," << Fixed(run.share_within_1mm, 5)
-          << "\n";
+          << "," << Fixed(run.settled_m * 1e3, 1) << "," << Fixed(run.mean_error_m * 1e3, 4) << ","
+          << Fixed(run.p95_error_m * 1e3, 4) << "," << Fixed(run.max_error_m * 1e3, 4) << ","
+          << Fixed(run.share_within_1mm, 5) << "\n";
     }
     return out.str();
   }

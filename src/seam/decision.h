@@ -52,8 +52,8 @@ void WeightByHistory(std::span<float> weight, std::span<const double> history,
                      double sigma_columns);
 
 struct StepOptions {
-  int half_window = 10;        ///< >= 1 [columns] (section 3.5.3)
-  int median_half_width = 10;  ///< >= 0 [columns], of the median filter
+  int half_window = 10;       ///< >= 1 [columns] (section 3.5.3)
+  int median_half_width = 6;  ///< >= 0 [columns], of the median filter
   /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a
   /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published.
   double continued = 0.7;

@@ -3,65 +3,94 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <stdexcept>
 
 namespace rangegrasp::seam {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kStride = 4;             // every fourth column is enough for the surface
-constexpr int kTrims = 12;             // a trimmed fit settles in a few rounds
-constexpr double kAbove_m = 1e-3;      // mats are lower; what rises more is no surface
-constexpr double kSamePlace_m = 3e-3;  // one obstacle, seen again
+constexpr std::size_t kStride = 8;   // every eighth column is enough for the surface
+constexpr std::size_t kBlocks = 12;  // parabolas through the medians of any three are tried
+constexpr int kRefinements = 3;
+constexpr double kWithin_m = 1e-3;  // of the surface: mats' edges and texture are
 
-// A parabola under everything that rises: what stands out above the fit is left out of the next
-// one.
-std::array<double, 3> FitSurface(std::span<const float> height) {
-  std::vector<float> surface(height.size() / kStride);
-  for (std::size_t i = 0; i < surface.size(); ++i) surface[i] = height[i * kStride];
-  auto curve = FitQuadratic(surface);
-  for (int round = 0; round < kTrims; ++round) {
-    bool trimmed = false;
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-      const double u = 2.0 * static_cast<double>(i) / static_cast<double>(surface.size() - 1) - 1.0;
-      const double above =
-          static_cast<double>(surface[i]) - (curve[0] + u * (curve[1] + u * curve[2]));
-      if (!(above > kAbove_m)) continue;
-      surface[i] = std::numeric_limits<float>::quiet_NaN();
-      trimmed = true;
-    }
-    if (!trimmed) break;
-    curve = FitQuadratic(surface);
+using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
+
+double At(const Curve& curve, double u) { return curve[0] + u * (curve[1] + u * curve[2]); }
+
+struct SurfacePoint {
+  double u;
+  double z;
+  bool Supports(const Curve& curve) const { return std::abs(z - At(curve, u)) <= kWithin_m; }
+};
+
+// Least squares over the points that support `curve`.
+Curve Refine(std::span<const SurfacePoint> points, const Curve& curve) {
+  Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = 1e-9 * curve;
+  for (const SurfacePoint& p : points) {
+    if (!p.Supports(curve)) continue;
+    const Eigen::Vector3d basis(1.0, p.u, p.u * p.u);
+    normal += basis * basis.transpose();
+    right += p.z * basis;
   }
-  return curve;
+  return normal.ldlt().solve(right);
 }
 
-std::size_t WidthColumns(const LineGeometry& line, double width_m) {
-  return std::max<std::size_t>(1,
-                               static_cast<std::size_t>(std::lround(width_m * line.columns_per_m)));
+// The middle of each block of neighbouring points, by height.
+std::vector<SurfacePoint> BlockMedians(std::span<const SurfacePoint> points) {
+  std::vector<SurfacePoint> medians;
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const std::size_t begin = b * points.size() / kBlocks;
+    const std::size_t end = (b + 1) * points.size() / kBlocks;
+    std::vector<SurfacePoint> block(points.begin() + static_cast<std::ptrdiff_t>(begin),
+                                    points.begin() + static_cast<std::ptrdiff_t>(end));
+    if (block.empty()) continue;
+    const auto middle = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
+    std::nth_element(block.begin(), middle, block.end(),
+                     [](const auto& p, const auto& q) { return p.z < q.z; });
+    medians.push_back(*middle);
+  }
+  return medians;
 }
 
-// The lowest of a window rises; half of a window may be missing.
-Protrusion HighestOf(std::span<const float> above, std::size_t width) {
-  Protrusion best;
-  for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
-    float low = std::numeric_limits<float>::infinity();
-    std::size_t points = 0;
-    for (std::size_t i = begin; i < begin + width; ++i) {
-      if (!(above[i] > 0.0F) && std::isfinite(above[i])) {
-        points = 0;
-        break;
+Curve Through(const SurfacePoint& p, const SurfacePoint& q, const SurfacePoint& r) {
+  const double pq = (q.z - p.z) / (q.u - p.u);
+  const double qr = (r.z - q.z) / (r.u - q.u);
+  const double c2 = (qr - pq) / (r.u - p.u);
+  const double c1 = pq - c2 * (p.u + q.u);
+  return {p.z - p.u * (c1 + p.u * c2), c1, c2};
+}
+
+// The parabola that most points support: neither an obstacle of a third of the line nor points that
+// are no surface bend it.
+Curve FitSurface(std::span<const float> height) {
+  std::vector<SurfacePoint> points;
+  const double last = static_cast<double>(height.size() - 1);
+  for (std::size_t i = 0; i < height.size(); i += kStride) {
+    if (!std::isfinite(height[i])) continue;
+    points.push_back({2.0 * static_cast<double>(i) / last - 1.0, static_cast<double>(height[i])});
+  }
+  const auto squares = FitQuadratic(height);
+  Curve best(squares[0], squares[1], squares[2]);
+  const auto support = [&](const Curve& curve) {
+    return std::count_if(points.begin(), points.end(),
+                         [&](const SurfacePoint& p) { return p.Supports(curve); });
+  };
+  auto most = support(best);
+  const auto medians = BlockMedians(points);
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    for (std::size_t j = i + 1; j < medians.size(); ++j) {
+      for (std::size_t k = j + 1; k < medians.size(); ++k) {
+        const Curve curve = Through(medians[i], medians[j], medians[k]);
+        const auto count = support(curve);
+        if (count <= most) continue;
+        most = count;
+        best = curve;
       }
-      if (!std::isfinite(above[i])) continue;
-      low = std::min(low, above[i]);
-      ++points;
     }
-    if (2 * points < width || points == 0 || static_cast<double>(low) <= best.height_m) continue;
-    best = {static_cast<double>(low),
-            static_cast<double>(begin) + 0.5 * static_cast<double>(width - 1)};
   }
+  for (int round = 0; round < kRefinements; ++round) best = Refine(points, best);
   return best;
 }
 
@@ -71,33 +100,41 @@ const char* Name(StopReason reason) {
   return reason == StopReason::kMatEnd ? "mat_end" : "obstacle";
 }
 
-Protrusion FindProtrusion(const PreparedProfile& profile, const LineGeometry& line,
-                          double width_m) {
-  const auto& z = profile.original_m;
-  const std::size_t m = z.size();
-  if (m < 2 * kStride) return {};
-  const auto curve = FitSurface(z);
-  std::vector<float> above(m);
-  // The surface was fitted to the columns 0, kStride, ..: u = 1 is the last of those.
-  const double last = static_cast<double>((m / kStride - 1) * kStride);
-  for (std::size_t i = 0; i < m; ++i) {
-    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
-    above[i] = z[i] - static_cast<float>(curve[0] + u * (curve[1] + u * curve[2]));
+std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
+  std::vector<float> above = profile.original_m;
+  if (above.size() < 2 * kStride) return std::vector<float>(above.size(), 0.0F);
+  const Curve curve = FitSurface(above);
+  const double last = static_cast<double>(above.size() - 1);
+  for (std::size_t i = 0; i < above.size(); ++i) {
+    above[i] -= static_cast<float>(At(curve, 2.0 * static_cast<double>(i) / last - 1.0));
   }
-  return HighestOf(above, WidthColumns(line, width_m));
+  return above;
 }
 
-Protrusion FindRise(const PreparedProfile& before, const PreparedProfile& now,
-                    const LineGeometry& line, double width_m) {
-  if (before.original_m.size() != now.original_m.size()) return {};
-  std::vector<float> above(now.original_m.size());
-  for (std::size_t i = 0; i < above.size(); ++i)
-    above[i] = now.original_m[i] - before.original_m[i];
-  return HighestOf(above, WidthColumns(line, width_m));
+std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
+  std::vector<bool> rising(above.size(), false);
+  std::size_t points = 0;
+  std::size_t low = 0;
+  std::size_t marked = 0;
+  for (std::size_t end = 1; end <= above.size(); ++end) {
+    const auto count = [&](float z, std::size_t change) {
+      if (!std::isfinite(z)) return;
+      points += change;
+      if (static_cast<double>(z) < height) low += change;
+    };
+    count(above[end - 1], 1);
+    if (end < width) continue;
+    if (end > width) count(above[end - width - 1], static_cast<std::size_t>(-1));
+    if (low > 0 || 2 * points < width || points == 0) continue;
+    for (marked = std::max(marked, end - width); marked < end; ++marked) rising[marked] = true;
+  }
+  return rising;
 }
 
 SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
-    : line_(line), options_(options) {
+    : width_(static_cast<std::size_t>(
+          std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
+      options_(options) {
   if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
       options.obstacle_profiles < 1 || options.mat_end_profiles < 1 ||
       options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
@@ -107,39 +144,46 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
   }
 }
 
-// Above the surface round it; or, if it is so wide that it is taken for the surface itself, above
-// what was there before.
-Protrusion SurfaceMonitor::HighestProtrusion(const PreparedProfile& profile) {
-  auto highest = FindProtrusion(profile, line_, options_.obstacle_width_m);
-  if (!before_.empty()) {
-    const auto rise = FindRise(before_.front(), profile, line_, options_.obstacle_width_m);
-    if (rise.height_m > highest.height_m) highest = rise;
+// What rises above the surface round it; or, if it is so wide that it is taken for the surface
+// itself, above what was there before: in two profiles, since one may be too low there by noise. It
+// must be seen in one column again and again.
+bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
+  const auto height = options_.obstacle_height_m;
+  auto rising = RisingColumns(HeightAboveSurface(profile), width_, height);
+  const auto& now = profile.original_m;
+  if (heights_.size() >= 2 && heights_[0].size() == now.size() &&
+      heights_[1].size() == now.size()) {
+    std::vector<float> above(now.size());
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      above[i] = now[i] - std::fmax(heights_[0][i], heights_[1][i]);
+    }
+    const auto risen = RisingColumns(above, width_, height);
+    for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || risen[i];
   }
-  before_.push_back(profile);
-  if (before_.size() > static_cast<std::size_t>(options_.window)) before_.pop_front();
-  return highest;
+  heights_.push_back(now);
+  rising_.push_back(std::move(rising));
+  const auto window = static_cast<std::size_t>(options_.window);
+  if (heights_.size() > window) heights_.pop_front();
+  if (rising_.size() > window) rising_.pop_front();
+  for (std::size_t i = 0; i < rising_.back().size(); ++i) {
+    if (!rising_.back()[i]) continue;
+    const auto seen = std::count_if(rising_.begin(), rising_.end(), [i](const auto& columns) {
+      return i < columns.size() && columns[i];
+    });
+    if (seen >= options_.obstacle_profiles) return true;
+  }
+  return false;
 }
 
 std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
                                                  const Reading& reading) {
   if (stop_) return stop_;
-  const auto protrusion = HighestProtrusion(profile);
-  const bool rises = protrusion.height_m >= options_.obstacle_height_m;
-  obstacle_columns_.push_back(rises ? protrusion.column : kNone);
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
   // An edge that only goes on by what was seen before does not count here.
   const bool edge = reading.status == ProfileStatus::kEdge && reading.step_m >= options_.min_step_m;
   no_edge_.push_back(edge_seen_ && !edge);
-  const auto window = static_cast<std::size_t>(options_.window);
-  if (no_edge_.size() > window) {
-    no_edge_.erase(no_edge_.begin());
-    obstacle_columns_.erase(obstacle_columns_.begin());
-  }
-  const double same_place = kSamePlace_m * line_.columns_per_m;
-  const auto here = std::count_if(
-      obstacle_columns_.begin(), obstacle_columns_.end(),
-      [&](double c) { return rises && std::abs(c - protrusion.column) <= same_place; });
-  if (here >= options_.obstacle_profiles) {
+  if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
+  if (SeesObstacle(profile)) {
     stop_ = StopReason::kObstacle;
   } else if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
     stop_ = StopReason::kMatEnd;
@@ -147,6 +191,12 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   return stop_;
 }
 
-void SurfaceMonitor::Reset() { *this = SurfaceMonitor(line_, options_); }
+void SurfaceMonitor::Reset() {
+  heights_.clear();
+  rising_.clear();
+  no_edge_.clear();
+  edge_seen_ = false;
+  stop_.reset();
+}
 
 }  // namespace rangegrasp::seam

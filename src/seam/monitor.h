@@ -23,18 +23,14 @@ struct MonitorOptions {
   int window = 30;            ///< >= both; the sensor looks 80 mm ahead, so that there is time
 };
 
-/// What rises above the mats.
-struct Protrusion {
-  double height_m = 0.0;  ///< 0: nothing does
-  double column = 0.0;    ///< its middle
-};
-/// The highest of what is wider than `width_m`, on the original heights against a parabola that
-/// ignores what rises more than 1 mm (a trimmed fit); up to half of its columns may be missing.
-Protrusion FindProtrusion(const PreparedProfile& profile, const LineGeometry& line, double width_m);
+/// How far each column rises above the surface of its line [m]: the parabola that most columns lie
+/// within 1 mm of, so that neither an obstacle of a third of the line nor points that are no
+/// surface bend it. Columns without a point: NaN.
+std::vector<float> HeightAboveSurface(const PreparedProfile& profile);
 
-/// The same for what rises above an earlier profile of the same line.
-Protrusion FindRise(const PreparedProfile& before, const PreparedProfile& now,
-                    const LineGeometry& line, double width_m);
+/// Columns of a stretch of `width` columns that rises by at least `height` throughout; up to half
+/// of it may be missing (NaN).
+std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height);
 
 /// Watches a line for the end of the mats and for obstacles. A line that is only watched (the
 /// second of the three-lines sensor) has a tracker of its own.
@@ -47,13 +43,14 @@ class SurfaceMonitor {
   void Reset();
 
  private:
-  Protrusion HighestProtrusion(const PreparedProfile& profile);
+  bool SeesObstacle(const PreparedProfile& profile);
 
-  LineGeometry line_;
+  std::size_t width_;  // columns of the narrowest obstacle
   MonitorOptions options_;
-  std::deque<PreparedProfile> before_;    // of the window
-  std::vector<double> obstacle_columns_;  // of the last profiles; NaN: none
-  std::vector<bool> no_edge_;
+  // Of the last profiles, oldest first.
+  std::deque<std::vector<float>> heights_;
+  std::deque<std::vector<bool>> rising_;
+  std::deque<bool> no_edge_;
   bool edge_seen_ = false;
   std::optional<StopReason> stop_;
 };

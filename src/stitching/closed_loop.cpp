@@ -56,9 +56,7 @@ double HeightAround(const seam::Profile& profile, double column) {
 struct Line {
   Line(double ahead, const seam::TrackerOptions& tracker_options,
        const seam::MonitorOptions& monitor_options)
-      : ahead_m(ahead),
-        tracker(tracker_options),
-        monitor(tracker_options.line, monitor_options) {}
+      : ahead_m(ahead), tracker(tracker_options), monitor(tracker_options.line, monitor_options) {}
 
   seam::Reading Take(const seam::Profile& profile) {
     const seam::Reading reading = tracker.Update(profile);
@@ -109,8 +107,7 @@ class SensorUnit {
       // The line's columns widen with the distance, which the tracker does not know.
       reading.x_m = calibration_.LateralAt(*reading.column, HeightAround(profile, *reading.column));
       const LinePose line = head.Line(lines_.front().ahead_m);
-      places_.push_back({time_s, reading.x_m,
-                         line.x_m + reading.x_m * std::cos(line.heading_rad)});
+      places_.push_back({time_s, reading.x_m, line.x_m + reading.x_m * std::cos(line.heading_rad)});
     }
     return reading;
   }
@@ -121,9 +118,8 @@ class SensorUnit {
     if (!packet) return std::nullopt;
     Correction correction;
     correction.time_s = packet->time_s;
-    const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& p) {
-      return p.time_s == packet->time_s;
-    });
+    const auto place = std::find_if(places_.begin(), places_.end(),
+                                    [&](const Place& p) { return p.time_s == packet->time_s; });
     if (packet->column && place != places_.end()) {
       correction.valid = true;
       correction.edge_x_m = place->x_m;

@@ -2,11 +2,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <pugixml.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
-
-#include <pugixml.hpp>
 
 #include "core/error.h"
 #include "stitching/closed_loop.h"
@@ -22,7 +21,8 @@ constexpr auto kReasons = {seam::StopReason::kMatEnd, seam::StopReason::kObstacl
 
 // The shortest text that reads back as the same number.
 std::string Text(double value) {
-  if (!std::isfinite(value)) throw std::invalid_argument("correction packet: numbers must be finite");
+  if (!std::isfinite(value))
+    throw std::invalid_argument("correction packet: numbers must be finite");
   std::array<char, 32> text;
   const auto end = std::to_chars(text.begin(), text.end(), value).ptr;
   return {text.begin(), end};
@@ -101,7 +101,8 @@ std::string ToXml(const Correction& correction) {
 
 Correction FromXml(const std::string& xml) {
   pugi::xml_document document;
-  constexpr unsigned kOptions = pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
+  constexpr unsigned kOptions =
+      pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
   const auto parsed = document.load_buffer(xml.data(), xml.size(), kOptions, pugi::encoding_utf8);
   if (!parsed) {
     Fail(std::string(parsed.description()) + " at byte " + std::to_string(parsed.offset));

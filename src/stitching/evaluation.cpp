@@ -208,6 +208,9 @@ RunResult EvaluateRun(const Evaluation& evaluation, const StripeSensor& sensor,
   const double sees_to =
       track.path.empty() ? 0.0 : track.path.back().y_m + evaluation.sensor.lines_ahead_m.front();
   result.stopped_early = track.end != TrackEnd::kDone && sees_to < hazard_y - 0.002;
+  if (!track.path.empty()) {
+    result.settled_m = std::max(0.0, track.path.back().y_m - track.path.front().y_m - kSettle_m);
+  }
   result.mean_error_m = track.mean_error_m;
   result.p95_error_m = track.p95_error_m;
   result.max_error_m = track.max_error_m;

@@ -81,6 +81,7 @@ struct RunResult {
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;
   bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
+  double settled_m = 0.0;  ///< along the track, after the first kSettle_m: what the errors are of
   double mean_error_m = 0.0, p95_error_m = 0.0, max_error_m = 0.0, share_within_1mm = 0.0;
 };
 

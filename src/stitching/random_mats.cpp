@@ -23,7 +23,7 @@ constexpr double kSteepestCourse = 0.48;
 constexpr double kSmallestDeviation_m = 10e-3;
 constexpr double kLargestDeviation_m = 30e-3;
 constexpr double kMouldDeviation = 0.2;  // of its radius: further down a mould the edge is lost
-constexpr double kCourse_m = 0.5;         // over which a deviation is measured
+constexpr double kCourse_m = 0.5;        // over which a deviation is measured
 
 double SlopeOf(const EdgeCourse::Wave& wave) {
   return 2.0 * core::kPi * wave.amplitude_m / wave.length_m;

@@ -22,6 +22,9 @@ const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 std::vector<std::filesystem::path> ShippedExperiments() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(kSource / "experiments")) {
+    // Seams and parts have experiment files of their own.
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("seam_") || name.starts_with("parts_")) continue;
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());

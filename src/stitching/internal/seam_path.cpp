@@ -22,7 +22,7 @@ constexpr std::size_t kMostBasis = 12;
 constexpr double kSteepest = 2.5;
 constexpr double kRoundest_1_m = 200.0;
 // Any three points lie on a parabola; of the others this share has to support it.
-constexpr double kSupportShare = 0.1;
+constexpr double kSupportShare = 0.3;
 constexpr int kRefinements = 4;
 constexpr double kExtendFrom_m = 12e-3;
 constexpr double kMaxSlope = 1.0;

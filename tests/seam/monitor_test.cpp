@@ -1,0 +1,267 @@
+#include "seam/monitor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/rng.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using core::Rng;
+
+constexpr double kSigma_m = 0.08e-3;
+constexpr double kRadius_m = 0.03;
+constexpr double kSeen_m = 0.022;  // of a cylinder to either side: its flanks turn the light away
+
+struct Scene {
+  double cylinder = 0.0;  // 1 convex, -1 concave
+  double step_m = 0.0;
+  double edge_m = 0.0;
+  double lost = 0.05;
+  double phantoms = 0.0;  // share of what is lost
+  double outliers = 0.01;
+  int filaments = 0;
+  double obstacle_x_m = 0.0, obstacle_width_m = 0.0, obstacle_height_m = 0.0;
+};
+
+double SurfaceAt(const Scene& scene, double x) {
+  double z = 0.02 * x + (x > scene.edge_m ? scene.step_m : 0.0);
+  if (scene.cylinder == 0.0) return z;
+  const double inside = std::clamp(x - scene.edge_m, -kSeen_m, kSeen_m);
+  return z + scene.cylinder * (std::sqrt(kRadius_m * kRadius_m - inside * inside) - kRadius_m);
+}
+
+PreparedProfile Scan(const Scene& scene, const LineGeometry& line, Rng& rng) {
+  PreparedProfile profile;
+  int run = 0;
+  double off = 0.0;
+  for (int i = 0; i < line.columns; ++i) {
+    const double x = line.ToMeters(i);
+    const bool obstacle = std::abs(x - scene.obstacle_x_m) < 0.5 * scene.obstacle_width_m;
+    const bool flank = scene.cylinder != 0.0 && std::abs(x - scene.edge_m) > kSeen_m;
+    const bool lost = flank ? rng.Uniform() < 0.98 : rng.Uniform() < scene.lost;
+    double z = SurfaceAt(scene, x) + (obstacle ? scene.obstacle_height_m : 0.0);
+    z += kSigma_m * rng.Normal();
+    if (run <= 0 && rng.Uniform() < scene.outliers / 4.0) {
+      run = 1 + static_cast<int>(-4.0 * std::log(1.0 - rng.Uniform()));
+      off = 6e-3 * rng.Normal();
+    }
+    if (run-- > 0) z += off;
+    if (lost && !obstacle) {
+      const bool phantom = !flank && rng.Uniform() < scene.phantoms;
+      z = phantom ? rng.Uniform(-0.075, 0.075) : std::numeric_limits<double>::quiet_NaN();
+    }
+    profile.original_m.push_back(static_cast<float>(z));
+  }
+  for (int k = 0; k < scene.filaments; ++k) {
+    const auto at = rng.Index(profile.original_m.size() - 5);
+    for (std::size_t i = at; i < at + 5; ++i) profile.original_m[i] += 1.5e-3F;
+  }
+  return profile;
+}
+
+Scene RandomScene(Rng& rng) {
+  Scene scene;
+  scene.cylinder = std::floor(rng.Uniform(-1.0, 2.0));
+  scene.step_m = rng.Uniform(0.3e-3, 1.1e-3);
+  scene.edge_m = rng.Uniform(-0.012, 0.012);
+  return scene;
+}
+
+struct Protrusion {
+  double height_m = 0.0;
+  std::size_t column = 0;
+};
+
+// The highest stretch of 2 mm: the lowest of its points, half of which may be missing.
+Protrusion HighestStretch(const PreparedProfile& profile, const LineGeometry& line) {
+  const auto above = HeightAboveSurface(profile);
+  const auto width = static_cast<std::size_t>(2e-3 * line.columns_per_m);
+  Protrusion best;
+  for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
+    std::vector<float> points;
+    std::copy_if(above.begin() + static_cast<std::ptrdiff_t>(begin),
+                 above.begin() + static_cast<std::ptrdiff_t>(begin + width),
+                 std::back_inserter(points), [](float z) { return std::isfinite(z); });
+    if (2 * points.size() < width) continue;
+    const auto low = static_cast<double>(*std::min_element(points.begin(), points.end()));
+    if (low > best.height_m) best = {low, begin + width / 2};
+  }
+  return best;
+}
+
+Reading Told(ProfileStatus status) {
+  Reading reading;
+  reading.status = status;
+  if (status == ProfileStatus::kEdge) reading.step_m = 0.5e-3;
+  return reading;
+}
+
+TEST(HeightAboveSurface, MeasuresAnObstacleOnAFlatMat) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Rng rng(seed);
+    Scene scene;
+    scene.outliers = 0.0;
+    scene.obstacle_x_m = rng.Uniform(-0.03, 0.03);
+    scene.obstacle_width_m = 0.006;
+    scene.obstacle_height_m = rng.Uniform(3e-3, 20e-3);
+    const auto found = HighestStretch(Scan(scene, line, rng), line);
+    // The lowest of its 24 columns counts: within four standard deviations of the noise.
+    EXPECT_NEAR(found.height_m, scene.obstacle_height_m, 4.0 * kSigma_m) << seed;
+    EXPECT_NEAR(line.ToMeters(static_cast<double>(found.column)), scene.obstacle_x_m, 0.003)
+        << seed;
+  }
+}
+
+TEST(HeightAboveSurface, IsNoHigherThanMatEdgesAndFilamentsAre) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.outliers = 0.0;
+    scene.filaments = 8;
+    EXPECT_LT(HighestStretch(Scan(scene, line, rng), line).height_m, 2.5e-3) << seed;
+  }
+}
+
+TEST(HeightAboveSurface, TakesNoNoiseForASurfaceEvenIfAThirdIsNoise) {
+  const LineGeometry line;
+  int seen = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.lost = 0.4;
+    scene.phantoms = 0.8;
+    seen += HighestStretch(Scan(scene, line, rng), line).height_m >= 3e-3 ? 1 : 0;
+  }
+  // Long runs of outliers: exp(-23/4) of the 2.6 a profile, a third of them high; 0.3 % of 300.
+  // Nine is beyond what chance gives to anything but a surface of noise.
+  EXPECT_LE(seen, 9);
+}
+
+TEST(HeightAboveSurface, FindsAnObstacleOfAThirdOfTheLine) {
+  const LineGeometry line;
+  Rng rng(4);
+  Scene scene;
+  scene.obstacle_width_m = 0.028;
+  scene.obstacle_height_m = 5e-3;
+  const auto found = HighestStretch(Scan(scene, line, rng), line);
+  EXPECT_NEAR(found.height_m, 5e-3, 4.0 * kSigma_m);
+}
+
+TEST(HeightAboveSurface, TakesEmptyAndShortProfiles) {
+  LineGeometry line;
+  PreparedProfile profile;
+  EXPECT_EQ(HighestStretch(profile, line).height_m, 0.0);
+  profile.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(HighestStretch(profile, line).height_m, 0.0);
+  profile.original_m.assign(5, 0.0F);
+  EXPECT_EQ(HeightAboveSurface(profile), std::vector<float>(5, 0.0F));
+}
+
+TEST(RisingColumns, AreThoseOfBruteForce) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    std::vector<float> above(40);
+    for (float& z : above) z = rng.Uniform() < 0.2 ? kNone : (rng.Uniform() < 0.85 ? 4.0F : 2.0F);
+    const std::size_t width = 1 + rng.Index(8);
+    std::vector<bool> expected(above.size(), false);
+    for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
+      std::size_t high = 0;
+      std::size_t missing = 0;
+      for (std::size_t i = begin; i < begin + width; ++i) {
+        high += above[i] == 4.0F ? 1 : 0;
+        missing += std::isnan(above[i]) ? 1 : 0;
+      }
+      if (high + missing < width || high == 0 || 2 * high < width) continue;
+      for (std::size_t i = begin; i < begin + width; ++i) expected[i] = true;
+    }
+    EXPECT_EQ(RisingColumns(above, width, 3.0), expected) << seed;
+  }
+  EXPECT_EQ(RisingColumns(std::vector<float>(3, 9.0F), 4, 3.0), std::vector<bool>(3, false));
+}
+
+TEST(SurfaceMonitor, StopsForEveryObstacleOfThreeMillimetres) {
+  const LineGeometry line;
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.obstacle_x_m = scene.edge_m + rng.Uniform(-0.01, 0.01);
+    scene.obstacle_width_m = rng.Uniform(0.003, 0.012);
+    scene.obstacle_height_m = rng.Uniform(3.3e-3, 20e-3);
+    SurfaceMonitor monitor(line, {});
+    std::optional<StopReason> stop;
+    for (int i = 0; i < 4; ++i) {
+      stop = monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
+    }
+    missed += stop == StopReason::kObstacle ? 0 : 1;
+  }
+  EXPECT_EQ(missed, 0);
+}
+
+TEST(SurfaceMonitor, GoesOnOverMatsWithoutObstacle) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.filaments = 5;
+    SurfaceMonitor monitor(line, {});
+    for (int i = 0; i < 50; ++i) {
+      ASSERT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << seed;
+    }
+  }
+}
+
+TEST(SurfaceMonitor, WantsAnObstacleInOnePlace) {
+  const LineGeometry line;
+  Rng rng(5);
+  SurfaceMonitor monitor(line, {});
+  Scene scene;
+  scene.outliers = 0.0;
+  scene.obstacle_width_m = 0.004;
+  scene.obstacle_height_m = 8e-3;
+  for (int i = 0; i < 10; ++i) {
+    scene.obstacle_x_m = -0.03 + 0.0065 * i;
+    EXPECT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << i;
+  }
+}
+
+TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
+  const LineGeometry line;
+  PreparedProfile flat;
+  flat.original_m.assign(1024, 0.0F);
+  MonitorOptions options;
+  SurfaceMonitor monitor(line, options);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge)));  // no edge was seen yet
+  }
+  monitor.Reset();
+  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    const auto status = i % 2 == 0 ? ProfileStatus::kNoEdge : ProfileStatus::kUnusable;
+    EXPECT_FALSE(monitor.Update(flat, Told(status))) << i;
+  }
+  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kNoEdge)), StopReason::kMatEnd);
+  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kEdge)), StopReason::kMatEnd);
+  monitor.Reset();
+  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+}
+
+TEST(SurfaceMonitor, RefusesOptionsOutOfRange) {
+  MonitorOptions options;
+  options.window = 5;
+  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
+  options = {};
+  options.obstacle_width_m = 0.0;
+  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam
