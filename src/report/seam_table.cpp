@@ -204,8 +204,9 @@ Section TracksSection(const EvaluationResult& result) {
 
 Section HazardsSection(const EvaluationResult& result) {
   Section section{"Hazards: found, and the head at rest, before the needle is there",
-                  NumberGrid({"hazard", "method", "runs", "found in time", "in time %",
-                              "as the other", "stopped early"})};
+                  NumberGrid({"hazard", "method", "runs", "at rest before it was in view",
+                              "came into view", "found in time", "reached", "in time %",
+                              "found as the other"})};
   for (const char* hazard : {"mat_end", "obstacle"}) {
     for (const auto method : std::span(kDecisions).first<stitching::kLoopDecisions>()) {
       int runs = 0;
@@ -220,9 +221,11 @@ Section HazardsSection(const EvaluationResult& result) {
         other += in_time && !run.stopped_early && run.hazard != stitching::Name(run.end) ? 1 : 0;
         early += run.stopped_early ? 1 : 0;
       }
-      section.grid.rows.push_back({hazard, DecisionName(method), std::to_string(runs),
-                                   std::to_string(found), Fixed(Share(found, runs), 2),
-                                   std::to_string(other), std::to_string(early)});
+      const int seen = runs - early;
+      section.grid.rows.push_back(
+          {hazard, DecisionName(method), std::to_string(runs), std::to_string(early),
+           std::to_string(seen), std::to_string(found), std::to_string(seen - found),
+           Fixed(Share(found, seen), 2), std::to_string(other)});
     }
   }
   return section;
