@@ -1,0 +1,303 @@
+#include "seam/tracker.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/rng.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using core::InputError;
+using core::Rng;
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr double kPeriod_s = 0.016;
+
+struct Line {
+  double step_m = 0.6e-3;
+  double edge = 500.0;  // column
+  double tilt = 0.01;
+  double noise_m = 0.02e-3;
+  double lost = 0.02;
+};
+
+Profile Scan(const Line& line, double time_s, Rng& rng) {
+  Profile profile;
+  profile.time_s = time_s;
+  for (int i = 0; i < 1024; ++i) {
+    const double z = 1e-3 + line.tilt * i / 12'000.0 + (i >= line.edge ? line.step_m : 0.0) +
+                     line.noise_m * rng.Normal();
+    profile.height_m.push_back(rng.Uniform() < line.lost ? kNone : static_cast<float>(z));
+  }
+  return profile;
+}
+
+TrackerOptions With(DecisionMethod method) {
+  TrackerOptions options;
+  options.method = method;
+  return options;
+}
+
+class EveryDecision : public testing::TestWithParam<DecisionMethod> {};
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryDecision,
+                         testing::Values(DecisionMethod::kVoting, DecisionMethod::kWeights,
+                                         DecisionMethod::kAccumulated));
+
+TEST_P(EveryDecision, FollowsAnEdgeThatWanders) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 60; ++i) {
+      Line line;
+      line.edge = std::round(500.0 + 60.0 * std::sin(0.05 * i));
+      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      if (i < 3) continue;  // a first step alone is not believed
+      ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed << " " << i;
+      // Of 12 px a mm; the accumulated weights lag behind what moves.
+      EXPECT_NEAR(*reading.column, line.edge, 12.0) << seed << " " << i;
+      EXPECT_DOUBLE_EQ(reading.x_m, LineGeometry{}.ToMeters(*reading.column));
+      // Averaged over profiles, a step that moves is lower.
+      const bool averaged = GetParam() == DecisionMethod::kAccumulated;
+      EXPECT_NEAR(reading.step_m, line.step_m, averaged ? 0.3e-3 : 0.15e-3);
+    }
+  }
+}
+
+TEST_P(EveryDecision, TellsNoEdgeOnAMatWithoutOne) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    Line line;
+    line.step_m = 0.0;
+    for (int i = 0; i < 60; ++i) {
+      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      EXPECT_EQ(reading.status, ProfileStatus::kNoEdge);
+      EXPECT_FALSE(reading.column);
+    }
+  }
+}
+
+TEST_P(EveryDecision, OneDisturbedProfileMovesNothing) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  const Line line;
+  for (int i = 0; i < 20; ++i) {
+    Profile profile = Scan(line, kPeriod_s * i, rng);
+    if (i == 12) {
+      for (std::size_t k = 200; k < 500; ++k) profile.height_m[k] += 2e-3F;
+    }
+    const Reading reading = tracker.Update(profile);
+    if (i < 3) continue;
+    if (reading.column) {
+      EXPECT_NEAR(*reading.column, line.edge, 12.0) << i;
+    } else {
+      EXPECT_EQ(i, 12);
+    }
+  }
+}
+
+TEST_P(EveryDecision, AMirroredProfileHasItsEdgeMirrored) {
+  TrackerOptions mirrored = With(GetParam());
+  mirrored.positive_edge = false;
+  EdgeTracker tracker(With(GetParam()));
+  EdgeTracker other(mirrored);
+  Rng rng(2);
+  for (int i = 0; i < 30; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    const Reading reading = tracker.Update(profile);
+    std::reverse(profile.height_m.begin(), profile.height_m.end());
+    const Reading back = other.Update(profile);
+    ASSERT_EQ(reading.status, back.status);
+    ASSERT_EQ(reading.column.has_value(), back.column.has_value());
+    if (reading.column) {
+      EXPECT_DOUBLE_EQ(*back.column, 1023.0 - *reading.column);
+    }
+    const auto packet = tracker.TakePacket();
+    const auto packet_back = other.TakePacket();
+    ASSERT_EQ(packet.has_value(), packet_back.has_value());
+    if (packet && packet->column) {
+      EXPECT_DOUBLE_EQ(*packet_back->column, 1023.0 - *packet->column);
+    }
+  }
+}
+
+TEST_P(EveryDecision, SendsAPacketEveryPeriodWithAPositionOfIt) {
+  Rng rng(3);
+  EdgeTracker tracker(With(GetParam()));
+  std::vector<EdgePacket> packets;
+  std::vector<Reading> readings;
+  for (int i = 0; i <= 100; ++i) {
+    readings.push_back(tracker.Update(Scan({}, 0.01 * i, rng)));
+    if (auto packet = tracker.TakePacket()) packets.push_back(*packet);
+    EXPECT_FALSE(tracker.TakePacket());  // taken
+  }
+  ASSERT_EQ(packets.size(), 10U);
+  for (const EdgePacket& packet : packets) {
+    ASSERT_TRUE(packet.column);
+    const auto same = std::find_if(readings.begin(), readings.end(), [&](const Reading& r) {
+      return r.time_s == packet.time_s && r.column == packet.column;
+    });
+    EXPECT_NE(same, readings.end());
+  }
+}
+
+TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
+  Rng rng(4);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 40; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    const bool empty = i % 4 == 3;
+    if (empty) profile.height_m.assign(1024, kNone);
+    const Reading reading = tracker.Update(profile);
+    if (empty) {
+      EXPECT_EQ(reading.status, ProfileStatus::kUnusable);
+    }
+    if (!empty && i > 8) {
+      EXPECT_EQ(reading.status, ProfileStatus::kEdge) << i;
+    }
+  }
+}
+
+// A fresh tracker and one that was reset read the same.
+TEST_P(EveryDecision, ResetForgetsEverything) {
+  Rng rng(5);
+  EdgeTracker used(With(GetParam()));
+  for (int i = 0; i < 30; ++i) used.Update(Scan({.edge = 300.0}, kPeriod_s * i, rng));
+  used.Reset();
+  EdgeTracker fresh(With(GetParam()));
+  for (int i = 0; i < 30; ++i) {
+    const Profile profile = Scan({.edge = 700.0}, kPeriod_s * i, rng);
+    const Reading a = used.Update(profile);
+    const Reading b = fresh.Update(profile);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.column, b.column);
+  }
+}
+
+TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
+  Rng rng(6);
+  TrackerOptions options = With(DecisionMethod::kVoting);
+  EdgeTracker tracker(options);
+  std::vector<TimedColumn> votes;
+  for (int i = 0; i < 6; ++i) {  // within one period: nothing was sent yet
+    Line line;
+    line.edge = 500.0 + i;
+    const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+    const auto vote = VoteTwoOfThree(reading.detected, 12.0);
+    ASSERT_TRUE(vote);
+    votes.push_back({reading.time_s, *vote});
+    if (votes.size() < 2) continue;
+    const auto line_fit = PredictByLine(votes, reading.time_s, options.line_prediction);
+    EXPECT_DOUBLE_EQ(*reading.column, line_fit->column);
+  }
+}
+
+TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
+  Rng rng(7);
+  const TrackerOptions options = With(DecisionMethod::kWeights);
+  EdgeTracker tracker(options);
+  std::vector<double> history;
+  for (int i = 0; i < 30; ++i) {
+    const Reading reading = tracker.Update(Scan({}, kPeriod_s * i, rng));
+    auto expected = SumOfWeights(tracker.results());
+    WeightByHistory(expected, history, options.history.sigma_columns);
+    EXPECT_EQ(tracker.weight(), expected);
+    if (!reading.column) continue;
+    const auto best = std::max_element(expected.begin(), expected.end()) - expected.begin();
+    EXPECT_EQ(*reading.column, static_cast<double>(best));
+    history.push_back(*reading.column);
+    if (history.size() > 10) history.erase(history.begin());
+  }
+  EXPECT_EQ(history.size(), 10U);
+}
+
+TEST(EdgeTracker, RefusesProfilesThatAreNotTheSensors) {
+  EdgeTracker tracker({});
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1000, 0.0F), .time_s = 0.0}),
+               InputError);
+  tracker.Update({.height_m = std::vector<float>(1024, 0.0F), .time_s = 1.0});
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1024, 0.0F), .time_s = 0.5}),
+               InputError);
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1024, 0.0F),
+                               .time_s = std::numeric_limits<double>::quiet_NaN()}),
+               InputError);
+}
+
+TEST(EdgeTracker, AnyFiniteOrInfiniteHeightsAreTaken) {
+  for (const auto method :
+       {DecisionMethod::kVoting, DecisionMethod::kWeights, DecisionMethod::kAccumulated}) {
+    EdgeTracker tracker(With(method));
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
+      Rng rng(seed);
+      Profile profile = Scan({}, static_cast<double>(seed), rng);
+      for (float& z : profile.height_m) {
+        const double kind = rng.Uniform();
+        if (kind < 0.1) z = std::numeric_limits<float>::infinity();
+        if (kind > 0.9) z = -std::numeric_limits<float>::infinity();
+        if (kind > 0.4 && kind < 0.4 + 1e-3 * static_cast<double>(seed)) z = 1e30F;
+      }
+      const Reading reading = tracker.Update(profile);
+      if (reading.column) {
+        EXPECT_TRUE(std::isfinite(*reading.column));
+      }
+    }
+  }
+}
+
+TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
+  const TempFolder folder;
+  const auto file = folder.Write("t.yaml",
+                                 "method: weights\n"
+                                 "columns_per_mm: 18\n"
+                                 "filter:\n  half_height_mm: 0.3\n"
+                                 "step:\n  min_step_mm: 0.5\n"
+                                 "history_length: 7\n");
+  const auto options = ReadTrackerOptions(file);
+  EXPECT_EQ(options.method, DecisionMethod::kWeights);
+  EXPECT_DOUBLE_EQ(options.line.columns_per_m, 18'000.0);
+  EXPECT_DOUBLE_EQ(options.preprocess.filter.half_height_m, 0.3e-3);
+  EXPECT_DOUBLE_EQ(options.step.min_step_m, 0.5e-3);
+  EXPECT_EQ(options.history.length, 7);
+  for (const auto& [text, says] : std::vector<std::pair<std::string, std::string>>{
+           {"methud: weights\n", "methud"},
+           {"method: magic\n", "method"},
+           {"step:\n  min_step_mm: -1\n", "min_step_mm"},
+           {"memory: 1\n", "memory"},
+           {"history_length: many\n", "history_length"}}) {
+    folder.Write("t.yaml", text);
+    try {
+      ReadTrackerOptions(file);
+      FAIL() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));
+      EXPECT_THAT(error.what(), HasSubstr(says));
+    }
+  }
+}
+
+TEST(EdgeTracker, RefusesOptionsOutOfRange) {
+  const auto refused = [](auto change) {
+    TrackerOptions options;
+    change(options);
+    EXPECT_THROW(EdgeTracker{options}, std::invalid_argument);
+  };
+  refused([](TrackerOptions& o) { o.line.columns = 10; });
+  refused([](TrackerOptions& o) { o.vote_tolerance_m = 0.0; });
+  refused([](TrackerOptions& o) { o.packet_period_s = -1.0; });
+  refused([](TrackerOptions& o) { o.history.length = 0; });
+  refused([](TrackerOptions& o) { o.accumulation.memory = 1.0; });
+  refused([](TrackerOptions& o) { o.step.min_step_m = std::nan(""); });
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam
