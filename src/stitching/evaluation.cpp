@@ -103,6 +103,11 @@ MatOptions MatsOf(const Evaluation& evaluation, int number) {
   const std::uint64_t seed = SeamSeed(evaluation, number);
   const bool curved = evaluation.kind != EvaluationKind::kRates;
   MatOptions options = RandomMats(ShapeOf(evaluation, number), evaluation.texture, curved, seed);
+  if (evaluation.half_circle_radius_m > 0.0) {
+    options.course = {};
+    options.course.half_circle_radius_m = evaluation.half_circle_radius_m;
+    options.course.half_circle_y_m = 0.5 * evaluation.track.length_m;
+  }
   if (evaluation.kind != EvaluationKind::kHazards) return options;
   core::Rng rng(core::DeriveSeed(seed, "hazard"));
   const double y = rng.Uniform(kHazardBegin_m, kHazardEnd_m);

@@ -33,6 +33,8 @@ struct Evaluation {
   int seams = 60;               ///< in turn of each shape; kTracks, kHazards: runs
   int profiles_per_seam = 520;  ///< kRates
   double edge_within = 0.6;  ///< kRates: share of the line, about its middle, that edges start in
+  /// kTracks: > 0 makes every seam straight but for a half circle in its middle (fig. 3.25).
+  double half_circle_radius_m = 0.0;
   double speed_m_s = 0.03;
   std::uint64_t seed = 1;
   TrackOptions track;                  ///< its tracker also serves kRates

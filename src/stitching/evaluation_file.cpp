@@ -93,6 +93,7 @@ Evaluation ReadEvaluation(const std::filesystem::path& file) {
   map.Read("seams", evaluation.seams, 1, kMostSeams);
   map.Read("profiles_per_seam", evaluation.profiles_per_seam, 1, kMostSeams);
   map.Read("edge_within", evaluation.edge_within, 0.0, 1.0);
+  map.ReadScaled("half_circle_radius_mm", evaluation.half_circle_radius_m, kMm, 0.0, 1000.0);
   map.ReadScaled("speed_mm_s", evaluation.speed_m_s, kMm, 1.0, 500.0);
   map.Read("seed", evaluation.seed);
   map.ReadPath("reference", evaluation.reference);
