@@ -28,6 +28,7 @@ using nlohmann::ordered_json;
 using stitching::Evaluation;
 
 constexpr double kMm = 1e3;
+constexpr int kFewestColumns = 32;
 
 // ---- detect: recorded profiles or a stream ----
 
@@ -109,6 +110,11 @@ class Detection {
 
  private:
   void Begin(int columns) {
+    if (columns < kFewestColumns) {
+      throw core::InputError(fmt::format("{}: its profiles have {} columns; a line has at least {}",
+                                         arguments_.profiles == "-" ? "stdin" : arguments_.profiles,
+                                         columns, kFewestColumns));
+    }
     options_.line.columns = columns;
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
     tracker_.emplace(options_);

@@ -51,7 +51,8 @@ Published ReadPublished(const std::filesystem::path& file) {
   return published;
 }
 
-double Share(int k, int n) { return n > 0 ? 100.0 * k / n : 0.0; }
+// In per cent; "-" of nothing.
+std::string ShareCell(int k, int n) { return n > 0 ? Fixed(100.0 * k / n, 2) : "-"; }
 
 // A table with its title, and the same for programs.
 struct Section {
@@ -93,7 +94,7 @@ Section RatesSection(const Evaluation& evaluation, const EvaluationResult& resul
     const auto known = published.find(stitching::MethodName(m));
     std::vector<std::string> row = {stitching::MethodName(m)};
     for (std::size_t t = 0; t < kTolerances_px.size(); ++t) {
-      row.push_back(Fixed(Share(tally.within[t], tally.profiles), 2));
+      row.push_back(ShareCell(tally.within[t], tally.profiles));
       const bool there = known != published.end() && t < known->second.size();
       row.push_back(there ? Fixed(known->second[t], 1) : "-");
     }
@@ -122,7 +123,7 @@ Section PlacesSection(const Evaluation& evaluation, const EvaluationResult& resu
   for (int m = 0; m < kMethods; ++m) {
     const auto i = static_cast<std::size_t>(m);
     const auto cell = [t](const Tally& tally) {
-      return tally.profiles > 0 ? Fixed(Share(tally.within[t], tally.profiles), 2) : "-";
+      return ShareCell(tally.within[t], tally.profiles);
     };
     section.grid.rows.push_back(
         {stitching::MethodName(m), cell(all[i]), cell(centre[i]), cell(boundary[i])});
@@ -160,9 +161,9 @@ Section ShapesSection(const Evaluation& evaluation, const EvaluationResult& resu
     std::vector<std::string> row = {stitching::Name(shape), std::to_string(seams.size()),
                                     std::to_string(profiles)};
     for (const Tally& tally : sum) {
-      row.push_back(tally.profiles > 0 ? Fixed(Share(tally.within[t], tally.profiles), 2) : "-");
+      row.push_back(ShareCell(tally.within[t], tally.profiles));
     }
-    for (const int count : no_edge) row.push_back(Fixed(Share(count, profiles), 2));
+    for (const int count : no_edge) row.push_back(ShareCell(count, profiles));
     section.grid.rows.push_back(row);
   }
   return section;
@@ -203,10 +204,10 @@ Section TracksSection(const EvaluationResult& result) {
 }
 
 Section HazardsSection(const EvaluationResult& result) {
-  Section section{"Hazards: found, and the head at rest, before the needle is there",
-                  NumberGrid({"hazard", "method", "runs", "at rest before it was in view",
-                              "came into view", "found in time", "reached", "in time %",
-                              "found as the other"})};
+  Section section{
+      "Hazards: found, and the head at rest, before the needle is there",
+      NumberGrid({"hazard", "method", "runs", "at rest before it was in view", "came into view",
+                  "found in time", "reached", "in time %", "found as the other"})};
   for (const char* hazard : {"mat_end", "obstacle"}) {
     for (const auto method : std::span(kDecisions).first<stitching::kLoopDecisions>()) {
       int runs = 0;
@@ -222,10 +223,10 @@ Section HazardsSection(const EvaluationResult& result) {
         early += run.stopped_early ? 1 : 0;
       }
       const int seen = runs - early;
-      section.grid.rows.push_back(
-          {hazard, DecisionName(method), std::to_string(runs), std::to_string(early),
-           std::to_string(seen), std::to_string(found), std::to_string(seen - found),
-           Fixed(Share(found, seen), 2), std::to_string(other)});
+      section.grid.rows.push_back({hazard, DecisionName(method), std::to_string(runs),
+                                   std::to_string(early), std::to_string(seen),
+                                   std::to_string(found), std::to_string(seen - found),
+                                   ShareCell(found, seen), std::to_string(other)});
     }
   }
   return section;

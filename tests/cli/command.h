@@ -17,13 +17,14 @@ namespace rangegrasp::testing_support {
 /// The `rangegrasp` program in a process of its own.
 class Command {
  public:
-  explicit Command(std::vector<std::string> arguments, const std::string& stdout_file = "") {
+  explicit Command(std::vector<std::string> arguments, const std::string& stdout_file = "",
+                   const std::string& stdin_file = "/dev/null") {
     arguments.insert(arguments.begin(), RANGEGRASP_BINARY);
     const std::string out = stdout_file.empty() ? (folder_ / "out").string() : stdout_file;
     const std::string err = (folder_ / "err").string();
     pid_ = fork();
     if (pid_ != 0) return;
-    Redirect("/dev/null", O_RDONLY, STDIN_FILENO);
+    Redirect(stdin_file, O_RDONLY, STDIN_FILENO);
     Redirect(out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
     Redirect(err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
     std::vector<char*> argv;
@@ -86,8 +87,9 @@ struct Ran {
 
 /// Runs it to its end.
 inline Ran RunProgram(const std::vector<std::string>& arguments,
-                      const std::string& stdout_file = "") {
-  Command command(arguments, stdout_file);
+                      const std::string& stdout_file = "",
+                      const std::string& stdin_file = "/dev/null") {
+  Command command(arguments, stdout_file, stdin_file);
   const int code = command.Wait();
   return {code, command.Out(), command.Err()};
 }

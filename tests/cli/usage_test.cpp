@@ -18,7 +18,7 @@ using testing_support::TempFolder;
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
 const std::vector<std::string> kCommands = {"run",      "table", "trial",    "compare", "merge",
-                                            "snapshot", "scan",  "perceive", "version"};
+                                            "snapshot", "scan",  "perceive", "seam",    "version"};
 
 // Bad usage or input: code 2, a message on stderr that holds `says`, nothing on stdout.
 void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {

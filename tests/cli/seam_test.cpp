@@ -1,0 +1,206 @@
+// The seam commands, as a user with a sensor of their own would run them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/command.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::string kBase = (kSource / "experiments/seam_base.yaml").string();
+const std::string kTrack = (kSource / "experiments/seam_track.yaml").string();
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// A step of 1 mm at `column` of 256, with a ripple; no edge: column 256.
+std::string Row(int column) {
+  std::string row;
+  for (int i = 0; i < 256; ++i) {
+    const int um = (i >= column ? 1000 : 0) + (i * 37 % 11) * 3;
+    row += (i > 0 ? "," : "") + std::to_string(um);
+  }
+  return row + "\n";
+}
+
+class SeamTest : public testing::Test {
+ protected:
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+  // With the options that the rows of Row() ask for.
+  Ran Detect(std::vector<std::string> more, const std::string& in = "/dev/null") {
+    more.insert(more.begin(), {"seam", "detect"});
+    more.insert(more.end(), {"--unit", "um"});
+    return RunProgram(more, "", in);
+  }
+  void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+    const Ran ran = RunProgram(arguments);
+    EXPECT_EQ(ran.code, 2) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_THAT(ran.err, HasSubstr(says));
+  }
+  TempFolder folder_;
+};
+
+TEST_F(SeamTest, DetectsTheEdgeOfRecordedProfiles) {
+  std::string text;
+  for (int i = 0; i < 10; ++i) text += Row(120);
+  const std::string file = folder_.Write("p.csv", text).string();
+  for (const char* method : {"voting", "weights", "accumulated"}) {
+    const Ran ran = Detect({file, "--method", method});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto lines = Lines(ran.out);
+    ASSERT_EQ(lines.size(), 11U);
+    EXPECT_THAT(lines[0], StartsWith("profile,time_s,status,column,"));
+    EXPECT_THAT(lines[10], StartsWith("10,0.1452,edge,120.00,")) << method;
+  }
+}
+
+TEST_F(SeamTest, JsonHasOneObjectAProfile) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
+  const Ran ran = Detect({file, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto lines = Lines(ran.out);
+  ASSERT_EQ(lines.size(), 3U);
+  const auto json = nlohmann::json::parse(lines[2]);
+  EXPECT_EQ(json["profile"], 3);
+  EXPECT_EQ(json["status"], "edge");
+  EXPECT_EQ(json["column"], 100.0);
+  EXPECT_EQ(json["detectors"]["Gradient-Accumulation"], 100);
+}
+
+TEST_F(SeamTest, AStreamWithDamagedRowsGoesOn) {
+  const std::string in =
+      folder_.Write("in", Row(90) + "1,2,3\n" + Row(90) + Row(90) + "x" + Row(90) + Row(90))
+          .string();
+  const Ran ran = Detect({"-"}, in);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("row 2 has 3 columns instead of 256"));
+  EXPECT_THAT(ran.err, HasSubstr("row 5, column 1: 'x0' is not a number"));
+  const auto lines = Lines(ran.out);
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_THAT(lines[4], StartsWith("6,0.0806,edge,90.00,"));
+}
+
+TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
+  ExpectRefused({"seam", "detect", folder_.Write("r.csv", "1,2,3\n1,2\n").string()}, "row 2");
+  ExpectRefused({"seam", "detect", folder_.Write("e.csv", "").string()}, "e.csv");
+  ExpectRefused({"seam", "detect", File("none.png")}, "none.png");
+  ExpectRefused({"seam", "detect", folder_.Write("s.csv", "1,2,3\n").string()}, "32");
+  ExpectRefused({"seam", "detect", "-"}, "stdin");
+  const std::string file = folder_.Write("p.csv", Row(90)).string();
+  ExpectRefused({"seam", "detect", file}, "row 1");  // 1,000 mm: out of range
+  ExpectRefused({"seam", "detect", file, "--method", "magic"}, "--method");
+  ExpectRefused({"seam", "detect", file, "--columns-per-mm", "0"}, "--columns-per-mm");
+  ExpectRefused({"seam", "detect", file, "--options", File("none.yaml")}, "none.yaml");
+  ExpectRefused({"seam", "detect", file, "--calibration", File("none.yaml")}, "none.yaml");
+}
+
+TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
+  const std::string file = folder_.Write("p.csv", Row(90) + Row(90)).string();
+  EXPECT_EQ(Detect({file, "--picture", File("p.svg"), "--picture-row", "2"}).code, 0);
+  EXPECT_THAT(core::ReadFile(File("p.svg")), HasSubstr("Gradient-Accumulation"));
+  const Ran ran = Detect({file, "--picture", File("q.svg"), "--picture-row", "3"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("there are only 2 profiles"));
+}
+
+TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
+  std::vector<std::string> first;
+  for (const char* name : {"s.csv", "s.png", "s.pgm"}) {
+    ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "3", "-o", File(name)}).code, 0);
+    const Ran ran = RunProgram({"seam", "detect", File(name)});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto lines = Lines(ran.out);
+    if (first.empty()) first = lines;
+    ASSERT_EQ(lines.size(), first.size()) << name;
+  }
+  // The labels beside them: where most of the profiles were found.
+  const auto labels = Lines(core::ReadFile(File("s.labels.csv")));
+  ASSERT_EQ(labels.size(), first.size());
+  int near = 0;
+  for (std::size_t i = 1; i < labels.size(); ++i) {
+    const double label = std::stod(labels[i].substr(labels[i].find(',') + 1));
+    std::istringstream cells(first[i]);
+    std::string cell;
+    for (int k = 0; k < 4; ++k) std::getline(cells, cell, ',');
+    near += !cell.empty() && std::abs(std::stod(cell) - label) <= 12.0 ? 1 : 0;
+  }
+  EXPECT_GT(near, static_cast<int>(0.95 * static_cast<double>(labels.size())));
+}
+
+TEST_F(SeamTest, RawRowsAndTheirCalibrationGiveTheSameReadings) {
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "4", "-o", File("m.csv")}).code, 0);
+  ASSERT_EQ(
+      RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
+  const Ran metres = RunProgram({"seam", "detect", File("m.csv")});
+  const Ran rows =
+      RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
+  ASSERT_EQ(rows.code, 0) << rows.err;
+  const auto a = Lines(metres.out);
+  const auto b = Lines(rows.out);
+  ASSERT_EQ(a.size(), b.size());
+  int same = 0;
+  for (std::size_t i = 1; i < a.size(); ++i) {
+    same += a[i].substr(0, a[i].find(",edge")) == b[i].substr(0, b[i].find(",edge")) ? 1 : 0;
+  }
+  EXPECT_GT(same, static_cast<int>(0.98 * static_cast<double>(a.size())));
+}
+
+TEST_F(SeamTest, EvaluatesTheSameForAnyNumberOfJobs) {
+  for (const char* jobs : {"1", "2"}) {
+    const Ran ran = RunProgram({"seam", "evaluate", kBase, "--seams", "3", "--seed", "4711",
+                                "--jobs", jobs, "-o", File(jobs), "--json"});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto json = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(json["stamp"]["seed"], 4711);
+    EXPECT_EQ(json["tables"].size(), 3U);
+  }
+  for (const char* name : {"rows.csv", "tables.json"}) {
+    EXPECT_EQ(core::ReadFile(folder_ / "1" / name), core::ReadFile(folder_ / "2" / name));
+  }
+}
+
+TEST_F(SeamTest, TrackWritesItsPathPacketsAndPicture) {
+  const Ran ran =
+      RunProgram({"seam", "track", kTrack, "--run", "2", "--seed", "4711", "-o", File("t")});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(core::ReadFile(folder_ / "t" / "path.csv"), StartsWith("time_s,x_mm,y_mm,"));
+  EXPECT_THAT(core::ReadFile(folder_ / "t" / "packets.xml"), StartsWith("<"));
+  EXPECT_THAT(core::ReadFile(folder_ / "t" / "path.svg"), HasSubstr("</svg>"));
+  ExpectRefused({"seam", "track", kBase, "-o", File("t")}, "'kind' is 'rates'");
+}
+
+TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
+  const std::string below = (folder_.Write("file", "") / "below").string();
+  ExpectRefused({"seam", "evaluate", kBase, "-o", below}, below);
+  ExpectRefused({"seam", "track", kTrack, "-o", below}, below);
+  ExpectRefused({"seam", "generate", kBase, "-o", below + "/p.csv"}, below);
+  ExpectRefused({"seam", "evaluate", File("none.yaml")}, "none.yaml");
+}
+
+TEST(SeamHelp, EveryCommandHasAnExampleOfItself) {
+  for (const std::string command : {"generate", "detect", "evaluate", "track"}) {
+    const Ran ran = RunProgram({"seam", command, "--help"});
+    EXPECT_EQ(ran.code, 0);
+    EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp seam " + command));
+    EXPECT_EQ(RunProgram({"seam", command}).code, 2);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp
