@@ -16,23 +16,6 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
-/// Points whose thickness is below this share of their extent are in one plane.
-constexpr double kFlat = 1e-9;
-
-bool IsFlat(PointSpan points) {
-  const auto plane = FitPlane(points);
-  if (!plane) return true;
-  Eigen::Vector3d low = points.front();
-  Eigen::Vector3d high = low;
-  double thickness = 0.0;
-  for (const Eigen::Vector3d& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-    thickness = std::max(thickness, std::abs(plane->Distance(p)));
-  }
-  return thickness <= kFlat * (high - low).norm();
-}
-
 using Face = SurfaceMesh::Face_index;
 using Halfedge = SurfaceMesh::Halfedge_index;
 

@@ -49,6 +49,10 @@ void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors);
 
+/// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for what is no PLY.
+/// @throws core::InputError if its header is broken or the file cannot be read.
+bool PlyHoldsMesh(const std::filesystem::path& file);
+
 /// Reads OFF, OBJ, STL or PLY (assimp); polygons are cut into triangles, equal vertices joined.
 /// @throws core::InputError naming the file and what is wrong with it.
 TriangleMesh ReadMesh(const std::filesystem::path& file);

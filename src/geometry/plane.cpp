@@ -14,6 +14,8 @@ namespace {
 constexpr double kCollinear = 1e-9;
 /// The same for the ratio of the two larger eigenvalues, which are squares and carry rounding.
 constexpr double kCollinearSquared = 1e-14;
+/// Points whose thickness is below this share of their extent are in one plane.
+constexpr double kFlat = 1e-9;
 
 Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -87,6 +89,20 @@ std::optional<Plane> FitPlane(PointSpan points) {
   plane.normal = solver.eigenvectors().col(0).normalized();
   plane.offset_m = -plane.normal.dot(mean);
   return plane;
+}
+
+bool IsFlat(PointSpan points) {
+  const auto plane = FitPlane(points);
+  if (!plane) return true;
+  Eigen::Vector3d low = points.front();
+  Eigen::Vector3d high = low;
+  double thickness = 0.0;
+  for (const Eigen::Vector3d& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+    thickness = std::max(thickness, std::abs(plane->Distance(p)));
+  }
+  return thickness <= kFlat * (high - low).norm();
 }
 
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,

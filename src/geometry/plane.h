@@ -25,6 +25,10 @@ std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3
 /// if degenerate.
 std::optional<Plane> FitPlane(PointSpan points);
 
+/// Whether the points are in one plane: their thickness is below a billionth of their extent. Fewer
+/// than three always are.
+bool IsFlat(PointSpan points);
+
 struct PlaneRansacOptions {
   int draws = 100;                   ///< >= 1 (section 4.2.1)
   double inlier_distance_m = 0.002;  ///< > 0

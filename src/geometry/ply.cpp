@@ -11,6 +11,8 @@ constexpr std::size_t kMostHeaderLines = 1000;
 struct Header {
   std::string format;
   std::size_t points = 0;
+  std::size_t faces = 0;
+  std::size_t elements = 0;  // of all kinds
   bool has_vertex = false;
   bool in_vertex = false;
   Coordinate xyz[3];
@@ -37,6 +39,8 @@ void ReadElement(const LineReader& lines, const std::vector<std::string_view>& w
   const auto count = words.size() == 3 ? ParseCount(words[2]) : std::nullopt;
   if (!count || *count >= kMost) lines.Fail("an element needs a name and a count below 2^31");
   header.in_vertex = words[1] == "vertex";
+  header.elements += *count;
+  if (words[1] == "face") header.faces = *count;
   if (header.in_vertex) {
     header.has_vertex = true;
     header.points = *count;
@@ -47,7 +51,15 @@ void ReadElement(const LineReader& lines, const std::vector<std::string_view>& w
 
 void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& words,
                   Header& header) {
-  if (!header.in_vertex) return;
+  if (!header.in_vertex) {
+    const bool list = words.size() == 5 && words[1] == "list";
+    if (!list && words.size() != 3) {
+      lines.Fail("a property needs a type and a name, or list, two types and a name");
+    }
+    TypeSize(lines, words[list ? 2 : 1]);
+    if (list) TypeSize(lines, words[3]);
+    return;
+  }
   if (words.size() != 3) lines.Fail("a property of vertex needs a type and a name, and is no list");
   const std::size_t size = TypeSize(lines, words[1]);
   for (int axis = 0; axis < 3; ++axis) {
@@ -107,6 +119,18 @@ void Check(const LineReader& lines, Header& header) {
 }
 
 }  // namespace
+
+std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes) {
+  LineReader lines(bytes, file);
+  Header header = ReadHeader(lines);
+  Check(lines, header);
+  if (header.elements > bytes.size() - lines.position()) {
+    lines.Fail("the data are " + std::to_string(bytes.size() - lines.position()) +
+               " bytes; the header says " + std::to_string(header.elements) +
+               " elements: the file is truncated, or a count is wrong");
+  }
+  return header.faces;
+}
 
 CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);

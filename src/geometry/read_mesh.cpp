@@ -2,8 +2,10 @@
 #include <assimp/scene.h>
 
 #include <assimp/Importer.hpp>
+#include <cmath>
 
 #include "core/error.h"
+#include "geometry/internal/cloud_format.h"
 #include "geometry/internal/file_bytes.h"
 #include "geometry/io.h"
 
@@ -18,6 +20,23 @@ core::Pose ToPose(const aiMatrix4x4& m) {
       static_cast<double>(m.c2), static_cast<double>(m.c3), static_cast<double>(m.c4), 0.0, 0.0,
       0.0, 1.0;
   return pose;
+}
+
+// The readers' flags do not always say what a mesh's faces are, and triangulation, which trusts
+// them, aborts the program. The importer owns the scene; it is const to others only.
+// @return whether there are polygons to be cut.
+bool CorrectFlags(const aiScene& scene) {
+  bool polygons = false;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    aiMesh& mesh = *scene.mMeshes[m];
+    mesh.mPrimitiveTypes = 0;
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const unsigned corners = mesh.mFaces[i].mNumIndices;
+      if (corners > 0) mesh.mPrimitiveTypes |= AI_PRIMITIVE_TYPE_FOR_N_INDICES(corners);
+    }
+    polygons = polygons || (mesh.mPrimitiveTypes & aiPrimitiveType_POLYGON) != 0;
+  }
+  return polygons;
 }
 
 TriangleMesh ToMesh(const aiMesh& source) {
@@ -45,26 +64,39 @@ void Collect(const aiScene& scene, const aiNode& node, const core::Pose& X_WP, T
   }
 }
 
-void Check(const std::filesystem::path& file, const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (!mesh.vertices[i].allFinite()) {
-      throw core::InputError(file.string() + ": vertex " + std::to_string(i) + " is not finite");
-    }
+// Post-processing trusts faces and vertices.
+void Check(const std::filesystem::path& file, const aiMesh& mesh) {
+  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
+    const aiVector3D& p = mesh.mVertices[i];
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+    throw core::InputError(file.string() + ": vertex " + std::to_string(i) + " is not finite");
   }
-  for (const auto& triangle : mesh.triangles) {
-    for (const std::uint32_t vertex : triangle) {
-      if (vertex < mesh.vertices.size()) continue;
-      throw core::InputError(file.string() + ": a face names vertex " + std::to_string(vertex) +
-                             "; there are " + std::to_string(mesh.vertices.size()));
+  for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+    const aiFace& face = mesh.mFaces[i];
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      if (face.mIndices[k] < mesh.mNumVertices) continue;
+      throw core::InputError(file.string() + ": a face names vertex " +
+                             std::to_string(face.mIndices[k]) + "; there are " +
+                             std::to_string(mesh.mNumVertices));
     }
   }
 }
 
+bool IsPly(std::string_view bytes) {
+  return bytes.starts_with("ply\n") || bytes.starts_with("ply\r");
+}
+
 }  // namespace
+
+bool PlyHoldsMesh(const std::filesystem::path& file) {
+  const std::string bytes = internal::ReadBytes(file);
+  return IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
+}
 
 TriangleMesh ReadMesh(const std::filesystem::path& file) {
   const std::string bytes = internal::ReadBytes(file);
+  // The reader of PLY does not end on some broken headers.
+  if (IsPly(bytes)) internal::CheckPlyHeader(file, bytes);
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
   Assimp::Importer importer;
@@ -72,17 +104,20 @@ TriangleMesh ReadMesh(const std::filesystem::path& file) {
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
-  const aiScene* scene = importer.ReadFileFromMemory(
-      bytes.data(), bytes.size(),
-      aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_JoinIdenticalVertices,
-      ending.c_str());
-  if (scene == nullptr || scene->mRootNode == nullptr) {
+  const auto check = [&](const aiScene* scene) {
+    if (scene != nullptr && scene->mRootNode != nullptr) return scene;
     throw core::InputError(file.string() + ": cannot be read as OFF, OBJ, STL or PLY (" +
                            importer.GetErrorString() + ")");
-  }
+  };
+  const aiScene* scene =
+      check(importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, ending.c_str()));
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) Check(file, *scene->mMeshes[m]);
+  if (CorrectFlags(*scene)) check(importer.ApplyPostProcessing(aiProcess_Triangulate));
+  scene = check(
+      importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
   TriangleMesh mesh;
   Collect(*scene, *scene->mRootNode, core::Pose::Identity(), mesh);
-  Check(file, mesh);
+  if (mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
   return mesh;
 }
 

@@ -285,6 +285,64 @@ TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
   EXPECT_LT(refused, 2000);
 }
 
+// A box as every format holds it, with a polygon where there can be one.
+std::vector<std::pair<std::string, std::string>> BoxFiles() {
+  const std::string corners = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n";
+  const std::string faces =
+      "4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n3 1 2 6\n3 1 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+  std::string obj;
+  std::istringstream rows(corners);
+  for (std::string row; std::getline(rows, row);) obj += "v " + row + "\n";
+  obj += "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  std::string stl = "solid box\n";
+  for (int k = 0; k < 4; ++k) {
+    stl += "facet normal 0 0 1\nouter loop\nvertex 0 0 " + std::to_string(k) +
+           "\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  }
+  return {{"box.off", "OFF\n8 7 0\n" + corners + faces},
+          {"box.ply",
+           "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float "
+           "y\nproperty float z\nelement face 7\nproperty list uchar int "
+           "vertex_indices\nend_header\n" +
+               corners + faces},
+          {"box.obj", obj},
+          {"box.stl", stl + "endsolid box\n"}};
+}
+
+TEST_F(Io, AnyMutatedMeshIsReadOrRefusedWithoutACrash) {
+  core::Rng rng(12);
+  int refused = 0;
+  int read = 0;
+  for (const auto& [name, text] : BoxFiles()) {
+    EXPECT_NO_THROW(ReadMesh(Write(name, text))) << name;
+    for (int i = 0; i < 500; ++i) {
+      const auto file = Write(name, Mutated(text, rng));
+      try {
+        const TriangleMesh mesh = ReadMesh(file);
+        EXPECT_FALSE(mesh.triangles.empty());
+        for (const auto& triangle : mesh.triangles) {
+          for (const std::uint32_t v : triangle) EXPECT_LT(v, mesh.vertices.size());
+        }
+        ++read;
+      } catch (const InputError& error) {
+        ++refused;
+        EXPECT_THAT(error.what(), HasSubstr(name));
+      }
+    }
+  }
+  EXPECT_GT(refused, 200);
+  EXPECT_GT(read, 200);
+}
+
+TEST_F(Io, APlyThatDeclaresFacesIsAMesh) {
+  EXPECT_TRUE(PlyHoldsMesh(Write("box.ply", BoxFiles()[1].second)));
+  core::Rng rng(3);
+  WriteCloud(Path("cloud.ply"), RandomImage(rng));
+  EXPECT_FALSE(PlyHoldsMesh(Path("cloud.ply")));
+  EXPECT_FALSE(PlyHoldsMesh(Write("box.off", BoxFiles()[0].second)));
+  EXPECT_THROW(PlyHoldsMesh(Write("bad.ply", "ply\nelement\n")), InputError);
+}
+
 TEST_F(Io, AFullDiskAndAMissingFolderAreRunErrors) {
   core::Rng rng(4);
   const RangeImage image = RandomImage(rng);

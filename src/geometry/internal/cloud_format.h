@@ -58,6 +58,11 @@ Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate 
 Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
                    const Coordinate (&xyz)[3]);
 
+/// What stands before the data of a PLY, in full. @return how many faces it declares.
+/// @throws core::InputError naming file and line: an unknown key or type, no x, y and z, no end,
+/// more elements than the data can hold.
+std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
+
 CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes);
 CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes);
 
