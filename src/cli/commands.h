@@ -10,6 +10,7 @@ namespace rangegrasp::cli {
 /// core::InputError or core::RunError.
 void AddRunCommands(CLI::App& app);      ///< run, table, compare, merge, trial
 void AddPictureCommands(CLI::App& app);  ///< snapshot, scan
+void AddPartsCommands(CLI::App& app);    ///< parts, parts evaluate
 void AddPerceiveCommand(CLI::App& app);  ///< perceive
 void AddSeamCommands(CLI::App& app);     ///< seam generate, detect, evaluate, track
 void AddVersionCommand(CLI::App& app);   ///< version

@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
+  rangegrasp::cli::AddPartsCommands(app);
   rangegrasp::cli::AddVersionCommand(app);
   try {
     CheckCommand(app, argc, argv);

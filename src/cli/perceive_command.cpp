@@ -21,7 +21,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct PerceiveArguments {
-  std::string cloud, out, origin = "0,0,0", up, unit = "m", segmentation = "mesh";
+  std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
   std::string scene = RANGEGRASP_DEFAULT_SCENE;
   double noise_mm = 0.5;
   std::uint64_t seed = 1;
@@ -138,10 +138,22 @@ std::string Text(const perception::Scene& scene,
   return text;
 }
 
+// The measured points of one object as a cloud, all grey.
+void WriteObject(const perception::Scene& scene, std::size_t object,
+                 const std::filesystem::path& file) {
+  const auto& points = scene.objects[object].points;
+  const geometry::TriangleMesh cloud{geometry::Select(scene.cloud.points, points), {}};
+  geometry::WriteColoredPly(
+      file, cloud,
+      std::vector<std::array<std::uint8_t, 3>>(cloud.vertices.size(), {160, 160, 160}));
+}
+
 void Perceive(const PerceiveArguments& arguments) {
   const auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
   const geometry::Points points = FinitePoints(file.points);
-  const Eigen::Vector3d origin = ParseVector(arguments.origin, "--sensor-origin");
+  const Eigen::Vector3d origin = arguments.origin.empty()
+                                     ? file.sensor_origin.value_or(Eigen::Vector3d::Zero())
+                                     : ParseVector(arguments.origin, "--sensor-origin");
   const auto options = OptionsFor(arguments);
   core::Rng rng(arguments.seed);
   perception::Scene scene;
@@ -161,10 +173,13 @@ void Perceive(const PerceiveArguments& arguments) {
   if (arguments.out.empty()) return;
   const std::filesystem::path folder(arguments.out);
   WriteResult(json, folder / "perceived.json");
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
+  }
   const auto canvas = draw::DrawScene(points, scene, grasps, hand);
   sim::WritePng((folder / "perceived.png").string(),
                 draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
-  spdlog::info("picture in {}", (folder / "perceived.png").string());
+  spdlog::info("picture and clouds of the objects in {}", folder.string());
 }
 
 }  // namespace
@@ -174,8 +189,9 @@ void AddPerceiveCommand(CLI::App& app) {
       app.add_subcommand("perceive", "Objects and grasps of any cloud, a recorded one too.");
   auto arguments = std::make_shared<PerceiveArguments>();
   command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
-  command->add_option("--sensor-origin", arguments->origin,
-                      "x,y,z of the sensor in the cloud's frame [m]");
+  command->add_option(
+      "--sensor-origin", arguments->origin,
+      "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");
   command->add_option("--up", arguments->up, "direction away from the table, where it is known");
   command->add_option("--unit", arguments->unit, "of the cloud's coordinates")
       ->check(CLI::IsMember({"m", "cm", "mm"}));
@@ -189,7 +205,8 @@ void AddPerceiveCommand(CLI::App& app) {
   command->add_option("--seed", arguments->seed, "of the random draws")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "everything as JSON");
-  command->add_option("-o,--out", arguments->out, "folder for perceived.json and perceived.png");
+  command->add_option("-o,--out", arguments->out,
+                      "folder for perceived.json, perceived.png and each object's object_<n>.ply");
   command->footer(
       "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");
   command->callback([arguments] { Perceive(*arguments); });

@@ -1,0 +1,246 @@
+// The parts commands, as a user with a mesh or cloud of their own would run them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/command.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+// A ball on the x side of which a rod grows: rings of points along x, with two ends.
+struct Lollipop {
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::array<std::size_t, 3>> faces;
+
+  Lollipop() {
+    constexpr std::size_t kRings = 40, kAround = 16;
+    for (std::size_t r = 0; r < kRings; ++r) {
+      const double x = -0.99 + 4.0 * static_cast<double>(r) / (kRings - 1);
+      const double radius = std::max(0.15, std::sqrt(std::max(0.0, 1.0 - x * x)));
+      for (std::size_t k = 0; k < kAround; ++k) {
+        const double angle = 2.0 * M_PI * static_cast<double>(k) / kAround;
+        points.push_back({x, radius * std::cos(angle), radius * std::sin(angle)});
+      }
+    }
+    points.push_back({-1.0, 0, 0});
+    points.push_back({3.02, 0, 0});
+    for (std::size_t k = 0; k < kAround; ++k) {
+      const std::size_t next = (k + 1) % kAround, last = (kRings - 1) * kAround;
+      for (std::size_t r = 0; r + 1 < kRings; ++r) {
+        const std::size_t base = r * kAround;
+        faces.push_back({base + k, base + kAround + next, base + next});
+        faces.push_back({base + k, base + kAround + k, base + kAround + next});
+      }
+      faces.push_back({points.size() - 2, k, next});
+      faces.push_back({points.size() - 1, last + next, last + k});
+    }
+  }
+  std::string Off() const {
+    std::ostringstream out;
+    out << "OFF\n" << points.size() << " " << faces.size() << " 0\n";
+    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
+    for (const auto& f : faces) out << "3 " << f[0] << " " << f[1] << " " << f[2] << "\n";
+    return out.str();
+  }
+  std::string Ply() const {
+    std::ostringstream out;
+    out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
+        << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
+    return out.str();
+  }
+  // Ball and rod.
+  std::string Seg() const {
+    std::string text;
+    for (const auto& f : faces) text += points[f[0]][0] < 1.0 ? "0\n" : "1\n";
+    return text;
+  }
+};
+
+class PartsTest : public testing::Test {
+ protected:
+  PartsTest() { mesh_ = folder_.Write("lollipop.off", Lollipop().Off()).string(); }
+
+  Ran Parts(std::vector<std::string> more) {
+    more.insert(more.begin(), "parts");
+    more.insert(more.end(), {"-o", Out()});
+    return RunProgram(more);
+  }
+  std::string Out() const { return (folder_ / "out").string(); }
+  void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+    const Ran ran = Parts(arguments);
+    EXPECT_EQ(ran.code, 2) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_THAT(ran.err, HasSubstr(says));
+  }
+  void WriteBenchmark() {
+    for (const char* id : {"1", "2"}) {
+      folder_.Write(std::string("psb/off/") + id + ".off", Lollipop().Off());
+      folder_.Write(std::string("psb/seg/") + id + "/" + id + "_0.seg", Lollipop().Seg());
+    }
+    experiment_ = folder_
+                      .Write("e.yaml",
+                             "data: psb\nmethods: [mirror, kmeans, sdf]\nclasses: [lollipop]\n"
+                             "models: {lollipop: {tune: [1], report: [2]}}\n")
+                      .string();
+  }
+
+  TempFolder folder_;
+  std::string mesh_, experiment_;
+};
+
+TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
+  const Ran ran = Parts({mesh_, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["faces"], Lollipop().faces.size());
+  EXPECT_EQ(json["element"], "face");
+  std::size_t elements = 0;
+  for (const auto& part : json["parts"]) elements += part["elements"].get<std::size_t>();
+  EXPECT_EQ(elements, Lollipop().faces.size());
+  EXPECT_EQ(json["parts"][0]["core"], true);
+  const std::string labels = core::ReadFile(folder_ / "out/lollipop.seg");
+  EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
+            static_cast<long>(Lollipop().faces.size()));
+  EXPECT_THAT(core::ReadFile(folder_ / "out/lollipop.ply"), testing::StartsWith("ply\n"));
+  EXPECT_THAT(core::ReadFile(folder_ / "out/lollipop.png"), testing::StartsWith("\x89PNG"));
+}
+
+TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
+  for (const char* method : {"mirror", "improved", "kmeans", "sdf", "core"}) {
+    const Ran ran = Parts({mesh_, "--method", method});
+    EXPECT_EQ(ran.code, 0) << method << ": " << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces")) << method;
+  }
+}
+
+TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
+  for (const int k : {1, 2, 7}) {
+    const Ran ran = Parts({mesh_, "--method", "kmeans", "--parts", std::to_string(k), "--json"});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(nlohmann::json::parse(ran.out)["parts"].size(), static_cast<std::size_t>(k));
+  }
+}
+
+TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
+  ASSERT_EQ(Parts({mesh_}).code, 0);
+  std::vector<std::string> first;
+  for (const char* name : {".seg", ".ply", ".png"}) {
+    first.push_back(core::ReadFile(folder_ / (std::string("out/lollipop") + name)));
+  }
+  ASSERT_EQ(Parts({mesh_}).code, 0);
+  std::size_t i = 0;
+  for (const char* name : {".seg", ".ply", ".png"}) {
+    EXPECT_EQ(core::ReadFile(folder_ / (std::string("out/lollipop") + name)), first[i++]) << name;
+  }
+}
+
+TEST_F(PartsTest, ACloudHasALabelAPoint) {
+  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  const Ran ran = Parts({cloud, "--go-on-outside", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["element"], "point");
+  const std::string labels = core::ReadFile(folder_ / "out/cloud.seg");
+  EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
+            static_cast<long>(Lollipop().points.size()));
+}
+
+TEST_F(PartsTest, AMeshInItsPoseInvariantFormHasLabelsForItsOwnFaces) {
+  const Ran ran = Parts({mesh_, "--pose-invariant", "--go-on-outside"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces"));
+}
+
+TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
+  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  ExpectRefused({}, "a FILE");
+  ExpectRefused({(folder_ / "none.off").string()}, "none.off");
+  ExpectRefused({folder_.Write("a.off", "OFF\nx\n").string()}, "a.off");
+  ExpectRefused({folder_.Write("a.txt", "1 2 3").string()}, "a.txt: unknown ending");
+  ExpectRefused({mesh_, "--method", "mirrow"}, "--method");
+  ExpectRefused({mesh_, "--parts", "3"}, "kmeans and sdf");
+  ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");
+  ExpectRefused({mesh_, "--method", "sdf", "--pose-invariant"}, "--pose-invariant");
+  ExpectRefused({mesh_, "--method", "core", "--go-on-outside"}, "--go-on-outside");
+  for (const char* method : {"improved", "kmeans", "sdf", "core"}) {
+    ExpectRefused({cloud, "--method", method}, "cloud.ply: is a point cloud");
+  }
+}
+
+TEST_F(PartsTest, EvaluateWritesRowsFiguresAndTables) {
+  WriteBenchmark();
+  const Ran ran = Parts({"evaluate", experiment_});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("1 - Rand index"));
+  EXPECT_THAT(ran.out, HasSubstr("Cut discrepancy"));
+  for (const char* name :
+       {"rows.csv", "tables.json", "rand_index.csv", "rand_index_by_class.svg",
+        "rand_index_overall.svg", "cut_discrepancy.csv", "cut_discrepancy_by_class.svg",
+        "cut_discrepancy_overall.svg", "rand_index_all_models.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
+  }
+  EXPECT_NO_THROW(nlohmann::json::parse(core::ReadFile(folder_ / "out/tables.json")));
+}
+
+TEST_F(PartsTest, ARunThatWasCutShortGoesOnToTheSameRows) {
+  WriteBenchmark();
+  ASSERT_EQ(Parts({"evaluate", experiment_}).code, 0);
+  const std::string rows = core::ReadFile(folder_ / "out/rows.csv");
+  // Three whole lines, and half of the next.
+  std::size_t at = 0;
+  for (int i = 0; i < 3; ++i) at = rows.find('\n', at) + 1;
+  folder_.Write("out/rows.csv", rows.substr(0, at + 10));
+  const Ran ran = Parts({"evaluate", experiment_, "--resume", "--jobs", "1"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string again = core::ReadFile(folder_ / "out/rows.csv");
+  // What was there is kept with its times; of the others all but the times is the same.
+  EXPECT_EQ(again.substr(0, at), rows.substr(0, at));
+  const auto without_times = [](const std::string& text) {
+    std::istringstream in(text);
+    std::string result;
+    for (std::string line; std::getline(in, line);) {
+      std::istringstream cells(line);
+      std::string cell;
+      for (int i = 0; std::getline(cells, cell, ','); ++i) result += i == 7 ? "" : cell + ",";
+      result += "\n";
+    }
+    return result;
+  };
+  EXPECT_EQ(without_times(again), without_times(rows));
+}
+
+TEST_F(PartsTest, EvaluateGoesOnPastAModelThatFails) {
+  WriteBenchmark();
+  folder_.Write("psb/off/2.off", "OFF\nrubbish\n");
+  const Ran ran = Parts({"evaluate", experiment_, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto tables = nlohmann::json::parse(ran.out)["tables"];
+  EXPECT_EQ(tables.back()["title"], "Failed");
+  EXPECT_EQ(tables.back()["rows"].size(), 3U);
+}
+
+TEST_F(PartsTest, EvaluateRefusesWhatItCannotRead) {
+  WriteBenchmark();
+  ExpectRefused({"evaluate"}, "experiment");
+  ExpectRefused({"evaluate", (folder_ / "none.yaml").string()}, "none.yaml: no such file");
+  ExpectRefused({"evaluate", experiment_, "--data", Out()}, "has no folder 'off'");
+  ExpectRefused({"evaluate", experiment_, "--jobs", "0"}, "--jobs");
+  folder_.Write("out/rows.csv", "something else\n");
+  ExpectRefused({"evaluate", experiment_, "--resume"}, "rows.csv:1: ");
+  EXPECT_EQ(core::ReadFile(folder_ / "out/rows.csv"), "something else\n");
+}
+
+}  // namespace
+}  // namespace rangegrasp
