@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -449,16 +448,6 @@ TEST(PoseInvariant, BentFingersComeOffThePalm) {
   EXPECT_FALSE(tips.contains(0));
   EXPECT_THROW(SegmentPoseInvariant(hand.shape, {.smacof = {}, .mirror = {}, .core_growth = 0.9}),
                std::invalid_argument);
-}
-
-// Four legs or two arms and two legs, the head or the ears, and a tail that not every model has.
-TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
-  const std::filesystem::path data = "../shared/data/psb/off";
-  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no benchmark in " << data;
-  for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
-    const Shape shape = ReadShape(data / (std::to_string(id) + ".off"));
-    EXPECT_GE(LargeParts(SegmentPoseInvariant(shape, {})).size(), 5u) << id;
-  }
 }
 
 }  // namespace

@@ -338,22 +338,5 @@ TEST(Borders, MoveIntoTheGrooveWithinReach) {
   EXPECT_NEAR(moved(0.05), 0.0, 0);  // too far
 }
 
-/// Models of the benchmark by Chen et al. (2009), where they are at hand. These are of the half
-/// that no option was set by.
-TEST(Improved, IsNearThePeopleOnTheBenchmark) {
-  const std::filesystem::path data = "../shared/data/psb";
-  if (!std::filesystem::exists(data / "off")) GTEST_SKIP() << "no benchmark in " << data;
-  double sum = 0.0;
-  const std::vector<int> ids = {164, 243, 344};
-  for (const int id : ids) {
-    const std::string name = std::to_string(id);
-    const Shape shape = ReadShape(data / "off" / (name + ".off"));
-    const std::vector<std::int32_t> human =
-        ReadLabels(data / "seg" / name / (name + "_0.seg"), shape.faces.size());
-    sum += RandError(SegmentImproved(shape, {}).label, human);
-  }
-  EXPECT_LT(sum / static_cast<double>(ids.size()), 0.1);
-}
-
 }  // namespace
 }  // namespace rangegrasp::parts

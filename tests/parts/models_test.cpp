@@ -1,0 +1,59 @@
+// Models of the benchmark by Chen et al. (2009), where they are at hand.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "parts/embedding.h"
+#include "parts/files.h"
+#include "parts/improved.h"
+#include "parts/metrics.h"
+#include "parts/mirror.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+const std::filesystem::path kData =
+    std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
+
+/// Labels of parts with at least a hundredth of the faces, without the core.
+std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
+  std::map<std::int32_t, std::size_t> size;
+  for (const std::int32_t label : segmentation.label) ++size[label];
+  std::set<std::int32_t> large;
+  for (const auto& [label, count] : size) {
+    if (label != 0 && 100 * count >= segmentation.label.size()) large.insert(label);
+  }
+  return large;
+}
+
+// Four legs or two arms and two legs, the head or the ears, and a tail that not every model has.
+TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
+  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
+  for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
+    const Shape shape = ReadShape(kData / "off" / (std::to_string(id) + ".off"));
+    EXPECT_GE(LargeParts(SegmentPoseInvariant(shape, {})).size(), 5u) << id;
+  }
+}
+
+// Of the half that no option was set by.
+TEST(Improved, IsNearThePeopleOnTheBenchmark) {
+  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
+  double sum = 0.0;
+  const std::vector<int> ids = {164, 243, 344};
+  for (const int id : ids) {
+    const std::string name = std::to_string(id);
+    const Shape shape = ReadShape(kData / "off" / (name + ".off"));
+    const std::vector<std::int32_t> human =
+        ReadLabels(kData / "seg" / name / (name + "_0.seg"), shape.faces.size());
+    sum += RandError(SegmentImproved(shape, {}).label, human);
+  }
+  EXPECT_LT(sum / static_cast<double>(ids.size()), 0.1);
+}
+
+}  // namespace
+}  // namespace rangegrasp::parts
