@@ -134,28 +134,33 @@ ordered_json JsonOf(const SegmentArguments& arguments, const Segmented& result) 
                        {"vertices", result.input.vertices.size()},
                        {"faces", result.input.triangles.size()},
                        {"element", mesh ? "face" : "point"},
+                       {"elements", 0},
                        {"parts", ordered_json::array()},
                        {"note", found.note},
                        {"seconds", result.seconds}};
   std::vector<std::size_t> sizes(static_cast<std::size_t>(found.parts), 0);
-  for (const std::int32_t label : result.labels) ++sizes[static_cast<std::size_t>(label)];
+  std::size_t elements = 0;  // that have a place, and so a part
+  for (const std::int32_t label : result.labels) {
+    if (label < 0) continue;
+    ++sizes[static_cast<std::size_t>(label)];
+    ++elements;
+  }
+  json["elements"] = elements;
   for (int part = 0; part < found.parts; ++part) {
     const std::size_t size = sizes[static_cast<std::size_t>(part)];
-    json["parts"].push_back(
-        {{"label", part},
-         {"core", found.has_core && part == 0},
-         {"elements", size},
-         {"share", static_cast<double>(size) / static_cast<double>(result.labels.size())},
-         {"color", HexOf(parts::PartColor(part))}});
+    json["parts"].push_back({{"label", part},
+                             {"core", found.has_core && part == 0},
+                             {"elements", size},
+                             {"share", static_cast<double>(size) / static_cast<double>(elements)},
+                             {"color", HexOf(parts::PartColor(part))}});
   }
   return json;
 }
 
 std::string TextOf(const ordered_json& json) {
-  std::string text = fmt::format("{} parts of {} {}s\n", json["parts"].size(),
-                                 json["element"] == "face" ? json["faces"].get<std::size_t>()
-                                                           : json["vertices"].get<std::size_t>(),
-                                 json["element"].get<std::string>());
+  std::string text =
+      fmt::format("{} parts of {} {}s\n", json["parts"].size(), json["elements"].get<std::size_t>(),
+                  json["element"].get<std::string>());
   for (const auto& part : json["parts"]) {
     text += fmt::format("part {}: {} {}s, {:.1f} %, {}{}\n", part["label"].get<int>(),
                         part["elements"].get<std::size_t>(), json["element"].get<std::string>(),

@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <limits>
 #include <memory>
 
 #include "cli/commands.h"
@@ -88,6 +89,17 @@ std::vector<geometry::CloudField> TruthFields(const sensing::ScanTruth& truth) {
   return {label, state};
 }
 
+/// The image with nothing measured but the target.
+geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
+  geometry::RangeImage image = scan.image;
+  for (std::size_t i = 0; i < image.points_C.size(); ++i) {
+    if (scan.truth.label[i] != 1) {
+      image.points_C[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return image;
+}
+
 /// The scan, objects and table apart, and the shadows on the table plane round the workspace.
 sim::Image DrawScan(const sensing::Scan& scan, const std::vector<geometry::VisualMesh>& meshes,
                     const core::Pose& X_WS, const sensing::LineScannerOptions& options) {
@@ -126,6 +138,7 @@ void AddScan(CLI::App& app) {
   struct Arguments {
     std::string file, out, trial, sensor, picture;
     std::optional<std::uint64_t> seed;
+    bool target_only = false;
   };
   auto* command = app.add_subcommand(
       "scan", "One simulated scan as an organised PCD or PLY cloud with labels.");
@@ -137,6 +150,8 @@ void AddScan(CLI::App& app) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--picture", arguments->picture, "PNG of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor, "sensor file (YAML) for a scene");
+  command->add_flag("--target-only", arguments->target_only,
+                    "of an experiment: only the target's points, as for rangegrasp parts");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
       "Fields: x y z [m], label (0 scene, 1 target), state (0 measured, 1 camera shadow, 2 "
@@ -149,6 +164,9 @@ void AddScan(CLI::App& app) {
     const auto options = picked.context              ? picked.context->scanner
                          : arguments->sensor.empty() ? sensing::LineScannerOptions{}
                                                      : sensing::ReadLineScanner(arguments->sensor);
+    if (arguments->target_only && !picked.context) {
+      throw core::InputError("--target-only: a scene has no target; give an experiment");
+    }
     const auto meshes = picked.world->VisualMeshes();
     const core::Pose X_WS = picked.world->SitePose("scanner");
     core::Rng rng(core::DeriveSeed(picked.seed, "scan"));
@@ -156,7 +174,8 @@ void AddScan(CLI::App& app) {
     const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
     const double seconds = watch.Seconds();
     MakeFolderOf(arguments->out);
-    geometry::WriteCloud(arguments->out, scan.image, TruthFields(scan.truth));
+    geometry::WriteCloud(arguments->out, arguments->target_only ? TargetOnly(scan) : scan.image,
+                         TruthFields(scan.truth));
     if (!arguments->picture.empty()) {
       MakeFolderOf(arguments->picture);
       sim::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));

@@ -283,16 +283,12 @@ std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const TriangleMesh& 
   for (std::size_t i = 0; i < n; ++i) {
     if (shape.element_of_input[i] >= 0) continue;
     const Eigen::Vector3d center = Center(input, i);
-    std::size_t nearest = 0;
-    if (IsUsable(center)) {
-      tree.Nearest(center, 1, found);
-      nearest = found.front().index;
-    } else {  // it has no place: the next one in the file
-      const auto next = std::lower_bound(kept_index.begin(), kept_index.end(), i);
-      nearest = static_cast<std::size_t>(next - kept_index.begin());
-      nearest = std::min(nearest, kept_index.size() - 1);
+    if (!IsUsable(center)) {
+      label[i] = -1;
+      continue;
     }
-    label[i] = label[kept_index[nearest]];
+    tree.Nearest(center, 1, found);
+    label[i] = label[kept_index[found.front().index]];
   }
   return label;
 }

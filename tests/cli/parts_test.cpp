@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -67,6 +70,26 @@ struct Lollipop {
     return text;
   }
 };
+
+// The points of a binary PLY as `scan` writes it: x, y, z as floats and two whole numbers.
+std::vector<std::array<double, 3>> ScannedPoints(const std::string& ply) {
+  const std::string end = "end_header\n";
+  std::vector<std::array<double, 3>> points;
+  for (std::size_t at = ply.find(end) + end.size(); at + 20 <= ply.size(); at += 20) {
+    std::array<float, 3> p{};
+    std::memcpy(p.data(), ply.data() + at, sizeof p);
+    points.push_back(
+        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  }
+  return points;
+}
+
+std::vector<int> LabelsOf(const std::string& seg) {
+  std::istringstream in(seg);
+  std::vector<int> labels;
+  for (int label = 0; in >> label;) labels.push_back(label);
+  return labels;
+}
 
 class PartsTest : public testing::Test {
  protected:
@@ -161,6 +184,41 @@ TEST_F(PartsTest, AMeshInItsPoseInvariantFormHasLabelsForItsOwnFaces) {
   const Ran ran = Parts({mesh_, "--pose-invariant", "--go-on-outside"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces"));
+}
+
+// A cloud of one view: the handle is a part of its own, the container the core.
+TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
+  const std::string cloud = (folder_ / "mug.ply").string();
+  const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
+  const Ran scan =
+      RunProgram({"scan", experiment, "--trial", "coffee_cup-0005", "--target-only", "-o", cloud});
+  ASSERT_EQ(scan.code, 0) << scan.err;
+  const Ran ran = Parts({cloud, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_GE(json["parts"].size(), 2U);
+  EXPECT_GT(json["parts"][0]["share"], 0.8);
+  // The scan is of an upright mug: its handle is what reaches out beyond the wall's 40 mm.
+  const auto points = ScannedPoints(core::ReadFile(cloud));
+  const auto labels = LabelsOf(core::ReadFile(folder_ / "out" / "mug.seg"));
+  ASSERT_EQ(points.size(), labels.size());
+  std::array<double, 2> middle{};
+  std::size_t rim = 0;
+  for (const auto& p : points) {
+    if (p[2] < 0.09) continue;
+    ++rim;
+    middle[0] += p[0];
+    middle[1] += p[1];
+  }
+  for (double& m : middle) m /= static_cast<double>(rim);
+  std::map<int, int> handle;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double out = std::hypot(points[i][0] - middle[0], points[i][1] - middle[1]);
+    if (out > 0.050) ++handle[labels[i]];
+  }
+  ASSERT_EQ(handle.size(), 1U);
+  EXPECT_GT(handle.begin()->first, 0);
+  EXPECT_GT(handle.begin()->second, 30);
 }
 
 TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {

@@ -180,13 +180,13 @@ TEST(VertexGraph, OfACloudHoldsEveryPointsNearestBothWays) {
 TEST(LabelsOfInput, ElementsThatWereLeftOutTakeTheNearestOnes) {
   TriangleMesh mesh = Tetrahedron();
   mesh.vertices.push_back({kNan, 0, 0});
-  mesh.triangles.insert(mesh.triangles.begin(), {0, 1, 4});  // no place: as the next in the file
+  mesh.triangles.insert(mesh.triangles.begin(), {0, 1, 4});  // no place
   mesh.triangles.push_back({2, 3, 2});                       // near the face 1, 2, 3
   const Shape shape = MakeShape(mesh);
   Segmentation segmentation;
   segmentation.label = {5, 6, 7, 8};
   EXPECT_EQ(LabelsOfInput(shape, mesh, segmentation),
-            (std::vector<std::int32_t>{5, 5, 6, 7, 8, 7}));
+            (std::vector<std::int32_t>{-1, 5, 6, 7, 8, 7}));
 }
 
 // ---- files ----
