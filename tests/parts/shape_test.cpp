@@ -12,6 +12,9 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/rng.h"
+#include "parts/baselines.h"
+#include "parts/embedding.h"
+#include "parts/improved.h"
 #include "parts/mirror.h"
 #include "parts/solids.h"
 #include "temp_folder.h"
@@ -329,7 +332,60 @@ std::string Damaged(std::string bytes, Rng& rng) {
   return bytes;
 }
 
-TEST(Robustness, AThousandDamagedFilesGiveARestultOrAnErrorThatNamesThem) {
+void ExpectLabels(const Shape& shape, const Segmentation& parts) {
+  ASSERT_EQ(parts.label.size(), shape.Elements());
+  ASSERT_GE(parts.parts, 1);
+  for (const std::int32_t l : parts.label) {
+    ASSERT_GE(l, 0);
+    ASSERT_LT(l, parts.parts);
+  }
+}
+
+void ExpectEveryMethodToAnswer(const Shape& shape) {
+  const MirrorOptions go_on{.go_on_outside = true};
+  ExpectLabels(shape, SegmentByMirroring(shape, go_on));
+  ExpectLabels(shape, SegmentPoseInvariant(shape, {.smacof = {}, .mirror = go_on}));
+  if (!shape.IsMesh()) return;
+  ExpectLabels(shape, SegmentImproved(shape, {}));
+  ExpectLabels(shape, SegmentByKMeans(shape, {}));
+  ExpectLabels(shape, SegmentBySdf(shape, {}));
+  ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
+}
+
+TEST(Robustness, OddShapesHaveAResultWithEveryMethod) {
+  const auto round = [](const Eigen::Vector3d&) { return 1.0; };
+  TriangleMesh ball;
+  const Shape shape = testing::Ball(6, round);
+  ball = {shape.points, shape.faces};
+  ExpectEveryMethodToAnswer(MakeShape(ball));
+  TriangleMesh open = ball;
+  open.triangles.resize(open.triangles.size() / 2);
+  ExpectEveryMethodToAnswer(MakeShape(open));
+  TriangleMesh pieces = ball;  // three balls, of which two are far and one is within
+  for (const double scale : {0.5, 0.2}) {
+    const auto offset = static_cast<std::uint32_t>(pieces.vertices.size());
+    for (const auto& p : ball.vertices) {
+      pieces.vertices.push_back(scale * p + Eigen::Vector3d(scale > 0.3 ? 4.0 : 0.0, 0.0, 0.0));
+    }
+    for (const auto& f : ball.triangles) {
+      pieces.triangles.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
+    }
+  }
+  ExpectEveryMethodToAnswer(MakeShape(pieces));
+  TriangleMesh fins = ball;  // three more faces on one edge, and every face twice
+  for (int k = 0; k < 3; ++k) {
+    fins.vertices.emplace_back(2.0, 0.3 * k, 1.0);
+    fins.triangles.push_back({ball.triangles[0][0], ball.triangles[0][1],
+                              static_cast<std::uint32_t>(fins.vertices.size() - 1)});
+  }
+  fins.triangles.insert(fins.triangles.end(), ball.triangles.begin(), ball.triangles.end());
+  ExpectEveryMethodToAnswer(MakeShape(fins));
+  ExpectEveryMethodToAnswer(MakeShape(Tetrahedron()));
+  ExpectEveryMethodToAnswer(MakeShape({.vertices = ball.vertices, .triangles = {}}));
+  ExpectEveryMethodToAnswer(MakeShape({.vertices = Tetrahedron().vertices, .triangles = {}}));
+}
+
+TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
   const TempFolder folder;
   int segmented = 0;
   int refused = 0;
@@ -346,13 +402,15 @@ TEST(Robustness, AThousandDamagedFilesGiveARestultOrAnErrorThatNamesThem) {
         continue;
       }
       const Segmentation parts = SegmentByMirroring(shape, {.go_on_outside = true});
-      ASSERT_EQ(parts.label.size(), shape.Elements());
-      ASSERT_GE(parts.parts, 1);
-      for (const std::int32_t l : parts.label) {
-        ASSERT_GE(l, 0);
-        ASSERT_LT(l, parts.parts);
-      }
+      ExpectLabels(shape, parts);
       ++segmented;
+      if (!shape.IsMesh() || seed % 5 != 0) continue;
+      ExpectLabels(shape, SegmentImproved(shape, {}));
+      ExpectLabels(shape, SegmentByKMeans(shape, {}));
+      ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
+      ExpectLabels(shape, SegmentBySdf(shape, {}));
+      ExpectLabels(shape,
+                   SegmentPoseInvariant(shape, {.smacof = {}, .mirror = {.go_on_outside = true}}));
     }
   }
   EXPECT_GT(segmented, 200);
