@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <string>
 
 #include "core/error.h"
-#include "core/hash.h"
-#include "core/version.h"
 #include "report/grid.h"
+#include "report/sections.h"
 
 namespace rangegrasp::report {
 namespace {
 
-using nlohmann::ordered_json;
 using parts::BenchmarkOptions;
 using parts::BenchmarkRow;
 using parts::Method;
@@ -43,20 +40,12 @@ const char* NameInTable61(Method method) {
 std::map<std::string, double> ReadRuntimes(const std::filesystem::path& file) {
   std::map<std::string, double> seconds;
   if (file.empty()) return seconds;
-  std::istringstream in(core::ReadFile(file));
-  int number = 0;
-  for (std::string line; std::getline(in, line);) {
-    if (line.ends_with('\r')) line.pop_back();
-    if (++number == 1 || line.empty()) continue;
-    const std::size_t comma = std::min(line.find(','), line.size());
-    const std::string cell = comma < line.size() ? line.substr(comma + 1) : "";
-    char* end = nullptr;
-    const double value = std::strtod(cell.c_str(), &end);
-    if (cell.empty() || *end != '\0' || !(value >= 0.0)) {
-      throw core::InputError(file.string() + ":" + std::to_string(number) + ": '" + line +
+  for (const auto& [method, numbers] : ReadNamedNumbers(file)) {
+    if (numbers.size() != 1 || !(numbers[0] >= 0.0)) {
+      throw core::InputError(file.string() + ": the row of '" + method +
                              "' must be 'method,seconds'");
     }
-    seconds[line.substr(0, comma)] = value;
+    seconds[method] = numbers[0];
   }
   return seconds;
 }
@@ -76,11 +65,6 @@ std::optional<double> Value(const BenchmarkRow& row, PartsMetric metric) {
 std::string Cell(const std::optional<double>& value) {
   return value ? Fixed(*value, kDigits) : "-";
 }
-
-struct Section {
-  std::string title;
-  Grid grid;
-};
 
 Grid MeansGrid(const PartsMeans& means) {
   Grid grid{{"class"}, {true}, {}, true};
@@ -191,46 +175,6 @@ std::vector<Section> SectionsOf(const BenchmarkOptions& options, const Rows& row
   return sections;
 }
 
-// A cell as a number where it is one, null where nothing was counted.
-ordered_json CellJson(const std::string& cell) {
-  if (cell == "-") return nullptr;
-  char* end = nullptr;
-  const double number = std::strtod(cell.c_str(), &end);
-  return !cell.empty() && *end == '\0' ? ordered_json(number) : ordered_json(cell);
-}
-
-ordered_json StampOf(const BenchmarkOptions& options) {
-  return {{"experiment", options.name},
-          {"version", core::Version()},
-          {"commit", core::Commit()},
-          {"experiment_hash", core::Hex(core::Fnv1a(core::ReadFile(options.file)))}};
-}
-
-std::string StampLine(const BenchmarkOptions& options) {
-  std::string line;
-  const ordered_json stamp = StampOf(options);
-  for (const auto& [key, value] : stamp.items()) {
-    line += (line.empty() ? "" : ", ") + key + " " + value.get<std::string>();
-  }
-  return line + "\n";
-}
-
-std::string FormatJson(const BenchmarkOptions& options, const std::vector<Section>& sections) {
-  ordered_json json = {{"experiment", options.name}, {"stamp", StampOf(options)}};
-  json["tables"] = ordered_json::array();
-  for (const Section& section : sections) {
-    ordered_json rows = ordered_json::array();
-    for (const auto& row : section.grid.rows) {
-      ordered_json cells = ordered_json::array();
-      for (const std::string& cell : row) cells.push_back(CellJson(cell));
-      rows.push_back(cells);
-    }
-    json["tables"].push_back(
-        {{"title", section.title}, {"columns", section.grid.header}, {"rows", rows}});
-  }
-  return json.dump(2) + "\n";
-}
-
 }  // namespace
 
 PartsMeans MeansOf(const BenchmarkOptions& options, const Rows& rows, PartsMetric metric,
@@ -275,19 +219,7 @@ std::string PartsMeansCsv(const PartsMeans& means, PartsMetric metric) {
 }
 
 std::string FormatParts(const BenchmarkOptions& options, const Rows& rows, TableFormat format) {
-  const auto sections = SectionsOf(options, rows);
-  if (format == TableFormat::kJson) return FormatJson(options, sections);
-  std::string text;
-  for (const Section& section : sections) {
-    if (format == TableFormat::kCsv) {
-      text += CsvOf(section.grid) + "\n";
-    } else if (format == TableFormat::kMarkdown) {
-      text += section.title + ":\n\n" + MarkdownOf(section.grid) + "\n";
-    } else {
-      text += section.title + "\n\n" + TextOf(section.grid) + "\n";
-    }
-  }
-  return format == TableFormat::kCsv ? text : text + StampLine(options);
+  return Format(SectionsOf(options, rows), Stamp(options.name, options.file), format);
 }
 
 }  // namespace rangegrasp::report

@@ -1,19 +1,16 @@
 #include "report/seam_table.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <map>
 #include <span>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/hash.h"
-#include "core/version.h"
 #include "report/grid.h"
+#include "report/sections.h"
 
 namespace rangegrasp::report {
 namespace {
 
-using nlohmann::ordered_json;
 using stitching::DecisionName;
 using stitching::Evaluation;
 using stitching::EvaluationKind;
@@ -31,34 +28,12 @@ using Published = std::map<std::string, std::vector<double>>;
 Published ReadPublished(const std::filesystem::path& file) {
   Published published;
   if (file.empty()) return published;
-  std::istringstream in(core::ReadFile(file));
-  int number = 0;
-  for (std::string line; std::getline(in, line);) {
-    if (line.ends_with('\r')) line.pop_back();
-    if (++number == 1 || line.empty()) continue;
-    std::istringstream cells(line);
-    std::string name;
-    std::getline(cells, name, ',');
-    for (std::string cell; std::getline(cells, cell, ',');) {
-      char* end = nullptr;
-      published[name].push_back(std::strtod(cell.c_str(), &end));
-      if (cell.empty() || *end != '\0') {
-        throw core::InputError(file.string() + ":" + std::to_string(number) + ": '" + cell +
-                               "' must be a number");
-      }
-    }
-  }
+  for (const auto& [name, numbers] : ReadNamedNumbers(file)) published[name] = numbers;
   return published;
 }
 
 // In per cent; "-" of nothing.
 std::string ShareCell(int k, int n) { return n > 0 ? Fixed(100.0 * k / n, 2) : "-"; }
-
-// A table with its title, and the same for programs.
-struct Section {
-  std::string title;
-  Grid grid;
-};
 
 Grid NumberGrid(std::vector<std::string> header) {
   Grid grid;
@@ -245,67 +220,15 @@ std::vector<Section> SectionsOf(const Evaluation& evaluation, const EvaluationRe
   return {};
 }
 
-ordered_json StampOf(const Evaluation& evaluation) {
-  return {{"experiment", evaluation.name},
-          {"version", core::Version()},
-          {"commit", core::Commit()},
-          {"experiment_hash", core::Hex(core::Fnv1a(core::ReadFile(evaluation.file)))},
-          {"sensor_hash", core::Hex(core::Fnv1a(core::ReadFile(evaluation.sensor_file)))},
-          {"seed", evaluation.seed},
-          {"seams", evaluation.seams}};
-}
-
-std::string StampLine(const Evaluation& evaluation) {
-  std::string line;
-  const ordered_json stamp = StampOf(evaluation);
-  for (const auto& [key, value] : stamp.items()) {
-    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-    line += (line.empty() ? "" : ", ") + key + " " + text;
-  }
-  return line + "\n";
-}
-
-// A cell as JSON: a number where it is one, null where nothing was counted.
-ordered_json CellJson(const std::string& cell) {
-  if (cell == "-" || cell.empty()) return nullptr;
-  char* end = nullptr;
-  const double number = std::strtod(cell.c_str(), &end);
-  return *end == '\0' ? ordered_json(number) : ordered_json(cell);
-}
-
-std::string FormatJson(const Evaluation& evaluation, const std::vector<Section>& sections) {
-  ordered_json json = {{"experiment", evaluation.name}, {"stamp", StampOf(evaluation)}};
-  json["tables"] = ordered_json::array();
-  for (const Section& section : sections) {
-    ordered_json rows = ordered_json::array();
-    for (const auto& row : section.grid.rows) {
-      ordered_json cells = ordered_json::array();
-      for (const std::string& cell : row) cells.push_back(CellJson(cell));
-      rows.push_back(cells);
-    }
-    json["tables"].push_back(
-        {{"title", section.title}, {"columns", section.grid.header}, {"rows", rows}});
-  }
-  return json.dump(2) + "\n";
-}
-
 }  // namespace
 
 std::string FormatSeam(const Evaluation& evaluation, const EvaluationResult& result,
                        TableFormat format) {
-  const auto sections = SectionsOf(evaluation, result);
-  if (format == TableFormat::kJson) return FormatJson(evaluation, sections);
-  std::string text;
-  for (const Section& section : sections) {
-    if (format == TableFormat::kCsv) {
-      text += CsvOf(section.grid) + "\n";
-    } else if (format == TableFormat::kMarkdown) {
-      text += section.title + ":\n\n" + MarkdownOf(section.grid) + "\n";
-    } else {
-      text += section.title + "\n\n" + TextOf(section.grid) + "\n";
-    }
-  }
-  return format == TableFormat::kCsv ? text : text + StampLine(evaluation);
+  Stamp stamp(evaluation.name, evaluation.file);
+  stamp.AddHash("sensor_hash", evaluation.sensor_file);
+  stamp.Add("seed", evaluation.seed);
+  stamp.Add("seams", static_cast<std::uint64_t>(evaluation.seams));
+  return Format(SectionsOf(evaluation, result), stamp, format);
 }
 
 std::string SeamRowsCsv(const EvaluationResult& result) {

@@ -102,14 +102,8 @@ TEST(CoreExtraction, ABallStaysWhole) {
 }
 
 TEST(CoreExtraction, PiecesThatAreNotJoinedAreParts) {
-  Shape two = testing::Ball(3, [](const Vector3d&) { return 1.0; });
-  const auto n = static_cast<std::uint32_t>(two.points.size());
-  const auto faces = two.faces.size();
-  for (std::uint32_t i = 0; i < n; ++i) two.points.emplace_back(two.points[i] + Vector3d(9, 0, 0));
-  for (std::size_t f = 0; f < faces; ++f) {
-    const auto [a, b, c] = two.faces[f];
-    two.faces.push_back({a + n, b + n, c + n});
-  }
+  const Shape two = testing::Twice(testing::Ball(3, [](const Vector3d&) { return 1.0; }));
+  const std::size_t faces = two.faces.size() / 2;
   const Segmentation result = SegmentByCoreExtraction(two, {});
   EXPECT_EQ(result.parts, 2);
   for (std::size_t f = 0; f < 2 * faces; ++f) EXPECT_EQ(result.label[f], f < faces ? 0 : 1);

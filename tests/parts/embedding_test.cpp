@@ -417,22 +417,11 @@ TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
               0.1 * std::numbers::pi);
 }
 
-/// Labels of parts with at least a hundredth of the faces, without the core.
-std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
-  std::map<std::int32_t, std::size_t> size;
-  for (const std::int32_t label : segmentation.label) ++size[label];
-  std::set<std::int32_t> large;
-  for (const auto& [label, count] : size) {
-    if (label != 0 && 100 * count >= segmentation.label.size()) large.insert(label);
-  }
-  return large;
-}
-
 TEST(PoseInvariant, BentFingersComeOffThePalm) {
   const testing::Hand hand = testing::BentHand();
   const Segmentation result = SegmentPoseInvariant(hand.shape, {});
   EXPECT_TRUE(result.has_core);
-  EXPECT_EQ(LargeParts(result).size(), 5u);
+  EXPECT_EQ(testing::LargeParts(result).size(), 5u);
   std::set<std::int32_t> tips;
   for (const auto& [root, bend, tip] : hand.fingers) {
     std::size_t nearest = 0;

@@ -192,14 +192,8 @@ TEST(Improved, TakesWhatIsBarelyAMeshAndRefusesACloud) {
 }
 
 TEST(Improved, PiecesThatAreNotJoinedAreParts) {
-  Shape two = testing::Ball(8, [](const Vector3d&) { return 1.0; });
-  const auto n = static_cast<std::uint32_t>(two.points.size());
-  const auto faces = two.faces.size();
-  for (std::uint32_t i = 0; i < n; ++i) two.points.emplace_back(two.points[i] + Vector3d(9, 0, 0));
-  for (std::size_t f = 0; f < faces; ++f) {
-    const auto [a, b, c] = two.faces[f];
-    two.faces.push_back({a + n, b + n, c + n});
-  }
+  const Shape two = testing::Twice(testing::Ball(8, [](const Vector3d&) { return 1.0; }));
+  const std::size_t faces = two.faces.size() / 2;
   const Segmentation result = SegmentImproved(two, {});
   EXPECT_EQ(result.parts, 2);
   std::vector<std::int32_t> expected(faces, 0);

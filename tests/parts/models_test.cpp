@@ -13,6 +13,7 @@
 #include "parts/improved.h"
 #include "parts/metrics.h"
 #include "parts/mirror.h"
+#include "parts/solids.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -20,23 +21,12 @@ namespace {
 const std::filesystem::path kData =
     std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
 
-/// Labels of parts with at least a hundredth of the faces, without the core.
-std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
-  std::map<std::int32_t, std::size_t> size;
-  for (const std::int32_t label : segmentation.label) ++size[label];
-  std::set<std::int32_t> large;
-  for (const auto& [label, count] : size) {
-    if (label != 0 && 100 * count >= segmentation.label.size()) large.insert(label);
-  }
-  return large;
-}
-
 // Four legs or two arms and two legs, the head or the ears, and a tail that not every model has.
 TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
     const Shape shape = ReadShape(kData / "off" / (std::to_string(id) + ".off"));
-    EXPECT_GE(LargeParts(SegmentPoseInvariant(shape, {})).size(), 5u) << id;
+    EXPECT_GE(testing::LargeParts(SegmentPoseInvariant(shape, {})).size(), 5u) << id;
   }
 }
 
