@@ -13,6 +13,7 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/seam_calibration.h"
 #include "cli/seam_pictures.h"
 #include "core/error.h"
 #include "core/units.h"
@@ -69,13 +70,9 @@ class Detection {
     file.rate_hz = arguments_.rate_hz;
     file.unit_m = UnitOf(arguments_.unit);
     if (calibration_) {
-      // Rows, not heights: no unit, any row of a camera.
+      file = RowFileOptions();
+      file.rate_hz = arguments_.rate_hz;
       file.columns = calibration_->columns;
-      file.unit_m = 1.0;
-      file.image_unit_m = 1.0 / 64.0;
-      file.image_zero = 0.0;
-      file.min_height_m = 0.0;
-      file.max_height_m = 65535.0;
     }
     return file;
   }
@@ -236,65 +233,6 @@ void AddDetect(CLI::App& seam) {
   command->callback([arguments] { Detect(*arguments); });
 }
 
-// ---- generate: simulated recordings ----
-
-struct GenerateArguments {
-  std::string experiment, out;
-  int seam = 0;
-  std::optional<std::uint64_t> seed;
-  bool raw = false;
-};
-
-void Generate(const GenerateArguments& arguments) {
-  Evaluation evaluation = stitching::ReadEvaluation(arguments.experiment);
-  if (arguments.seed) evaluation.seed = *arguments.seed;
-  const stitching::StripeSensor sensor(evaluation.sensor);
-  const seam::Calibration calibration = stitching::CalibrationOf(evaluation, sensor);
-  const stitching::Recording recording = stitching::Record(evaluation, sensor, arguments.seam);
-  std::vector<seam::Profile> profiles;
-  for (const seam::RawProfile& raw : recording.raw) {
-    profiles.push_back(arguments.raw ? seam::Profile{raw.row_px, raw.time_s}
-                                     : seam::Calibrate(raw, calibration));
-  }
-  seam::ProfileFileOptions options;
-  if (arguments.raw) {
-    options.unit_m = 1.0;
-    options.image_unit_m = 1.0 / 64.0;
-    options.image_zero = 0.0;
-    options.max_height_m = 65535.0;
-  }
-  const std::filesystem::path out(arguments.out);
-  MakeFolderOf(out);
-  seam::WriteProfiles(profiles, out, options);
-  std::string labels = "profile,column\n";
-  for (std::size_t i = 0; i < recording.label_column.size(); ++i) {
-    const double label = recording.label_column[i];
-    labels +=
-        fmt::format("{},{}\n", i + 1, std::isfinite(label) ? fmt::format("{:.2f}", label) : "");
-  }
-  WriteResult(labels, std::filesystem::path(out).replace_extension(".labels.csv"));
-  if (arguments.raw) {
-    seam::WriteCalibration(calibration,
-                           std::filesystem::path(out).replace_extension(".calibration.yaml"));
-  }
-  spdlog::info("{} profiles in {}, their labels beside it", profiles.size(), out.string());
-}
-
-void AddGenerate(CLI::App& seam) {
-  auto* command = seam.add_subcommand("generate", "Simulated profiles of one seam, with labels.");
-  auto arguments = std::make_shared<GenerateArguments>();
-  command->add_option("experiment", arguments->experiment, "seam experiment file")->required();
-  command->add_option("-o,--out", arguments->out, "profiles: .csv, or .png/.pgm with 16 bits")
-      ->required();
-  command->add_option("--seam", arguments->seam, "its number, from 0")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--seed", arguments->seed, "instead of the experiment's");
-  command->add_flag("--raw", arguments->raw, "camera rows, with the calibration beside them");
-  command->footer(
-      "Example: rangegrasp seam generate experiments/seam_base.yaml --seam 3 -o results/seam3.csv");
-  command->callback([arguments] { Generate(*arguments); });
-}
-
 // ---- evaluate and track ----
 
 struct EvaluateArguments {
@@ -413,7 +351,8 @@ void AddSeamCommands(CLI::App& app) {
       app.add_subcommand("seam", "Edges of overlapping fibre mats in laser-stripe profiles.");
   seam->require_subcommand(1);
   seam->footer("Example: rangegrasp seam evaluate experiments/seam_base.yaml");
-  AddGenerate(*seam);
+  AddSeamGenerate(*seam);
+  AddSeamCalibrate(*seam);
   AddDetect(*seam);
   AddEvaluate(*seam);
   AddTrack(*seam);

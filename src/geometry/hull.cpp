@@ -6,7 +6,6 @@
 #include <CGAL/convex_hull_3.h>
 
 #include <algorithm>
-#include <map>
 
 #include "geometry/plane.h"
 
@@ -25,7 +24,8 @@ bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
                         hull.point(hull.target(hull.next(hull.opposite(h)))));
 }
 
-/// Which facet of the solid a triangle belongs to: neighbours in one plane, exactly, are one facet.
+/// Which facet of the solid a triangle belongs to: neighbours in one plane,
+/// exactly, are one facet.
 std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> facet(hull.number_of_faces(), kNone);
@@ -48,22 +48,26 @@ std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   return facet;
 }
 
-/// The corners of a facet in order, from one of the triangles' edges on its outline.
-std::vector<Kernel::Point_3> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
-                                     Halfedge start) {
-  std::vector<Kernel::Point_3> outline;
+using Vertex = SurfaceMesh::Vertex_index;
+
+/// The corners of a facet in order, from one of the triangles' edges on its
+/// outline.
+std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
+                            Halfedge start) {
+  std::vector<Vertex> outline;
   Halfedge h = start;
   do {
-    outline.push_back(hull.point(hull.source(h)));
+    outline.push_back(hull.source(h));
     h = hull.next(h);
     while (facet[hull.face(h)] == facet[hull.face(hull.opposite(h))]) {
       h = hull.next(hull.opposite(h));
     }
   } while (h != start);
-  std::vector<Kernel::Point_3> corners;
+  std::vector<Vertex> corners;
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < n; ++i) {
-    if (!CGAL::collinear(outline[(i + n - 1) % n], outline[i], outline[(i + 1) % n])) {
+    if (!CGAL::collinear(hull.point(outline[(i + n - 1) % n]), hull.point(outline[i]),
+                         hull.point(outline[(i + 1) % n]))) {
       corners.push_back(outline[i]);
     }
   }
@@ -72,9 +76,10 @@ std::vector<Kernel::Point_3> Corners(const SurfaceMesh& hull, const std::vector<
 
 }  // namespace
 
-// CGAL's triangles of a facet with more than three corners, and their order, depend on addresses
-// in memory. The solid itself does not: its facets are found again, each is cut into a fan from its
-// least corner, and vertices and triangles are sorted.
+// CGAL's triangles of a facet with more than three corners, and their order,
+// depend on addresses in memory. The solid itself does not: its facets are
+// found again, each is cut into a fan from its least corner, and vertices and
+// triangles are sorted.
 TriangleMesh ConvexHull(PointSpan points) {
   TriangleMesh mesh;
   if (points.size() < 4 || IsFlat(points)) return mesh;
@@ -85,7 +90,7 @@ TriangleMesh ConvexHull(PointSpan points) {
   CGAL::convex_hull_3(input.begin(), input.end(), hull);
 
   const std::vector<std::size_t> facet = FacetOfTriangle(hull);
-  std::vector<std::vector<Kernel::Point_3>> facets;
+  std::vector<std::vector<Vertex>> facets;
   std::vector<bool> done(facet.size(), false);
   for (const Halfedge h : hull.halfedges()) {
     const std::size_t f = facet[hull.face(h)];
@@ -93,19 +98,31 @@ TriangleMesh ConvexHull(PointSpan points) {
     done[f] = true;
     facets.push_back(Corners(hull, facet, h));
   }
-  std::map<Kernel::Point_3, std::uint32_t> number;  // ascending by x, y, z
+  // The vertices that are a corner of a facet, ascending by x, y, z.
+  constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
+  std::vector<std::uint32_t> number(hull.num_vertices(), kUnused);
+  std::vector<Vertex> order;
   for (const auto& corners : facets) {
-    for (const auto& p : corners) number.emplace(p, 0);
+    for (const Vertex v : corners) {
+      if (number[v] != kUnused) continue;
+      number[v] = 0;
+      order.push_back(v);
+    }
   }
-  for (auto& [p, index] : number) {
-    index = static_cast<std::uint32_t>(mesh.vertices.size());
+  std::sort(order.begin(), order.end(),
+            [&hull](Vertex a, Vertex b) { return hull.point(a) < hull.point(b); });
+  for (const Vertex v : order) {
+    number[v] = static_cast<std::uint32_t>(mesh.vertices.size());
+    const Kernel::Point_3& p = hull.point(v);
     mesh.vertices.emplace_back(p.x(), p.y(), p.z());
   }
   for (auto& corners : facets) {
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    std::rotate(corners.begin(),
+                std::min_element(corners.begin(), corners.end(),
+                                 [&number](Vertex a, Vertex b) { return number[a] < number[b]; }),
+                corners.end());
     for (std::size_t i = 2; i < corners.size(); ++i) {
-      mesh.triangles.push_back(
-          {number.at(corners[0]), number.at(corners[i - 1]), number.at(corners[i])});
+      mesh.triangles.push_back({number[corners[0]], number[corners[i - 1]], number[corners[i]]});
     }
   }
   std::sort(mesh.triangles.begin(), mesh.triangles.end());

@@ -43,12 +43,17 @@ Points Farthest(const Points& images, const Eigen::Vector3d& center) {
   return farthest;
 }
 
+// The order of the points costs or saves time, but does not change the hull.
+geometry::TriangleMesh HullOf(const Points& points) {
+  return geometry::ConvexHull(geometry::Select(points, SpatialOrder(points)));
+}
+
 // The hull's corners are among the images that are not well within the hull of some of them.
 std::vector<std::uint32_t> HullPoints(const Points& images, const Eigen::Vector3d& center) {
   const HullSide within(geometry::ConvexHull(Farthest(images, center)), center);
   HullSide::Hint hint;
   std::vector<std::uint32_t> candidates;
-  for (std::uint32_t i = 0; i < images.size(); ++i) {
+  for (const std::uint32_t i : SpatialOrder(images)) {
     if (!within.ContainsWell(images[i], hint)) candidates.push_back(i);
   }
   const auto hull = geometry::ConvexHull(geometry::Select(images, candidates));
@@ -60,6 +65,7 @@ std::vector<std::uint32_t> HullPoints(const Points& images, const Eigen::Vector3
       found.push_back(i);
     }
   }
+  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -314,9 +320,9 @@ std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options
     back.push_back(MirrorIn(images[core.hull_points[k]], sphere, offsets[k]));
   }
   core.inside.assign(shape.points.size(), false);
-  const HullSide inner(geometry::ConvexHull(back), core.center);  // eq. 6.6
+  const HullSide inner(HullOf(back), core.center);  // eq. 6.6
   HullSide::Hint hint;
-  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+  for (const std::uint32_t i : SpatialOrder(shape.points)) {
     core.inside[i] = inner.Contains(shape.points[i], hint);
   }
   // Their own images span the hull, whatever rounding says (and if it is flat, they are all).

@@ -126,9 +126,14 @@ MatOptions MatsOf(const Evaluation& evaluation, int number) {
   return options;
 }
 
-seam::Calibration CalibrationOf(const Evaluation& evaluation, const StripeSensor& sensor) {
+std::vector<seam::CalibrationScan> CalibrationScansOf(const Evaluation& evaluation,
+                                                      const StripeSensor& sensor) {
   core::Rng rng(core::DeriveSeed(evaluation.seed, "calibration"));
-  return sensor.Calibrate(kCalibrationDistances, rng);
+  return sensor.ScanBody({}, kCalibrationDistances, rng);
+}
+
+seam::Calibration CalibrationOf(const Evaluation& evaluation, const StripeSensor& sensor) {
+  return seam::CalibrateFromBody({}, CalibrationScansOf(evaluation, sensor));
 }
 
 Recording Record(const Evaluation& evaluation, const StripeSensor& sensor, int number) {

@@ -106,7 +106,10 @@ TrackedRun TrackRun(const Evaluation& evaluation, seam::DecisionMethod method, i
 /// The mats of a number, and for kRates the pose of the line at its first profile.
 MatOptions MatsOf(const Evaluation& evaluation, int number);
 
-/// The sensor's calibration, as every evaluation makes it: from the calibration body.
+/// Scans of the calibration body, as every evaluation's calibration is made of.
+std::vector<seam::CalibrationScan> CalibrationScansOf(const Evaluation& evaluation,
+                                                      const StripeSensor& sensor);
+/// The sensor's calibration from them.
 seam::Calibration CalibrationOf(const Evaluation& evaluation, const StripeSensor& sensor);
 
 /// A sequence of profiles over a seam's mats, with the labelled column of each (NaN without an

@@ -152,8 +152,8 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
 }
 
 // Follows each column's ray down to the first level face or riser that it meets.
-seam::CalibrationScan StripeSensor::ScanBody(const seam::CalibrationBody& body, double base_m,
-                                             core::Rng& rng) const {
+seam::CalibrationScan StripeSensor::ScanBodyAt(const seam::CalibrationBody& body, double base_m,
+                                               core::Rng& rng) const {
   const auto columns = static_cast<std::size_t>(options_.line.columns);
   const std::vector<double> levels = BodyLevels(body, base_m);
   seam::CalibrationScan scan{{std::vector<float>(columns, kMissing), 0.0}, base_m};
@@ -173,18 +173,23 @@ seam::CalibrationScan StripeSensor::ScanBody(const seam::CalibrationBody& body, 
   return scan;
 }
 
-seam::Calibration StripeSensor::Calibrate(int distances, core::Rng& rng) const {
+std::vector<seam::CalibrationScan> StripeSensor::ScanBody(const seam::CalibrationBody& body,
+                                                          int distances, core::Rng& rng) const {
   if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
-  const seam::CalibrationBody body;
   const double top = *std::max_element(body.step_heights_m.begin(), body.step_heights_m.end());
   const double lowest = -options_.range_below_m;
   const double highest = std::max(lowest, options_.range_above_m - top);
   std::vector<seam::CalibrationScan> scans;
   for (int i = 0; i < distances; ++i) {
     const double base = lowest + (highest - lowest) * i / (distances - 1);
-    scans.push_back(ScanBody(body, base, rng));
+    scans.push_back(ScanBodyAt(body, base, rng));
   }
-  return seam::CalibrateFromBody(body, scans);
+  return scans;
+}
+
+seam::Calibration StripeSensor::Calibrate(int distances, core::Rng& rng) const {
+  const seam::CalibrationBody body;
+  return seam::CalibrateFromBody(body, ScanBody(body, distances, rng));
 }
 
 }  // namespace rangegrasp::stitching

@@ -67,12 +67,15 @@ class StripeSensor {
   double ColumnOf(double x_m, double height_m) const;
   /// x of a column at a height: the inverse of ColumnOf.
   double LateralAt(double column, double height_m) const;
-  /// Scans the calibration body at `distances` heights over the range and calibrates.
+  /// Scans of the calibration body at `distances` >= 2 heights over the range.
+  std::vector<seam::CalibrationScan> ScanBody(const seam::CalibrationBody& body, int distances,
+                                              core::Rng& rng) const;
+  /// The calibration from such scans of the usual body.
   seam::Calibration Calibrate(int distances, core::Rng& rng) const;
 
  private:
-  seam::CalibrationScan ScanBody(const seam::CalibrationBody& body, double base_m,
-                                 core::Rng& rng) const;
+  seam::CalibrationScan ScanBodyAt(const seam::CalibrationBody& body, double base_m,
+                                   core::Rng& rng) const;
 
   StripeSensorOptions options_;
   double focal_px_, cos_, sin_;

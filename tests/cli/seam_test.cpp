@@ -161,6 +161,40 @@ TEST_F(SeamTest, RawRowsAndTheirCalibrationGiveTheSameReadings) {
   EXPECT_GT(same, static_cast<int>(0.98 * static_cast<double>(a.size())));
 }
 
+TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
+  ASSERT_EQ(
+      RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
+  for (const char* name : {"body.csv", "body.png"}) {
+    ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--body", "-o", File(name)}).code, 0);
+    const Ran ran = RunProgram(
+        {"seam", "calibrate", File(name), "--bases", File("body.bases.csv"), "-o", File("c.yaml")});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns a mm
+    const Ran with = RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("c.yaml")});
+    const Ran known =
+        RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
+    const auto a = Lines(with.out);
+    const auto b = Lines(known.out);
+    ASSERT_EQ(a.size(), b.size());
+    int same = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      same += a[i].substr(0, a[i].find(",edge")) == b[i].substr(0, b[i].find(",edge")) ? 1 : 0;
+    }
+    EXPECT_GT(same, static_cast<int>(0.98 * static_cast<double>(a.size())));
+  }
+  folder_.Write("few.csv", "scan,base_mm\n1,0\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("few.csv"), "-o", File("d")},
+      "few.csv: tells the heights of 1 scans");
+  folder_.Write("bad.csv", "scan,base_mm\n1,low\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},
+      "bad.csv:2: 'low'");
+  ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
+                 "--step-heights-mm", "0,4,9", "-o", File("d")},
+                "body.csv: ");
+}
+
 TEST_F(SeamTest, EvaluatesTheSameForAnyNumberOfJobs) {
   for (const char* jobs : {"1", "2"}) {
     const Ran ran = RunProgram({"seam", "evaluate", kBase, "--seams", "3", "--seed", "4711",
@@ -194,7 +228,7 @@ TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
 }
 
 TEST(SeamHelp, EveryCommandHasAnExampleOfItself) {
-  for (const std::string command : {"generate", "detect", "evaluate", "track"}) {
+  for (const std::string command : {"generate", "calibrate", "detect", "evaluate", "track"}) {
     const Ran ran = RunProgram({"seam", command, "--help"});
     EXPECT_EQ(ran.code, 0);
     EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp seam " + command));
