@@ -23,6 +23,7 @@ using nlohmann::ordered_json;
 struct PerceiveArguments {
   std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
   std::string scene = RANGEGRASP_DEFAULT_SCENE;
+  std::vector<double> crop;
   double noise_mm = 0.5;
   std::uint64_t seed = 1;
   bool json = false;
@@ -46,13 +47,22 @@ double UnitFrom(const std::string& name) {
   return 1.0;
 }
 
-geometry::Points FinitePoints(const geometry::Points& points) {
-  geometry::Points finite;
-  finite.reserve(points.size());
-  for (const auto& p : points) {
-    if (p.allFinite()) finite.push_back(p);
+// The finite points, of those within `crop` if it is not empty: low and high x, y, z.
+geometry::Points UsedPoints(const geometry::Points& points, const std::vector<double>& crop) {
+  if (!crop.empty() && !(crop[0] < crop[3] && crop[1] < crop[4] && crop[2] < crop[5])) {
+    throw core::InputError("--crop: the first three numbers must be below the last three");
   }
-  return finite;
+  geometry::Points used;
+  used.reserve(points.size());
+  for (const auto& p : points) {
+    if (!p.allFinite()) continue;
+    const auto within = [&](int axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      return p[axis] >= crop[i] && p[axis] <= crop[i + 3];
+    };
+    if (crop.empty() || (within(0) && within(1) && within(2))) used.push_back(p);
+  }
+  return used;
 }
 
 // The defaults are those of a laser scanner with 2 mm between points and 0.5 mm noise; all lengths
@@ -150,7 +160,7 @@ void WriteObject(const perception::Scene& scene, std::size_t object,
 
 void Perceive(const PerceiveArguments& arguments) {
   const auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
-  const geometry::Points points = FinitePoints(file.points);
+  const geometry::Points points = UsedPoints(file.points, arguments.crop);
   const Eigen::Vector3d origin = arguments.origin.empty()
                                      ? file.sensor_origin.value_or(Eigen::Vector3d::Zero())
                                      : ParseVector(arguments.origin, "--sensor-origin");
@@ -192,6 +202,11 @@ void AddPerceiveCommand(CLI::App& app) {
   command->add_option(
       "--sensor-origin", arguments->origin,
       "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");
+  command
+      ->add_option("--crop", arguments->crop,
+                   "only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
+      ->delimiter(',')
+      ->expected(6);
   command->add_option("--up", arguments->up, "direction away from the table, where it is known");
   command->add_option("--unit", arguments->unit, "of the cloud's coordinates")
       ->check(CLI::IsMember({"m", "cm", "mm"}));

@@ -5,6 +5,9 @@
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
+
+#include "geometry/union_find.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -13,23 +16,30 @@ constexpr double kSlack = 1e-9;
 // Triangles whose planes differ by less are one facet: else the search would stand still on it.
 constexpr double kSamePlane = 1e-9;
 
-struct Side {
-  std::uint32_t a, b, facet;
-};
+using TrianglePair = std::array<std::uint32_t, 2>;
 
-std::vector<Side> SortedSides(const geometry::TriangleMesh& hull,
-                              const std::vector<std::uint32_t>& facet) {
+// Triangles that share an edge.
+std::vector<TrianglePair> Neighbors(const geometry::TriangleMesh& hull) {
+  struct Side {
+    std::uint32_t a, b, triangle;
+  };
   std::vector<Side> sides;
-  for (std::size_t t = 0; t < hull.triangles.size(); ++t) {
+  for (std::uint32_t t = 0; t < hull.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [a, b] = std::minmax(hull.triangles[t][i], hull.triangles[t][(i + 1) % 3]);
-      sides.push_back({a, b, facet[t]});
+      sides.push_back({a, b, t});
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
-    return std::tie(p.a, p.b, p.facet) < std::tie(q.a, q.b, q.facet);
+    return std::tie(p.a, p.b, p.triangle) < std::tie(q.a, q.b, q.triangle);
   });
-  return sides;
+  std::vector<TrianglePair> pairs;
+  for (std::size_t k = 0; k + 1 < sides.size(); ++k) {
+    if (sides[k].a == sides[k + 1].a && sides[k].b == sides[k + 1].b) {
+      pairs.push_back({sides[k].triangle, sides[k + 1].triangle});
+    }
+  }
+  return pairs;
 }
 
 }  // namespace
@@ -40,60 +50,45 @@ HullSide::HullSide(const geometry::TriangleMesh& hull, const Eigen::Vector3d& ce
   for (const Eigen::Vector3d& v : hull.vertices) {
     outer_squared_ = std::max(outer_squared_, (v - center).squaredNorm());
   }
-  const double size = std::sqrt(outer_squared_);
-  std::vector<Facet> planes;
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& t : hull.triangles) {
     const Eigen::Vector3d a = hull.vertices[t[0]] - center;
     const Eigen::Vector3d normal =
         (hull.vertices[t[1]] - center - a).cross(hull.vertices[t[2]] - center - a).normalized();
-    planes.push_back({normal, normal.dot(a)});
-    nearest = std::min(nearest, planes.back().offset);
+    facets_.push_back({normal, normal.dot(a)});
+    nearest = std::min(nearest, facets_.back().offset);
   }
-  center_inside_ = nearest > kSlack * size;
-  if (!center_inside_) {
-    facets_ = std::move(planes);
-    return;
-  }
+  center_inside_ = nearest > kSlack * std::sqrt(outer_squared_);
+  if (!center_inside_) return;
   inner_squared_ = nearest * nearest;
-  // Duals: the plane n . x = d becomes the point n / d.
-  std::vector<std::uint32_t> facet;
-  std::vector<std::uint32_t> order(planes.size());
-  std::iota(order.begin(), order.end(), 0U);
-  for (Facet& plane : planes) plane.normal /= plane.offset;
-  // Triangles of one facet stand side by side: those that share an edge are compared.
-  facet.resize(planes.size());
-  std::iota(facet.begin(), facet.end(), 0U);
-  const auto triangle_sides = SortedSides(hull, facet);
-  const auto root = [&facet](std::uint32_t i) {
-    while (facet[i] != i) i = facet[i] = facet[facet[i]];
-    return i;
+  LinkFacets(hull);
+}
+
+// The plane n . x = d becomes n / d, a corner of the dual body; triangles of one plane one corner.
+void HullSide::LinkFacets(const geometry::TriangleMesh& hull) {
+  const std::vector<Facet> planes = std::move(facets_);
+  facets_.clear();
+  const auto dual = [&planes](std::uint32_t t) {
+    return Eigen::Vector3d(planes[t].normal / planes[t].offset);
   };
-  for (std::size_t k = 0; k + 1 < triangle_sides.size(); ++k) {
-    const Side& p = triangle_sides[k];
-    const Side& q = triangle_sides[k + 1];
-    if (p.a != q.a || p.b != q.b) continue;
-    const Eigen::Vector3d difference = planes[p.facet].normal - planes[q.facet].normal;
-    if (difference.norm() > kSamePlane * planes[p.facet].normal.norm()) continue;
-    const std::uint32_t low = std::min(root(p.facet), root(q.facet));
-    facet[std::max(root(p.facet), root(q.facet))] = low;
+  const auto pairs = Neighbors(hull);
+  geometry::UnionFind sets(planes.size());
+  for (const auto& [t, u] : pairs) {
+    if ((dual(t) - dual(u)).norm() <= kSamePlane * dual(t).norm()) sets.Unite(t, u);
   }
-  std::vector<std::uint32_t> number(planes.size(), 0);
+  std::vector<std::int32_t> facet;
+  const auto count = geometry::LabelBySize(sets, std::vector<bool>(planes.size(), true), facet);
+  facets_.resize(static_cast<std::size_t>(count));
   for (std::uint32_t t = 0; t < planes.size(); ++t) {
-    if (root(t) != t) continue;
-    number[t] = static_cast<std::uint32_t>(facets_.size());
-    facets_.push_back(planes[t]);
+    facets_[static_cast<std::size_t>(facet[t])] = {dual(t), 1.0};
   }
-  std::vector<std::uint32_t> merged(planes.size());
-  for (std::uint32_t t = 0; t < planes.size(); ++t) merged[t] = number[root(t)];
-  const auto sides = SortedSides(hull, merged);
-  std::vector<std::array<std::uint32_t, 2>> links;
-  for (std::size_t k = 0; k + 1 < sides.size(); ++k) {
-    const Side& p = sides[k];
-    const Side& q = sides[k + 1];
-    if (p.a != q.a || p.b != q.b || p.facet == q.facet) continue;
-    links.push_back({p.facet, q.facet});
-    links.push_back({q.facet, p.facet});
+  std::vector<TrianglePair> links;
+  for (const auto& [t, u] : pairs) {
+    if (facet[t] == facet[u]) continue;
+    const auto from = static_cast<std::uint32_t>(facet[t]);
+    const auto to = static_cast<std::uint32_t>(facet[u]);
+    links.push_back({from, to});
+    links.push_back({to, from});
   }
   std::sort(links.begin(), links.end());
   links.erase(std::unique(links.begin(), links.end()), links.end());

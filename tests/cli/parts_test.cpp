@@ -221,6 +221,23 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   EXPECT_GT(handle.begin()->second, 30);
 }
 
+// The same from the whole scan: perception finds the object on the table, cropped from the arm.
+TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
+  const std::string cloud = (folder_ / "scan.pcd").string();
+  const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
+  ASSERT_EQ(RunProgram({"scan", experiment, "--trial", "coffee_cup-0005", "-o", cloud}).code, 0);
+  const std::string out = (folder_ / "perceived").string();
+  const Ran ran =
+      RunProgram({"perceive", cloud, "--crop", "-0.25,-0.25,-1,0.25,0.25,1", "-o", out});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("object 1: "));
+  EXPECT_EQ(Parts({out + "/object_1.ply", "--go-on-outside"}).code, 0);
+  const Ran turned = RunProgram({"perceive", cloud, "--crop", "1,0,0,0,1,1"});
+  EXPECT_EQ(turned.code, 2);
+  EXPECT_THAT(turned.err, HasSubstr("--crop"));
+  EXPECT_EQ(RunProgram({"perceive", cloud, "--crop", "1,0,0"}).code, 2);
+}
+
 TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
   ExpectRefused({}, "a FILE");

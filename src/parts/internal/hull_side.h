@@ -31,6 +31,7 @@ class HullSide {
     Eigen::Vector3d normal;
     double offset;
   };
+  void LinkFacets(const geometry::TriangleMesh& hull);
   double Highest(const Eigen::Vector3d& d, Hint& hint) const;
 
   Eigen::Vector3d center_;
