@@ -2,10 +2,6 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
-
-#include "core/error.h"
 
 namespace rangegrasp::core {
 
@@ -20,15 +16,6 @@ std::string Hex(std::uint64_t value) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
   return text.data();
-}
-
-std::string ReadFile(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream bytes;
-  if (!in || !(bytes << in.rdbuf())) {
-    throw InputError(file.string() + ": cannot be read; a readable, non-empty file is needed");
-  }
-  return bytes.str();
 }
 
 }  // namespace rangegrasp::core

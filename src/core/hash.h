@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -13,8 +12,5 @@ std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state = 0xcbf29ce48422
 
 /// 16 hexadecimal digits.
 std::string Hex(std::uint64_t value);
-
-/// The whole file as bytes. @throws core::InputError naming the file if it cannot be read.
-std::string ReadFile(const std::filesystem::path& file);
 
 }  // namespace rangegrasp::core

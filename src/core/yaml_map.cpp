@@ -1,53 +1,53 @@
 #include "core/yaml_map.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/error.h"
+#include "core/file.h"
 
 namespace rangegrasp::core {
 namespace {
 
-std::size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({change, row[j] + 1, row[j - 1] + 1});
-    }
+// What all mappings of one file share.
+struct Document {
+  std::filesystem::path file;
+  std::vector<KeyDoc> keys;
+  std::vector<std::string> overridden;  ///< paths that --set gave a value
+  bool only_documentation = false;
+
+  KeyDoc& Key(const std::string& path) {
+    const auto known =
+        std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& k) { return k.path == path; });
+    if (known != keys.end()) return *known;
+    keys.push_back({path, "", "", "", "", false});
+    return keys.back();
   }
-  return row.back();
+};
+
+template <typename T>
+bool Convert(const YAML::Node& node, T& value) {
+  return node.IsScalar() && YAML::convert<T>::decode(node, value);
 }
 
-std::string Join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
-std::string Number(double value) {
-  std::string text = std::to_string(value);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
+std::string Shown(const YAML::Node& node) {
+  if (node.IsNull()) return "no value";
+  return node.IsScalar() ? "'" + node.Scalar() + "'" : std::string("a list or map");
 }
 
 }  // namespace
 
 struct YamlMap::Impl {
-  std::filesystem::path file;
-  YAML::Node node;  ///< a map, or null
+  std::shared_ptr<Document> document;
+  std::string prefix;  ///< "" or "outer.inner."
+  YAML::Node node;     ///< a map, or null
   std::vector<std::string> asked;
 
   std::string At(const YAML::Mark& mark) const {
-    const std::string line = mark.line >= 0 ? std::to_string(mark.line + 1) : "1";
-    return file.string() + ":" + line + ": ";
+    return fmt::format("{}:{}: ", document->file.string(), std::max(mark.line, 0) + 1);
   }
 
   // Where the key stands (a value may begin on a later line); the map's begin if it is absent.
@@ -71,30 +71,57 @@ struct YamlMap::Impl {
       seen.push_back(key);
     }
   }
-};
 
-std::string NearestWord(const std::string& word, const std::vector<std::string>& words) {
-  const auto nearest = std::min_element(
-      words.begin(), words.end(),
-      [&](const auto& a, const auto& b) { return EditDistance(word, a) < EditDistance(word, b); });
-  return nearest == words.end() ? "" : *nearest;
-}
+  // Notes the key for the documentation and as known.
+  void Ask(const std::string& key, const std::string& type, const std::string& default_value,
+           const std::string& range, const std::string& doc) {
+    asked.push_back(key);
+    KeyDoc& entry = document->Key(prefix + key);
+    entry = {prefix + key, type, default_value, range, doc, entry.required};
+  }
+
+  // Puts "key.inner=value" into the tree below `root`.
+  void Override(const std::string& text) {
+    const std::size_t sign = text.find('=');
+    if (sign == std::string::npos || sign == 0) {
+      throw InputError("--set '" + text + "': must be KEY=VALUE, e.g. physics.timestep_ms=1");
+    }
+    const std::string path = text.substr(0, sign);
+    YAML::Node value;
+    try {
+      value = YAML::Load(text.substr(sign + 1));
+    } catch (const YAML::Exception& e) {
+      throw InputError("--set '" + text + "': the value is not valid YAML: " + e.msg);
+    }
+    const std::vector<std::string> keys = Split(path, '.');
+    YAML::Node at = node;
+    for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+      if (at[keys[i]].IsDefined() && !at[keys[i]].IsMap()) {
+        throw InputError("--set '" + text + "': '" + keys[i] + "' holds no keys");
+      }
+      at.reset(at[keys[i]]);
+    }
+    at[keys.back()] = value;
+    document->overridden.push_back(path);
+  }
+};
 
 YamlMap::YamlMap(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 YamlMap::~YamlMap() = default;
 YamlMap::YamlMap(YamlMap&&) noexcept = default;
 
-YamlMap YamlMap::FromFile(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    const bool there = std::filesystem::exists(file, error);
-    throw InputError(file.string() + (there ? ": is no file" : ": no such file") +
-                     "; a YAML file is needed");
-  }
+YamlMap YamlMap::FromFile(const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides) {
+  return FromText(ReadFile(file), file, overrides);
+}
+
+YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides) {
   auto impl = std::make_unique<Impl>();
-  impl->file = file;
+  impl->document = std::make_shared<Document>();
+  impl->document->file = file;
   try {
-    impl->node = YAML::LoadFile(file.string());
+    impl->node = YAML::Load(text);
   } catch (const YAML::ParserException& e) {
     throw InputError(impl->At(e.mark) + "not valid YAML: " + e.msg);
   } catch (const YAML::Exception& e) {
@@ -104,18 +131,29 @@ YamlMap YamlMap::FromFile(const std::filesystem::path& file) {
     throw InputError(impl->At(impl->node.Mark()) + "the file must hold 'key: value' lines");
   }
   impl->CheckNoKeyTwice();
+  for (const std::string& one : overrides) impl->Override(one);
   return YamlMap(std::move(impl));
 }
+
+YamlMap YamlMap::ForDocumentation() {
+  auto impl = std::make_unique<Impl>();
+  impl->document = std::make_shared<Document>();
+  impl->document->only_documentation = true;
+  return YamlMap(std::move(impl));
+}
+
+const std::filesystem::path& YamlMap::file() const { return impl_->document->file; }
 
 bool YamlMap::Has(const std::string& key) const {
   const YAML::Node& node = impl_->node;
   return node.IsMap() && node[key].IsDefined();
 }
 
-YamlMap YamlMap::Child(const std::string& key) {
-  impl_->asked.push_back(key);
+YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
+  impl_->Ask(key, "mapping", "", "", doc);
   auto impl = std::make_unique<Impl>();
-  impl->file = impl_->file;
+  impl->document = impl_->document;
+  impl->prefix = impl_->prefix + key + ".";
   if (Has(key)) {
     const YAML::Node& all = impl_->node;
     impl->node = all[key];
@@ -125,44 +163,48 @@ YamlMap YamlMap::Child(const std::string& key) {
   return YamlMap(std::move(impl));
 }
 
+std::vector<std::string> YamlMap::Names() {
+  std::vector<std::string> names;
+  if (impl_->node.IsMap()) {
+    for (const auto& entry : impl_->node) {
+      if (entry.first.IsScalar()) names.push_back(entry.first.Scalar());
+    }
+  }
+  impl_->asked.insert(impl_->asked.end(), names.begin(), names.end());
+  return names;
+}
+
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
-  throw InputError(impl_->At(impl_->MarkOf(key)) + "key '" + key + "': " + what);
+  const auto& overridden = impl_->document->overridden;
+  const std::string path = impl_->prefix + key;
+  const bool by_hand = std::find(overridden.begin(), overridden.end(), path) != overridden.end();
+  throw InputError((by_hand ? "--set " + path + ": " : impl_->At(impl_->MarkOf(key))) + "key '" +
+                   key + "': " + what);
 }
 
-void YamlMap::Require(const std::string& key) const {
-  if (!Has(key)) Fail(key, "is missing and has no default");
+void YamlMap::Require(const std::string& key) {
+  impl_->document->Key(impl_->prefix + key).required = true;
+  if (!Has(key) && !impl_->document->only_documentation) {
+    Fail(key, "is missing and has no default");
+  }
 }
 
-namespace {
-
-template <typename T>
-bool Convert(const YAML::Node& node, T& value) {
-  return node.IsScalar() && YAML::convert<T>::decode(node, value);
-}
-
-std::string Shown(const YAML::Node& node) {
-  if (node.IsNull()) return "no value";
-  return node.IsScalar() ? "'" + node.Scalar() + "'" : std::string("a list or map");
-}
-
-}  // namespace
-
-void YamlMap::Read(const std::string& key, std::string& value) {
-  impl_->asked.push_back(key);
+void YamlMap::Read(const std::string& key, std::string& value, const std::string& doc) {
+  impl_->Ask(key, "text", value, "", doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   if (!Convert(node, value) || value.empty()) Fail(key, Shown(node) + " is no text");
 }
 
-void YamlMap::Read(const std::string& key, bool& value) {
-  impl_->asked.push_back(key);
+void YamlMap::Read(const std::string& key, bool& value, const std::string& doc) {
+  impl_->Ask(key, "true or false", value ? "true" : "false", "", doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   if (!Convert(node, value)) Fail(key, Shown(node) + " must be true or false");
 }
 
-void YamlMap::Read(const std::string& key, std::uint64_t& value) {
-  impl_->asked.push_back(key);
+void YamlMap::Read(const std::string& key, std::uint64_t& value, const std::string& doc) {
+  impl_->Ask(key, "whole number", fmt::format("{}", value), "from 0", doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   if (!Convert(node, value) || node.Scalar().front() == '-') {
@@ -170,8 +212,9 @@ void YamlMap::Read(const std::string& key, std::uint64_t& value) {
   }
 }
 
-void YamlMap::Read(const std::string& key, std::vector<std::string>& value) {
-  impl_->asked.push_back(key);
+void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
+                   const std::string& doc) {
+  impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   if (!node.IsSequence() || node.size() == 0) {
@@ -185,56 +228,74 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value) {
   }
 }
 
-void YamlMap::Read(const std::string& key, int& value, int low, int high) {
-  impl_->asked.push_back(key);
+void YamlMap::Read(const std::string& key, int& value, int low, int high, const std::string& doc) {
+  impl_->Ask(key, "whole number", fmt::format("{}", value), fmt::format("{} to {}", low, high),
+             doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   int read = 0;
   if (!Convert(node, read) || read < low || read > high) {
-    Fail(key, Shown(node) + " must be a whole number from " + std::to_string(low) + " to " +
-                  std::to_string(high));
+    Fail(key, fmt::format("{} must be a whole number from {} to {}", Shown(node), low, high));
   }
   value = read;
 }
 
 void YamlMap::ReadScaled(const std::string& key, double& value, double unit, double low,
-                         double high) {
-  impl_->asked.push_back(key);
+                         double high, const std::string& doc) {
+  impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit),
+             fmt::format("{:g} to {:g}", low, high), doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   double read = 0.0;
   if (!Convert(node, read) || !std::isfinite(read) || read < low || read > high) {
-    Fail(key, Shown(node) + " must be a number from " + Number(low) + " to " + Number(high));
+    Fail(key, fmt::format("{} must be a number from {:g} to {:g}", Shown(node), low, high));
   }
   value = read * unit;
 }
 
-void YamlMap::Read(const std::string& key, std::optional<double>& value, double low, double high) {
-  double read = 0.0;
-  ReadScaled(key, read, 1.0, low, high);
+void YamlMap::Read(const std::string& key, std::optional<double>& value, double low, double high,
+                   const std::string& doc) {
+  double read = value.value_or(0.0);
+  ReadScaled(key, read, 1.0, low, high, doc);
+  if (!value) impl_->document->Key(impl_->prefix + key).default_value.clear();
   if (Has(key)) value = read;
 }
 
-void YamlMap::ReadWord(const std::string& key, int& position,
-                       const std::vector<std::string>& names) {
-  impl_->asked.push_back(key);
+void YamlMap::ReadWord(const std::string& key, std::size_t& position,
+                       const std::vector<std::string>& words, const std::string& doc) {
+  impl_->Ask(key, "word", words[position], "one of " + Join(words), doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   std::string word;
-  if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(names));
-  const auto found = std::find(names.begin(), names.end(), word);
-  if (found == names.end()) {
+  if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(words));
+  const auto found = std::find(words.begin(), words.end(), word);
+  if (found == words.end()) {
     Fail(key,
-         "'" + word + "' must be one of " + Join(names) + "; nearest: " + NearestWord(word, names));
+         "'" + word + "' must be one of " + Join(words) + "; nearest: " + NearestWord(word, words));
   }
-  position = static_cast<int>(found - names.begin());
+  position = static_cast<std::size_t>(found - words.begin());
 }
 
-void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value) {
+void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values,
+                        const std::vector<std::string>& words, const std::string& doc) {
+  Read(key, values, doc);
+  impl_->document->Key(impl_->prefix + key).range = "of " + Join(words);
+  for (const std::string& word : values) {
+    if (std::find(words.begin(), words.end(), word) != words.end()) continue;
+    Fail(key,
+         "'" + word + "' must be one of " + Join(words) + "; nearest: " + NearestWord(word, words));
+  }
+}
+
+void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
+                       const std::string& doc) {
+  impl_->Ask(key, "path", value.generic_string(), "", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
   std::string text;
-  Read(key, text);
-  if (text.empty()) return;
-  const std::filesystem::path path = (impl_->file.parent_path() / text).lexically_normal();
+  if (!Convert(node, text) || text.empty()) Fail(key, Shown(node) + " is no text");
+  const std::filesystem::path path =
+      (impl_->document->file.parent_path() / text).lexically_normal();
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
     Fail(key, "'" + text + "' does not exist (looked for " + path.string() +
@@ -248,10 +309,12 @@ void YamlMap::Finish() const {
   for (const auto& entry : impl_->node) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (std::find(impl_->asked.begin(), impl_->asked.end(), key) != impl_->asked.end()) continue;
-    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + key +
+    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + impl_->prefix + key +
                      "'; nearest valid key: '" + NearestWord(key, impl_->asked) +
                      "'; valid: " + Join(impl_->asked));
   }
 }
+
+const std::vector<KeyDoc>& YamlMap::Keys() const { return impl_->document->keys; }
 
 }  // namespace rangegrasp::core

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/hash.h"
 #include "core/units.h"
 #include "core/yaml_map.h"

@@ -18,7 +18,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "core/stopwatch.h"
 #include "core/version.h"
 #include "sim/info.h"

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "parts/benchmark.h"
 
 namespace rangegrasp::parts {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/hash.h"
+#include "core/file.h"
 #include "core/stopwatch.h"
 #include "temp_folder.h"
 

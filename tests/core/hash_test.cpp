@@ -2,13 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "temp_folder.h"
-
 namespace rangegrasp::core {
 namespace {
-
-using testing_support::TempFolder;
 
 TEST(Fnv1a, MatchesThePublishedVectors) {
   // Noll's test suite for 64-bit FNV-1a.
@@ -31,26 +26,6 @@ TEST(Hex, WritesSixteenDigits) {
   EXPECT_EQ(Hex(0), "0000000000000000");
   EXPECT_EQ(Hex(0xdeadbeefu), "00000000deadbeef");
   EXPECT_EQ(Hex(~std::uint64_t{0}), "ffffffffffffffff");
-}
-
-TEST(ReadFile, GivesEveryByte) {
-  const TempFolder folder;
-  const std::string bytes("a\0\r\n\xff", 5);
-  EXPECT_EQ(ReadFile(folder.Write("bytes", bytes)), bytes);
-}
-
-TEST(ReadFile, NamesTheFileThatItCannotRead) {
-  const TempFolder folder;
-  folder.Write("empty", "");
-  for (const char* name : {"missing", "empty", "."}) {
-    try {
-      ReadFile(folder / name);
-      ADD_FAILURE() << name;
-    } catch (const InputError& e) {
-      EXPECT_NE(std::string(e.what()).find((folder / name).string()), std::string::npos)
-          << e.what();
-    }
-  }
 }
 
 }  // namespace

@@ -239,7 +239,7 @@ TEST_F(YamlMapTest, ErrorsNameTheKeysLineEvenIfTheValueBeginsLater) {
 }
 
 TEST_F(YamlMapTest, RequireNamesTheMissingKey) {
-  const YamlMap map = Parse("name: a\n");
+  YamlMap map = Parse("name: a\n");
   map.Require("name");
   EXPECT_THAT(ErrorOf([&] { map.Require("scene"); }), AllOf(At(1, "scene"), HasSubstr("missing")));
 }
@@ -269,6 +269,51 @@ TEST(NearestWord, IsTheOneOfLeastEditDistance) {
   EXPECT_EQ(NearestWord("", {"abc", "ab"}), "ab");
   EXPECT_EQ(NearestWord("x", {}), "");
   EXPECT_EQ(NearestWord("kitten", {"sitting", "mitten"}), "mitten");
+}
+
+TEST_F(YamlMapTest, AnOverrideTakesTheFilesPlace) {
+  const auto file = folder_.Write("o.yaml", "n: 1\nphysics:\n  step: 2\n");
+  auto map = YamlMap::FromFile(file, {"physics.step=3", "fresh.key=0.5"});
+  int n = 0, step = 0;
+  double key = 0.0;
+  map.Read("n", n, 0, 9);
+  auto physics = map.Child("physics");
+  physics.Read("step", step, 0, 9);
+  physics.Finish();
+  map.Child("fresh").Read("key", key, 0.0, 1.0);
+  map.Finish();
+  EXPECT_EQ(n, 1);
+  EXPECT_EQ(step, 3);
+  EXPECT_EQ(key, 0.5);
+}
+
+TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
+  const auto file = folder_.Write("o.yaml", "n: 1\n");
+  int n = 0;
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n=12"}).Read("n", n, 0, 9); }),
+              HasSubstr("--set n: key 'n': '12' must be a whole number from 0 to 9"));
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n"}); }), HasSubstr("must be KEY=VALUE"));
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n.x=1"}); }), HasSubstr("holds no keys"));
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"m=1"}).Finish(); }),
+              HasSubstr("unknown key"));
+}
+
+TEST_F(YamlMapTest, TheReadingCodeIsTheTableOfKeys) {
+  auto map = YamlMap::ForDocumentation();
+  double step_s = 0.002;
+  std::string name;
+  map.Require("name");
+  map.Read("name", name, "of the experiment");
+  auto physics = map.Child("physics", "the engine");
+  physics.ReadScaled("step_ms", step_s, 1e-3, 0.1, 4.0, "time step");
+  physics.Finish();
+  map.Finish();
+  ASSERT_EQ(map.Keys().size(), 3u);
+  EXPECT_TRUE(map.Keys()[0].required);
+  EXPECT_EQ(map.Keys()[0].doc, "of the experiment");
+  EXPECT_EQ(map.Keys()[2].path, "physics.step_ms");
+  EXPECT_EQ(map.Keys()[2].default_value, "2");
+  EXPECT_EQ(map.Keys()[2].range, "0.1 to 4");
 }
 
 }  // namespace

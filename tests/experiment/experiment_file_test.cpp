@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::experiment {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "core/rng.h"
 #include "parts/shape.h"
 #include "temp_folder.h"

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "core/rng.h"
 #include "parts/baselines.h"
 #include "parts/embedding.h"

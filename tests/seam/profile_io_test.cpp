@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/file.h"
 #include "core/rng.h"
 #include "temp_folder.h"
 

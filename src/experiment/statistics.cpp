@@ -1,10 +1,10 @@
-#include "report/statistics.h"
+#include "experiment/statistics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-namespace rangegrasp::report {
+namespace rangegrasp::experiment {
 namespace {
 
 double LogChoose(int n, int k) {
@@ -44,4 +44,4 @@ double FisherExactLower(int k1, int n1, int k2, int n2) {
   return std::min(1.0, p);
 }
 
-}  // namespace rangegrasp::report
+}  // namespace rangegrasp::experiment

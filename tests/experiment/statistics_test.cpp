@@ -1,11 +1,11 @@
-#include "report/statistics.h"
+#include "experiment/statistics.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-namespace rangegrasp::report {
+namespace rangegrasp::experiment {
 namespace {
 
 TEST(Wilson, MatchesNewcombesWorkedExamples) {
@@ -56,4 +56,4 @@ TEST(Fisher, MatchesTheTeaTasting) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::report
+}  // namespace rangegrasp::experiment

@@ -1,13 +1,13 @@
-#include "report/grid.h"
+#include "experiment/grid.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
-#include <sstream>
 
-#include "report/statistics.h"
+#include "core/csv.h"
+#include "experiment/statistics.h"
 
-namespace rangegrasp::report {
+namespace rangegrasp::experiment {
 namespace {
 
 std::vector<std::size_t> Widths(const Grid& grid) {
@@ -27,19 +27,6 @@ std::string TextLine(const Grid& grid, const std::vector<std::string>& row,
     line += (i > 0 ? "  " : "") + (grid.left[i] ? row[i] + pad : pad + row[i]);
   }
   line.erase(line.find_last_not_of(' ') + 1);
-  return line + "\n";
-}
-
-std::string CsvCell(const std::string& cell) {
-  if (cell.find_first_of(",\"\n") == std::string::npos) return cell;
-  std::string quoted = "\"";
-  for (const char c : cell) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
-std::string CsvLine(const std::vector<std::string>& row) {
-  std::string line;
-  for (const std::string& cell : row) line += (line.empty() ? "" : ",") + CsvCell(cell);
   return line + "\n";
 }
 
@@ -72,16 +59,12 @@ std::string MarkdownOf(const Grid& grid) {
 }
 
 std::string CsvOf(const Grid& grid) {
-  std::string text = CsvLine(grid.header);
-  for (const auto& row : grid.rows) text += CsvLine(row);
+  std::string text = core::CsvLine(grid.header);
+  for (const auto& row : grid.rows) text += core::CsvLine(row);
   return text;
 }
 
-std::string Fixed(double value, int digits) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
+std::string Fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
 std::string IntervalText(int k, int n) {
   if (n == 0) return "-";
@@ -89,4 +72,4 @@ std::string IntervalText(int k, int n) {
   return Fixed(low * 100.0, 0) + "-" + Fixed(high * 100.0, 0);
 }
 
-}  // namespace rangegrasp::report
+}  // namespace rangegrasp::experiment

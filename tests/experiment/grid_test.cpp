@@ -1,8 +1,8 @@
-#include "report/grid.h"
+#include "experiment/grid.h"
 
 #include <gtest/gtest.h>
 
-namespace rangegrasp::report {
+namespace rangegrasp::experiment {
 namespace {
 
 const Grid kGrid = {{"what", "n"}, {true, false}, {{"a", "1"}, {"long word", "10"}}, true};
@@ -34,4 +34,4 @@ TEST(Grid, NumbersAreRoundedAndIntervalsAreWilsons) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::report
+}  // namespace rangegrasp::experiment

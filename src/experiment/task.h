@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/yaml_map.h"
+#include "experiment/report.h"
+
+namespace rangegrasp::experiment {
+
+/// The smallest thing that is run, stored and repeated: one grasp trial, one seam, one method on
+/// one model. It depends on the experiment and on itself alone.
+struct Case {
+  std::string id;             ///< unique in its experiment: letters, digits, '_', '-', '.'
+  std::string group;          ///< what --objects chooses by: an object, a class, a shape of edge
+  std::uint64_t seed = 0;     ///< derived from the experiment's seed and this case alone
+  std::string params = "{}";  ///< JSON object: what the case is, in the task's own words
+};
+
+/// What running a case gave.
+struct Result {
+  std::string outcome;      ///< one word of the task's, or kCrashed or kTimedOut
+  std::string stage;        ///< that it ended in
+  std::string detail;       ///< one line for a person
+  std::string data = "{}";  ///< JSON object: figures, written so that they are read back the same
+  /// Time by stage [s]: all that may differ between two runs of the same case.
+  std::vector<std::pair<std::string, double>> seconds;
+};
+/// The engine's own outcomes: the process ended without a result, or was killed at its time limit.
+/// Their `data` is "{}".
+inline constexpr const char* kCrashed = "crashed";
+inline constexpr const char* kTimedOut = "timed_out";
+
+/// A row of the store.
+struct Record {
+  Case which;
+  Result result;
+};
+
+/// What a run came from: name -> value each.
+struct Stamp {
+  /// What two runs must share for their cases to stand in one table: experiment, hashes, seed.
+  std::map<std::string, std::string> identity;
+  std::map<std::string, std::string> build;  ///< version, commit, libraries: shown, not compared
+  /// What the tables are made from besides the records: titles, published tables, the experiment
+  /// file itself.
+  std::map<std::string, std::string> data;
+};
+
+struct ReplayOptions {
+  std::filesystem::path folder;  ///< receives whatever there is to see; made where absent
+  bool snapshots = false;
+  std::filesystem::path video;  ///< empty: none
+  std::string camera;           ///< empty: the task's own choice
+};
+
+/// One experiment, read and made ready: everything that its cases share is loaded, so that a broken
+/// model is told before the first case and processes are forked from a finished state.
+class Task {
+ public:
+  virtual ~Task() = default;
+
+  /// All cases in a fixed order.
+  virtual std::vector<Case> Cases() const = 0;
+  /// Runs a case, in a process of its own. What a case may run into is an outcome; an exception
+  /// counts as kCrashed.
+  virtual Result Run(const Case& which) const = 0;
+  /// Runs it again and leaves what a person wants to see of it in a folder.
+  /// @throws core::InputError for an option that the task has no use for.
+  virtual Result Replay(const Case& which, const ReplayOptions& options) const = 0;
+  /// Adds what the task's results depend on (to identity: hashes of its models) and what its tables
+  /// need (to data). The engine has put in experiment, its hash and text, seed, version and commit.
+  virtual void AddTo(Stamp& stamp) const = 0;
+};
+
+/// Keys that every kind of experiment has.
+struct Common {
+  std::string name;            ///< letters, digits, '_' and '-': names the results folder
+  std::filesystem::path file;  ///< as given
+  std::uint64_t seed = 1;
+  double case_limit_s = 60.0;  ///< wall time after which a case is killed
+};
+
+/// A kind of experiment: the word after `task:` and what stands behind it.
+struct TaskKind {
+  std::string name;         ///< "grasping", "seam", "parts"
+  std::string description;  ///< one sentence
+  std::string trials_key;   ///< the key that --trials sets
+  bool uses_seed = true;    ///< whether anything is drawn
+  /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
+  /// @throws core::InputError
+  std::unique_ptr<Task> (*read)(core::YamlMap& map, const Common& common) = nullptr;
+  /// Reads the same keys and nothing else, for the documentation.
+  void (*read_keys)(core::YamlMap& map) = nullptr;
+  /// The tables of records of this kind, in the order of their cases; some may be missing.
+  /// @throws core::InputError if a published table in the stamp is none.
+  Report (*report)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
+};
+
+}  // namespace rangegrasp::experiment

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/range_image.h"
+
+namespace rangegrasp::geometry {
+
+/// What one sensor measured from one place. Nothing in it is truth.
+struct View {
+  /// Organised samples in the order of the scan, in the observation's frame C (in a trial W), by
+  /// the calibration that the robot knows.
+  RangeImage image;
+  core::Pose X_CV = core::Pose::Identity();  ///< the sensor's frame, as calibrated
+  /// Standard deviation of the measured point along its ray [m], one a sample (NaN where nothing
+  /// was measured), by the sensor's own model; empty where it is not known.
+  std::vector<float> noise_m;
+  double spacing_m = 0.0;  ///< median distance of neighbors in the image [m]; 0: not known
+};
+
+/// One or more views of one scene, in one frame C.
+struct Observation {
+  std::vector<View> views;
+};
+
+}  // namespace rangegrasp::geometry
