@@ -13,7 +13,7 @@ std::string ReadFile(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) {
-    throw InputError(file.string() + ": there is no such file");
+    throw InputError(file.string() + ": no such file");
   }
   if (std::filesystem::is_directory(status)) {
     throw InputError(file.string() + ": is a folder; a file is needed");

@@ -242,13 +242,13 @@ void YamlMap::Read(const std::string& key, int& value, int low, int high, const 
 
 void YamlMap::ReadScaled(const std::string& key, double& value, double unit, double low,
                          double high, const std::string& doc) {
-  impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit),
-             fmt::format("{:g} to {:g}", low, high), doc);
+  impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit), fmt::format("{} to {}", low, high),
+             doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
   double read = 0.0;
   if (!Convert(node, read) || !std::isfinite(read) || read < low || read > high) {
-    Fail(key, fmt::format("{} must be a number from {:g} to {:g}", Shown(node), low, high));
+    Fail(key, fmt::format("{} must be a number from {} to {}", Shown(node), low, high));
   }
   value = read * unit;
 }
