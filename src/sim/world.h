@@ -15,7 +15,7 @@ struct mjData_;
 
 namespace rangegrasp::sim {
 
-/// An object to put into a scene: its MJCF (models/objects/<name>/<name>.xml).
+/// An object to put into a scene: its MJCF (`models/objects/<name>/<name>.xml`).
 struct ObjectModel {
   std::string name;
   std::filesystem::path mjcf;
