@@ -92,9 +92,11 @@ TEST_F(SensorFile, AnUnknownKeyIsNamedWithItsLineAndTheNearestKey) {
 }
 
 TEST_F(SensorFile, AWrongTypeIsNamedWithItsLine) {
-  EXPECT_THAT(Error("samples: many\n"), HasSubstr(":1: key 'samples': 'many' must be a whole number"));
+  EXPECT_THAT(Error("samples: many\n"),
+              HasSubstr(":1: key 'samples': 'many' must be a whole number"));
   EXPECT_THAT(Error("samples: 1.5\n"), HasSubstr("'1.5' must be a whole number from 2 to 8192"));
-  EXPECT_THAT(Error("fan_deg: 35\nblur_px: [1]\n"), HasSubstr(":2: key 'blur_px': a list or map must be a number"));
+  EXPECT_THAT(Error("fan_deg: 35\nblur_px: [1]\n"),
+              HasSubstr(":2: key 'blur_px': a list or map must be a number"));
   EXPECT_THAT(Error("type: stereo\n"), HasSubstr(":1: key 'type': 'stereo' must be line_scanner"));
   EXPECT_THAT(Error("- samples\n"), HasSubstr(":1: the file must hold 'key: value' lines"));
 }
@@ -109,7 +111,8 @@ TEST_F(SensorFile, AValueOutOfRangeIsNamedWithItsLineAndRange) {
 
 TEST_F(SensorFile, DropOutsMustBeginBeforeTheyEnd) {
   EXPECT_THAT(Error("\ndropout_begin_deg: 85\n"), HasSubstr(":2: key 'dropout_begin_deg'"));
-  EXPECT_THAT(Error("\n\ndropout_end_deg: 50\n"), HasSubstr(":3: key 'dropout_end_deg': dropout_begin_deg must be less"));
+  EXPECT_THAT(Error("\n\ndropout_end_deg: 50\n"),
+              HasSubstr(":3: key 'dropout_end_deg': dropout_begin_deg must be less"));
 }
 
 TEST_F(SensorFile, AKeyGivenTwiceIsAnError) {

@@ -32,8 +32,8 @@ ControlUnit::ControlUnit(const TrackOptions& options, double line_ahead_m, doubl
       known_to_y_m_(line_ahead_m) {}
 
 HeadState ControlUnit::PoseAt(double time_s) const {
-  const double step = std::clamp(time_s / kControlPeriod_s, 0.0,
-                                 static_cast<double>(poses_.size() - 1));
+  const double step =
+      std::clamp(time_s / kControlPeriod_s, 0.0, static_cast<double>(poses_.size() - 1));
   const auto before = static_cast<std::size_t>(step);
   const HeadState& a = poses_[before];
   const HeadState& b = poses_[std::min(before + 1, poses_.size() - 1)];
@@ -81,9 +81,8 @@ double ControlUnit::PathX(const std::vector<Point>& edge, double y_m) const {
 
 // The smoothed edge about the route, carried on at both ends; empty if nothing can be trusted.
 std::vector<Point> ControlUnit::EdgeFrom(double from_y) {
-  const auto first = std::find_if(edge_.begin(), edge_.end(), [&](const Point& p) {
-    return p.y() >= from_y - kSmoothed_m;
-  });
+  const auto first = std::find_if(edge_.begin(), edge_.end(),
+                                  [&](const Point& p) { return p.y() >= from_y - kSmoothed_m; });
   std::vector<Point> edge = SmoothEdge(std::span(first, edge_.end()));
   if (edge.empty()) return edge;
   if (!join_y_m_) join_y_m_ = poses_.back().needle.y();

@@ -37,11 +37,11 @@ class ControlUnit {
 
   TrackOptions options_;
   double ahead_m_;
-  double window_s_;         // over which a stop is decided
-  double speed_m_s_;        // from which the head can stop for what the line sees
+  double window_s_;   // over which a stop is decided
+  double speed_m_s_;  // from which the head can stop for what the line sees
   std::vector<HeadState> poses_;
-  std::vector<Point> edge_;  // as sensed, ascending in y
-  double known_to_y_m_;      // where the needle can go with what is known
+  std::vector<Point> edge_;         // as sensed, ascending in y
+  double known_to_y_m_;             // where the needle can go with what is known
   std::optional<double> join_y_m_;  // where the needle begins to leave the CAD track
   std::optional<double> mat_end_y_m_;
   bool obstacle_ = false;

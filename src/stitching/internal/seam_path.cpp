@@ -106,8 +106,8 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
   }
   const double leverage = normal.ldlt().solve(Eigen::Vector3d::UnitX())[0];
   if (!c->allFinite() || !(leverage > 0.0)) return std::nullopt;
-  const double variance = (squares + kNoiseWorth * kNoise_m * kNoise_m) /
-                          (std::max(0.0, worth - 3.0) + kNoiseWorth);
+  const double variance =
+      (squares + kNoiseWorth * kNoise_m * kNoise_m) / (std::max(0.0, worth - 3.0) + kNoiseWorth);
   return LocalFit{(*c)[0], variance * leverage};
 }
 
@@ -116,8 +116,8 @@ std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, dou
   std::optional<LocalFit> best;
   std::vector<Seen> seen;
   for (const double width : kWindows_m) {
-    for (const auto& [low, high] : {std::array{-1.0, 1.0}, std::array{-1.0, 0.0},
-                                    std::array{0.0, 1.0}}) {
+    for (const auto& [low, high] :
+         {std::array{-1.0, 1.0}, std::array{-1.0, 0.0}, std::array{0.0, 1.0}}) {
       seen.clear();
       for (const Point& p : points) {
         const double u = (p.y() - points[at].y()) / (widen * width);

@@ -11,8 +11,8 @@ using Point = Eigen::Vector2d;
 
 /// Sensed points, of which many may be gross outliers, smoothed: each point moves to a local
 /// parabola that most of its neighbours support, over the window round or beside it that promises
-/// the smallest variance, or is dropped if none is well supported. No window has to reach across a jump of the edge, so corners stay sharp.
-/// O(n w^4) for w <= 12 points in a window.
+/// the smallest variance, or is dropped if none is well supported. No window has to reach across a
+/// jump of the edge, so corners stay sharp. O(n w^4) for w <= 12 points in a window.
 /// @param sensed  ascending in y.
 /// @return ascending in y; empty for fewer than 5 points.
 std::vector<Point> SmoothEdge(std::span<const Point> sensed);

@@ -64,8 +64,7 @@ struct Piece {
 std::vector<Piece> SettledPieces(const std::vector<TrackPoint>& path, double wanted_distance_m) {
   std::vector<Piece> pieces;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    const double length =
-        std::hypot(path[i].x_m - path[i - 1].x_m, path[i].y_m - path[i - 1].y_m);
+    const double length = std::hypot(path[i].x_m - path[i - 1].x_m, path[i].y_m - path[i - 1].y_m);
     const double error = std::abs(path[i].distance_m - wanted_distance_m);
     if (path[i].y_m >= path.front().y_m + kSettle_m && std::isfinite(error) && length > 0.0) {
       pieces.push_back({error, length});
