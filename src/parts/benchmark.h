@@ -21,7 +21,7 @@ const char* Name(Method method);  ///< "mirror", "improved", "kmeans", "sdf", "c
 enum class Split { kTune, kReport };
 const char* Name(Split split);  ///< "tune", "report"
 
-/// A class of a benchmark laid out as Chen et al. 2009: off/<id>.off, seg/<id>/<id>_<k>.seg.
+/// A class of a benchmark laid out as Chen et al. 2009: `off/<id>.off`, `seg/<id>/<id>_<k>.seg`.
 struct BenchmarkClass {
   std::string name;
   std::vector<int> tune;    ///< ids
