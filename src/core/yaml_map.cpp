@@ -309,7 +309,7 @@ void YamlMap::Finish() const {
   for (const auto& entry : impl_->node) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (std::find(impl_->asked.begin(), impl_->asked.end(), key) != impl_->asked.end()) continue;
-    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + impl_->prefix + key +
+    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + key +
                      "'; nearest valid key: '" + NearestWord(key, impl_->asked) +
                      "'; valid: " + Join(impl_->asked));
   }
