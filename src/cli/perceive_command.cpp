@@ -7,15 +7,13 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "core/data_folder.h"
 #include "core/error.h"
 #include "draw/scene_view.h"
-#include "geometry/cloud_file.h"
-#include "geometry/mesh_file.h"
+#include "geometry/io.h"
 #include "grasp/grasp.h"
-#include "image/png.h"
 #include "perception/perceive.h"
 #include "robot/robot.h"
+#include "sim/render.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -24,7 +22,7 @@ using nlohmann::ordered_json;
 
 struct PerceiveArguments {
   std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
-  std::string scene;
+  std::string scene = RANGEGRASP_DEFAULT_SCENE;
   std::vector<double> crop;
   double noise_mm = 0.5;
   std::uint64_t seed = 1;
@@ -174,9 +172,7 @@ void Perceive(const PerceiveArguments& arguments) {
   } catch (const core::InputError& e) {
     throw core::InputError(arguments.cloud + ": " + e.what());
   }
-  const auto hand_file = arguments.scene.empty() ? core::DataFolder() / "scenes/tabletop.xml"
-                                                 : std::filesystem::path(arguments.scene);
-  const auto hand = robot::Robot::Load(hand_file).hand();
+  const auto hand = robot::Robot::Load(arguments.scene).hand();
   std::vector<std::vector<grasp::Grasp>> grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
@@ -191,8 +187,8 @@ void Perceive(const PerceiveArguments& arguments) {
     WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
   }
   const auto canvas = draw::DrawScene(points, scene, grasps, hand);
-  image::WritePng(folder / "perceived.png",
-                  draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
+  sim::WritePng((folder / "perceived.png").string(),
+                draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
   spdlog::info("picture and clouds of the objects in {}", folder.string());
 }
 
@@ -220,8 +216,7 @@ void AddPerceiveCommand(CLI::App& app) {
       ->check(CLI::Range(0.0, 50.0));
   command->add_option("--segmentation", arguments->segmentation)
       ->check(CLI::IsMember({"mesh", "region_growing"}));
-  command->add_option("--scene", arguments->scene,
-                      "scene whose hand is to grasp (default: the installed tabletop.xml)");
+  command->add_option("--scene", arguments->scene, "scene whose hand is to grasp");
   command->add_option("--seed", arguments->seed, "of the random draws")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "everything as JSON");

@@ -157,8 +157,8 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
                                GraspType type) {
   const auto slab = SlabAt(view, band.y_m, kHalfBand_m, task.hand.depth_m + 0.02);
   if (!slab || slab->Width() > task.MaxWidth()) return std::nullopt;
-  const std::size_t open = task.hand.IndexAtGap(slab->Width() + kOpen_m);
-  const std::size_t held = task.hand.IndexAtGap(slab->Width());
+  const std::size_t open = StateAtGap(task.hand, slab->Width() + kOpen_m);
+  const std::size_t held = StateAtGap(task.hand, slab->Width());
   const HandProfiles::Lower& lower = task.profiles.LowerSide(aim.pitch_rad, open);
   const double reach =
       ReachDown(task, view, aim.pitch_rad, open, std::min(held + 1, task.hand.states.size() - 1));
@@ -180,7 +180,7 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
   const Vector3d center = origin + 0.5 * (closing->finger_T + closing->thumb_T);
   Candidate candidate = MakeCandidate(task, view, origin, center, aim.pitch_rad, type);
   candidate.open_state = open;
-  candidate.narrow_state = task.hand.IndexAtGap(slab->Width() + kNarrow_m);
+  candidate.narrow_state = StateAtGap(task.hand, slab->Width() + kNarrow_m);
   candidate.held_state = closing->state;
   candidate.depth_m = origin.z() + pads.z();
   candidate.grasp.opening_m = task.hand.states[open].gap_m;
@@ -220,8 +220,8 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
 namespace {
 
 /// The wide opening, then the narrow one, that clears obstacles and the object itself.
-std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
-                                       const core::Pose& X_CH, const Candidate& candidate) {
+std::optional<std::size_t> FreeOpening(const HandCollider& collider, const core::Pose& X_CH,
+                                       const Candidate& candidate) {
   const bool one = candidate.narrow_state == candidate.open_state;
   for (const std::size_t s : {candidate.open_state, candidate.narrow_state}) {
     if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
@@ -230,7 +230,7 @@ std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
   return std::nullopt;
 }
 
-bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
+bool HitsTableClosing(const HandCollider& collider, const robot::HandModel& hand,
                       const core::Pose& X_CH, const Candidate& candidate) {
   const std::size_t last = std::min(candidate.held_state + 1, hand.states.size() - 1);
   for (std::size_t s = candidate.open_state; s <= last; ++s) {
@@ -241,8 +241,7 @@ bool HitsTableClosing(const collision::HandCollider& collider, const robot::Hand
 
 /// True if the grasp is free; then its opening is set. The height fields that it was placed by are
 /// sampled, the trees are not: where the hand grazes the object it goes up by up to 4 mm.
-bool IsFree(const collision::HandCollider& collider, const robot::HandModel& hand,
-            Candidate& candidate) {
+bool IsFree(const HandCollider& collider, const robot::HandModel& hand, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
   for (const double lift : {0.0, 0.002, 0.004}) {
     core::Pose X_CH = candidate.grasp.X_CH;
@@ -261,7 +260,7 @@ bool IsFree(const collision::HandCollider& collider, const robot::HandModel& han
 
 }  // namespace
 
-void Judge(const collision::HandCollider& collider, const robot::HandModel& hand,
+void Judge(const HandCollider& collider, const robot::HandModel& hand,
            std::vector<Candidate> candidates, const Quota& quota, std::vector<Grasp>& accepted,
            std::vector<Grasp>& rejected) {
   std::stable_sort(

@@ -15,8 +15,8 @@ constexpr double kOpen_m = 0.020;  // wider than the diameter, before closing
 /// allow.
 Candidate Published(Task& task, const View& view) {
   const double diameter = 2.0 * task.object.axis->radius_m;
-  const std::size_t open = task.hand.IndexAtGap(diameter + kOpen_m);
-  const std::size_t held = task.hand.IndexAtGap(diameter);
+  const std::size_t open = StateAtGap(task.hand, diameter + kOpen_m);
+  const std::size_t held = StateAtGap(task.hand, diameter);
   const std::size_t last = std::min(held + 1, task.hand.states.size() - 1);
   const double limit = std::min(TableLimit(view, ReachDown(task, view, 0.0, open, last), 0.0, 0.0,
                                            task.options.table_clearance_m),

@@ -64,7 +64,7 @@ struct Collected {
   std::vector<Grasp> colliding;
 };
 
-void CollectRotational(Task& task, collision::HandCollider& collider, int most, Collected& out) {
+void CollectRotational(Task& task, HandCollider& collider, int most, Collected& out) {
   const int shared = std::max(1, most / 6);
   internal::Judge(collider, task.hand, internal::CylindricalCandidates(task),
                   {most - 2 * shared, 1, 120}, out.free, out.colliding);
@@ -95,9 +95,8 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
   if (options.most < 1) throw std::invalid_argument("PlanGrasps: most must be at least 1");
   Task task = MakeTask(scene, object, hand, arm_C, options);
   if (task.samples.points.empty()) return {};
-  collision::HandCollider collider(hand, Others(scene, object), SurfaceOf(task.object),
-                                   scene.table.plane,
-                                   {options.object_clearance_m, options.table_clearance_m});
+  HandCollider collider(hand, Others(scene, object), SurfaceOf(task.object), scene.table.plane,
+                        options.object_clearance_m, options.table_clearance_m);
   Collected out;
   const bool rotational = task.object.kind == perception::ObjectKind::kRotational;
   if (rotational) CollectRotational(task, collider, options.most, out);

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
-#include "geometry/support.h"
+#include "geometry/shape.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -74,8 +75,54 @@ Grid GridOver(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper, double
 
 }  // namespace
 
+std::size_t StateAtGap(const robot::HandModel& hand, double gap_m) {
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < hand.states.size(); ++i) {
+    if (hand.states[i].gap_m >= gap_m && hand.states[i].gap_m < hand.states[best].gap_m) best = i;
+  }
+  return best;
+}
+
+double Support(const geometry::Shape& shape, const core::Pose& X_AB, const Vector3d& direction_A) {
+  using Kind = geometry::Shape::Kind;
+  const core::Pose X_AS = X_AB * shape.X_BS;
+  const Vector3d d = X_AS.linear().transpose() * direction_A;
+  const Vector3d& size = shape.size;
+  double reach = 0.0;
+  switch (shape.kind) {
+    case Kind::kSphere:
+      reach = size.x();
+      break;
+    case Kind::kCapsule:
+      reach = size.x() + size.y() * std::abs(d.z());
+      break;
+    case Kind::kCylinder:
+      reach = size.x() * d.head<2>().norm() + size.y() * std::abs(d.z());
+      break;
+    case Kind::kBox:
+      reach = size.dot(d.cwiseAbs());
+      break;
+    case Kind::kEllipsoid:
+      reach = size.cwiseProduct(d).norm();
+      break;
+    case Kind::kConvex:
+    case Kind::kMesh:
+      reach = -1e9;
+      for (const Vector3d& p : shape.mesh.vertices) reach = std::max(reach, d.dot(p));
+      break;
+  }
+  return reach + direction_A.dot(X_AS.translation());
+}
+
 HandProfiles::HandProfiles(const robot::HandModel& hand) : hand_(hand) {
-  robot::CheckStates(hand);
+  if (hand.states.empty()) throw std::invalid_argument("hand model: no states");
+  for (const robot::HandModel::State& state : hand.states) {
+    if (state.shapes.size() != hand.states[0].shapes.size() ||
+        state.is_finger.size() != state.shapes.size() ||
+        state.is_thumb.size() != state.shapes.size()) {
+      throw std::invalid_argument("hand model: states differ in their shapes");
+    }
+  }
   for (geometry::Shape shape : hand.states[0].shapes) {
     shape.X_BS = core::Pose::Identity();
     meshes_.push_back(geometry::Tessellate(shape, kSides));
@@ -103,8 +150,8 @@ Grid HandProfiles::InnerGrid(double pitch_rad) const {
       if (!s.is_finger[i]) continue;
       for (int k = 0; k < 2; ++k) {
         const Vector3d axis = Vector3d::Unit(k + 1);
-        lower[k] = std::min(lower[k], -geometry::Support(s.shapes[i], X, -axis));
-        upper[k] = std::max(upper[k], geometry::Support(s.shapes[i], X, axis));
+        lower[k] = std::min(lower[k], -Support(s.shapes[i], X, -axis));
+        upper[k] = std::max(upper[k], Support(s.shapes[i], X, axis));
       }
     }
   }
@@ -172,7 +219,7 @@ double HandProfiles::Extent(double pitch_rad, std::size_t state,
   const core::Pose X = X_TH(hand_, pitch_rad);
   double extent = -1e9;
   for (const geometry::Shape& shape : hand_.states[state].shapes) {
-    extent = std::max(extent, geometry::Support(shape, X, direction_T));
+    extent = std::max(extent, Support(shape, X, direction_T));
   }
   return extent;
 }

@@ -28,6 +28,14 @@ struct Grid {
   }
 };
 
+/// The index of the state whose gap is nearest above gap_m; 0, the open hand, if none is.
+std::size_t StateAtGap(const robot::HandModel& hand, double gap_m);
+
+/// How far a shape at X_AB (its body's frame B in A) reaches from A's origin along a unit direction
+/// of A [m]: its support function. Exact.
+double Support(const geometry::Shape& shape, const core::Pose& X_AB,
+               const Eigen::Vector3d& direction_A);
+
 /// The hand at a pitch as height fields, in its tool frame T: axes as frame G's (x from the fingers
 /// to the thumb, z the approach), origin at the open hand's tip tool centre,
 ///   X_TH = Ry(-pitch) X_HG_tip^-1,

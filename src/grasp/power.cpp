@@ -35,7 +35,7 @@ Candidate Published(Task& task, const Direction& direction) {
   const core::Pose X_TG = HandProfiles::X_TH(task.hand, 0.0) * task.hand.X_HG_power;
   Vector3d origin = -X_TG.translation();
   const std::size_t last = task.hand.states.size() - 1;
-  const std::size_t held = std::min(last, task.hand.IndexAtGap(top.minor_m) + 1);
+  const std::size_t held = std::min(last, StateAtGap(task.hand, top.minor_m) + 1);
   origin.z() = std::min(TableLimit(view, ReachDown(task, view, 0.0, 0, held), origin.x(),
                                    origin.y(), task.options.table_clearance_m),
                         DescentLimit(view, task.profiles.LowerSide(0.0, 0), origin.x(), origin.y(),

@@ -177,8 +177,8 @@ constexpr double kRimOpen_m = 0.026;    // wider than the wall, before closing
 Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSector& sector,
                         const Vector3d& axis, const Vector3d& radial, double out, double pitch) {
   const View view = MakeView(task, samples, task.object.axis->center_C, -axis, out * radial);
-  const std::size_t open = task.hand.IndexAtGap(sector.wall_m + kRimOpen_m);
-  const std::size_t held = task.hand.IndexAtGap(sector.wall_m);
+  const std::size_t open = StateAtGap(task.hand, sector.wall_m + kRimOpen_m);
+  const std::size_t held = StateAtGap(task.hand, sector.wall_m);
   const Vector3d pads = task.profiles.PadCenter_T(pitch, held);
   Vector3d origin(out * sector.radius_m - pads.x(), -pads.y(), 0.0);
   const double limit = std::min(TableLimit(view, ReachDown(task, view, pitch, open, held),

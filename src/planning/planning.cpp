@@ -6,6 +6,7 @@
 
 #include "core/stopwatch.h"
 #include "planning/internal/branch.h"
+#include "planning/internal/collision.h"
 #include "planning/internal/joint_planner.h"
 
 namespace rangegrasp::planning {
@@ -13,8 +14,8 @@ namespace {
 
 using internal::Branch;
 using internal::BranchBuilder;
+using internal::CollisionModel;
 using internal::JointPath;
-using internal::MotionCheck;
 using internal::Stage;
 using internal::Task;
 
@@ -73,7 +74,7 @@ const char* Name(PlanFailure failure) {
 
 struct Planner::Impl {
   Impl(const robot::Robot& a_robot, PlanOptions some_options)
-      : robot(a_robot), options(some_options), check(robot, options.collision_margin_m) {}
+      : robot(a_robot), options(some_options), model(robot, options.collision_margin_m) {}
 
   /// Timed motions of the branch; tighter corners where the rounded path touches something.
   std::optional<core::JointTrajectory> Timed(const JointPath& path,
@@ -84,7 +85,7 @@ struct Planner::Impl {
       tighter.corner_rad *= shrink;
       core::JointTrajectory trajectory = TimeParameterise(robot, path, tighter);
       if (stage == nullptr ||
-          check.PathFree(Thinned(trajectory.positions), *stage, options.resolution_rad)) {
+          model.PathFree(Thinned(trajectory.positions), *stage, options.resolution_rad)) {
         return trajectory;
       }
     }
@@ -108,8 +109,8 @@ struct Planner::Impl {
     internal::JointQuery query;
     query.start = from;
     query.goal = to;
-    query.free = [&](const Eigen::VectorXd& q) { return check.Free(q, stage); };
-    if (stage.min_upright > -1.0) {
+    query.free = [&](const Eigen::VectorXd& q) { return model.Free(q, stage); };
+    if (stage.least_upright > -1.0) {
       query.project = [&](Eigen::VectorXd& q) { ProjectUpright(robot, stage.up_H, q); };
     }
     query.resolution_rad = options.resolution_rad;
@@ -158,7 +159,7 @@ struct Planner::Impl {
       SortByCost(robot, q_lift, solutions);
       for (const Eigen::VectorXd& q : solutions) {
         branch.carry = {q_lift, q};
-        if (!check.Free(q, stage) || !builder.LowerAndRetreat(yaw_rad, branch)) continue;
+        if (!model.Free(q, stage) || !builder.LowerAndRetreat(yaw_rad, branch)) continue;
         auto carry = PlanMotion(q_lift, q, stage, options.held_motion, rng);
         if (carry) return carry;
         if (++goals == kCarryGoals) return {};
@@ -191,9 +192,9 @@ struct Planner::Impl {
     result.ik_s = watch.Restart();
     result.failure = PlanFailure::kNoIk;
     if (!branches.empty()) {
-      check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
-      Task task = internal::MakeTask(robot, scene, request, options, check.collider());
-      const BranchBuilder builder(robot, options, check, task);
+      model.SetScene(scene);
+      Task task = internal::MakeTask(robot, scene, request, options, model);
+      const BranchBuilder builder(robot, options, model, task);
       const std::vector<Branch> all = std::move(branches);
       branches = Feasible(builder, all);
       if (branches.empty() || branches.front().carry.empty()) {
@@ -226,7 +227,7 @@ struct Planner::Impl {
 
   const robot::Robot& robot;
   PlanOptions options;
-  MotionCheck check;
+  CollisionModel model;
 };
 
 Planner::Planner(const robot::Robot& robot, PlanOptions options)

@@ -1,11 +1,8 @@
 #include "sim/friction.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/words.h"
 
 namespace rangegrasp::sim {
 
@@ -24,10 +21,11 @@ const SurfaceFriction& FrictionOf(std::string_view surface) {
   const auto row = std::find_if(table.begin(), table.end(),
                                 [&](const SurfaceFriction& r) { return r.surface == surface; });
   if (row != table.end()) return *row;
-  std::vector<std::string> known;
-  for (const SurfaceFriction& r : table) known.emplace_back(r.surface);
-  throw core::InputError(fmt::format("surface \"{}\" has no friction; known surfaces: {}", surface,
-                                     core::Join(known)));
+  std::string known;
+  for (const SurfaceFriction& r : table)
+    known += (known.empty() ? "" : ", ") + std::string(r.surface);
+  throw core::InputError("surface \"" + std::string(surface) +
+                         "\" has no friction; known surfaces: " + known);
 }
 
 FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options) {

@@ -18,16 +18,16 @@ SurfaceSamples BoxBetweenThePads(double width_m, double x_m) {
   return SampleSurface(geometry::Transformed(mesh, Move(x_m, 0.0, -0.015)), 10000);
 }
 
-TEST(IndexAtGap, IsTheNearestOneAbove) {
+TEST(StateAtGap, IsTheNearestOneAbove) {
   const auto hand = SensorHand();
   for (double gap = 0.005; gap < 0.1; gap += 0.007) {
-    const std::size_t s = hand.IndexAtGap(gap);
+    const std::size_t s = StateAtGap(hand, gap);
     EXPECT_GE(hand.states[s].gap_m, gap);
     if (s + 1 < hand.states.size()) {
       EXPECT_LT(hand.states[s + 1].gap_m, gap);
     }
   }
-  EXPECT_EQ(hand.IndexAtGap(0.5), 0u);
+  EXPECT_EQ(StateAtGap(hand, 0.5), 0u);
 }
 
 TEST(HandProfiles, APositivePitchTakesTheThumbDown) {

@@ -11,7 +11,7 @@
 #include <set>
 #include <vector>
 
-#include "parts/shape/segmentation.h"
+#include "parts/shape.h"
 
 namespace rangegrasp::parts::testing {
 

@@ -9,6 +9,7 @@
 #include "geometry/normals.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
+#include "perception/preprocess.h"
 
 namespace rangegrasp::perception {
 namespace {

@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "sensing/line_scanner.h"
-
 namespace rangegrasp::sensing::internal {
 namespace {
 

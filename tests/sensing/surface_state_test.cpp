@@ -1,11 +1,10 @@
-#include "sensing/surface_state.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "sensing/line_scanner.h"
 #include "sensing/shapes.h"
 
 namespace rangegrasp::sensing {
@@ -17,7 +16,7 @@ constexpr double kWall = 1.0;
 constexpr double kPlate = 0.8;
 constexpr double kHalf = 0.04;
 
-std::vector<sim::VisualMesh> PlateBeforeWall() {
+std::vector<geometry::VisualMesh> PlateBeforeWall() {
   return {test::Level(kWall, -2, 2, -2, 2), test::Level(kPlate, -kHalf, kHalf, -0.1, 0.1, 1)};
 }
 

@@ -10,7 +10,6 @@
 
 #include "core/units.h"
 #include "sim/grasp_program.h"
-#include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 #include "sim/world.h"
 

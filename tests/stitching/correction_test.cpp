@@ -1,5 +1,3 @@
-#include "stitching/correction.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/rng.h"
+#include "stitching/closed_loop.h"
 
 namespace rangegrasp::stitching {
 namespace {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "collision/hand_collider.h"
 #include "grasp/closing.h"
 #include "grasp/grasp.h"
+#include "grasp/hand_collider.h"
 #include "grasp/hand_profiles.h"
 #include "grasp/score.h"
 #include "grasp/surface.h"
@@ -114,7 +114,7 @@ struct Quota {
 };
 /// Checks candidates in the order of their scores and appends those that are free to `accepted`;
 /// the best one of every group that collides goes to `rejected`.
-void Judge(const collision::HandCollider& collider, const robot::HandModel& hand,
+void Judge(const HandCollider& collider, const robot::HandModel& hand,
            std::vector<Candidate> candidates, const Quota& quota, std::vector<Grasp>& accepted,
            std::vector<Grasp>& rejected);
 

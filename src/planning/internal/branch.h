@@ -3,8 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "planning/internal/motion_check.h"
-#include "planning/planning.h"
+#include "planning/internal/collision.h"
 
 namespace rangegrasp::planning::internal {
 
@@ -18,12 +17,13 @@ struct Task {
   Eigen::Vector3d delivered_W;  ///< the same point when it is let go
   Eigen::Vector3d base_W;       ///< the arm's, that carries turn about
   double approach_m = 0.0, lift_m = 0.0;
-  std::size_t open_state = 0, closed_state = 0;  ///< of HandModel::states
+  const robot::HandModel::State* open = nullptr;
+  const robot::HandModel::State* closed = nullptr;
 };
 
 /// Where everything goes: the object's middle, and how deep it may be lowered.
 Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickRequest& request,
-              const PlanOptions& options, const collision::RobotCollider& collider);
+              const PlanOptions& options, CollisionModel& model);
 
 /// The turns about the vertical [rad] that a delivery may have, least turning of the wrist first:
 /// the object turns as it goes round the base, plus k * 2 pi / count.
@@ -42,9 +42,9 @@ struct Branch {
 /// Builds and checks the motions of a branch, one after the other.
 class BranchBuilder {
  public:
-  BranchBuilder(const robot::Robot& robot, const PlanOptions& options, MotionCheck& check,
+  BranchBuilder(const robot::Robot& robot, const PlanOptions& options, CollisionModel& model,
                 const Task& task)
-      : robot_(robot), options_(options), check_(check), task_(task) {}
+      : robot_(robot), options_(options), model_(model), task_(task) {}
 
   /// From approach_m above the grasp straight down to it.
   bool Approach(Branch& branch) const;
@@ -64,7 +64,7 @@ class BranchBuilder {
 
   const robot::Robot& robot_;
   const PlanOptions& options_;
-  MotionCheck& check_;
+  CollisionModel& model_;
   const Task& task_;
 };
 

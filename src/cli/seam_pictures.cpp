@@ -1,0 +1,89 @@
+#include "cli/seam_pictures.h"
+
+#include <array>
+#include <cmath>
+
+#include "draw/plot.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using draw::Panel;
+using draw::Series;
+
+// The dissertation's colours (fig. 3.17): green, blue, red.
+constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
+constexpr double kMm = 1e3;
+
+Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
+                    const std::string& color) {
+  Series series{label, {}, {}, color};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    series.x.push_back(static_cast<double>(i));
+    series.y.push_back(static_cast<double>(values[i]) * unit);
+  }
+  return series;
+}
+
+}  // namespace
+
+std::string ProfileSvg(const seam::EdgeTracker& tracker, const seam::Reading& reading,
+                       const seam::LineGeometry& line) {
+  const auto& prepared = tracker.prepared();
+  Panel measured{"Profile as measured", "", "height [mm]", {}, {}, {}};
+  measured.series.push_back(ColumnSeries(prepared.original_m, kMm, "", "#444444"));
+  Panel flat{std::string("Prepared: ") + seam::Name(reading.status), "", "height [mm]", {}, {}, {}};
+  flat.series.push_back(ColumnSeries(prepared.height_m, kMm, "", "#444444"));
+  if (reading.column) flat.markers.push_back({*reading.column, "edge", "#d62728"});
+  Panel weights{"Weight functions and positions of the three detectors",
+                "column (" +
+                    std::to_string(static_cast<int>(std::lround(line.columns_per_m / kMm))) +
+                    " a mm)",
+                "weight",
+                {},
+                {},
+                {}};
+  for (std::size_t d = 0; d < seam::kDetectors; ++d) {
+    const char* name = seam::Name(static_cast<seam::Detector>(d));
+    weights.series.push_back(
+        ColumnSeries(tracker.results()[d].weight, 1.0, name, kDetectorColors[d]));
+    if (reading.detected[d]) {
+      weights.markers.push_back(
+          {static_cast<double>(*reading.detected[d]), "", kDetectorColors[d]});
+    }
+  }
+  if (!tracker.weight().empty()) {
+    weights.series.push_back(
+        ColumnSeries(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
+  }
+  return draw::PlotSvg({measured, flat, weights});
+}
+
+std::string TrackSvg(const stitching::TrackResult& track, const stitching::Mats& mats,
+                     double wanted_distance_m) {
+  Panel map{"Closed loop, seen from above", "along the track [mm]", "across [mm]", {}, {}, {}};
+  map.equal_axes = true;
+  Series edge{"edge", {}, {}, "#444444"};
+  Series needle{"needle", {}, {}, "#d62728", false, 1.8};
+  Series sensed{"positions sent", {}, {}, "#1f77b4", true};
+  Panel errors{
+      "Error of the distance between seam and edge", "along the track [mm]", "[mm]", {}, {}, {}};
+  Series error{"", {}, {}, "#d62728"};
+  for (const auto& point : track.path) {
+    needle.x.push_back(point.y_m * kMm);
+    needle.y.push_back(-point.x_m * kMm);
+    error.x.push_back(point.y_m * kMm);
+    error.y.push_back((point.distance_m - wanted_distance_m) * kMm);
+    edge.x.push_back(point.y_m * kMm);
+    edge.y.push_back(-mats.EdgeX(point.y_m) * kMm);
+  }
+  for (const auto& point : track.sensed) {
+    sensed.x.push_back(point.y_m * kMm);
+    sensed.y.push_back(-point.x_m * kMm);
+  }
+  map.series = {edge, sensed, needle};
+  errors.series = {error};
+  return draw::PlotSvg({map, errors}, 900, 320);
+}
+
+}  // namespace rangegrasp::cli

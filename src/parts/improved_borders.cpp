@@ -1,0 +1,110 @@
+#include "parts/internal/improved_borders.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <queue>
+#include <set>
+#include <utility>
+
+#include "parts/internal/min_cut.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using Pair = std::pair<std::int32_t, std::int32_t>;
+using Faces = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t kSource = 0;
+constexpr std::uint32_t kSink = 1;
+
+std::set<Pair> TouchingParts(const FaceGraph& faces, const std::vector<std::int32_t>& label) {
+  std::set<Pair> pairs;
+  for (std::uint32_t f = 0; f < label.size(); ++f) {
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const std::int32_t other = label[faces.neighbor[k]];
+      if (label[f] < other) pairs.insert({label[f], other});
+    }
+  }
+  return pairs;
+}
+
+/// The faces of two parts within `width` of the border between them, and the ring of faces next.
+struct Band {
+  Faces inner;
+  Faces ring;
+};
+
+Band BandOf(const FaceGraph& faces, const FaceFrames& frames, const Pair& pair, double width,
+            const std::vector<std::int32_t>& label) {
+  const auto in_pair = [&](std::uint32_t f) {
+    return label[f] == pair.first || label[f] == pair.second;
+  };
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  std::map<std::uint32_t, double> distance;
+  const auto reach = [&](std::uint32_t f, double d) {
+    const auto [at, isnew] = distance.try_emplace(f, d);
+    if (!isnew && at->second <= d) return;
+    at->second = d;
+    front.emplace(d, f);
+  };
+  for (std::uint32_t f = 0; f < label.size(); ++f) {
+    if (!in_pair(f)) continue;
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const std::uint32_t g = faces.neighbor[k];
+      if (in_pair(g) && label[g] != label[f]) reach(f, 0.0);
+    }
+  }
+  while (!front.empty()) {
+    const auto [d, f] = front.top();
+    front.pop();
+    if (d > distance[f] || d > width) continue;
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const std::uint32_t g = faces.neighbor[k];
+      if (in_pair(g)) reach(g, d + (frames.center[f] - frames.center[g]).norm());
+    }
+  }
+  Band band;
+  for (const auto& [f, d] : distance) (d <= width ? band.inner : band.ring).push_back(f);
+  return band;
+}
+
+void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
+                const Pair& pair, double width, std::vector<std::int32_t>& label) {
+  const Band band = BandOf(faces, frames, pair, width, label);
+  // Both parts keep something: the ring, without which there is nothing to cut between.
+  bool first = false;
+  bool second = false;
+  std::map<std::uint32_t, std::uint32_t> node;
+  for (const std::uint32_t f : band.ring) {
+    node[f] = label[f] == pair.first ? kSource : kSink;
+    (label[f] == pair.first ? first : second) = true;
+  }
+  if (!first || !second) return;
+  std::uint32_t nodes = 2;
+  for (const std::uint32_t f : band.inner) node[f] = nodes++;
+  std::vector<CutLink> links;
+  for (const std::uint32_t f : band.inner) {
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const auto other = node.find(faces.neighbor[k]);
+      if (other == node.end()) continue;
+      if (other->second > kSink && other->first < f) continue;
+      links.push_back({node[f], other->second, costs[k]});
+    }
+  }
+  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
+  for (const std::uint32_t f : band.inner)
+    label[f] = with_source[node[f]] ? pair.first : pair.second;
+}
+
+}  // namespace
+
+void MoveBorders(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
+                 double width, std::vector<std::int32_t>& label) {
+  for (const Pair& pair : TouchingParts(faces, label)) {
+    MoveBorder(faces, frames, costs, pair, width, label);
+  }
+}
+
+}  // namespace rangegrasp::parts
