@@ -133,7 +133,7 @@ std::string ExperimentHash(const Experiment& experiment) {
   // Seed, objects and the number of trials stand in the stamp by themselves and may be set on the
   // command line: the hash leaves their lines out, so that runs that differ in nothing else can be
   // recognised.
-  const std::string text = core::ReadFile(experiment.file);
+  const std::string text = core::ReadNonEmptyFile(experiment.file);
   std::uint64_t hash = core::Fnv1a("");
   std::size_t begin = 0;
   while (begin < text.size()) {
@@ -154,7 +154,7 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
   const auto path = file.lexically_normal();
   if (!std::filesystem::is_regular_file(path) || !files.insert(path).second) return;
   if (path.extension() != ".xml") return;
-  const std::string text = core::ReadFile(path);
+  const std::string text = core::ReadNonEmptyFile(path);
   static const std::regex kFile("file=\"([^\"]+)\"");
   for (auto it = std::sregex_iterator(text.begin(), text.end(), kFile);
        it != std::sregex_iterator(); ++it) {
@@ -176,7 +176,9 @@ std::string SceneHash(const Experiment& experiment) {
   for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);
   std::sort(sorted.begin(), sorted.end());
   std::uint64_t hash = core::Fnv1a("");
-  for (const auto& [name, file] : sorted) hash = core::Fnv1a(name + core::ReadFile(file), hash);
+  for (const auto& [name, file] : sorted) {
+    hash = core::Fnv1a(name + core::ReadNonEmptyFile(file), hash);
+  }
   return core::Hex(hash);
 }
 

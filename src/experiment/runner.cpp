@@ -191,7 +191,7 @@ std::map<std::string, std::string> MakeStamp(const Experiment& e) {
     stamp["title." + object] = sim::ObjectTitle(ObjectModelOf(e, object));
   }
   stamp["objects"] = objects;
-  if (!e.reference.empty()) stamp["reference"] = core::ReadFile(e.reference);
+  if (!e.reference.empty()) stamp["reference"] = core::ReadNonEmptyFile(e.reference);
   return stamp;
 }
 

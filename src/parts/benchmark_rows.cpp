@@ -131,7 +131,7 @@ void Write(const std::filesystem::path& file, const std::string& text, std::ios:
 std::vector<BenchmarkRow> ReadRows(const std::filesystem::path& csv) {
   std::vector<BenchmarkRow> rows;
   if (IsEmpty(csv)) return rows;
-  const std::string text = core::ReadFile(csv);
+  const std::string text = core::ReadNonEmptyFile(csv);
   int number = 0;
   std::size_t at = 0;
   for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', at)) {

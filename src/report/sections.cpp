@@ -50,7 +50,7 @@ void Stamp::Add(const std::string& key, std::uint64_t value) {
 }
 
 void Stamp::AddHash(const std::string& key, const std::filesystem::path& file) {
-  Add(key, core::Hex(core::Fnv1a(core::ReadFile(file))));
+  Add(key, core::Hex(core::Fnv1a(core::ReadNonEmptyFile(file))));
 }
 
 std::string Format(const std::vector<Section>& sections, const Stamp& stamp, TableFormat format) {
@@ -86,7 +86,7 @@ std::string Format(const std::vector<Section>& sections, const Stamp& stamp, Tab
 std::vector<std::pair<std::string, std::vector<double>>> ReadNamedNumbers(
     const std::filesystem::path& file) {
   std::vector<std::pair<std::string, std::vector<double>>> rows;
-  std::istringstream in(core::ReadFile(file));
+  std::istringstream in(core::ReadNonEmptyFile(file));
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     if (line.ends_with('\r')) line.pop_back();
