@@ -1,5 +1,6 @@
 # Finds MuJoCo and defines MuJoCo::MuJoCo. Looks in MUJOCO_DIR (variable or environment) first, then in the folder that
-# scripts/setup fills from the wheel: <cache>/mujoco with include/ and libmujoco.so.* in it.
+# scripts/setup fills from the wheel: <cache>/mujoco with include/, licenses/ and libmujoco.so.* in it.
+# MUJOCO_LICENSES lists the license files that stand there.
 set(_mujoco_hints "")
 if(MUJOCO_DIR)
   list(APPEND _mujoco_hints "${MUJOCO_DIR}")
@@ -11,6 +12,9 @@ list(APPEND _mujoco_hints "${PROJECT_SOURCE_DIR}/.cache/mujoco")
 
 find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h HINTS ${_mujoco_hints} PATH_SUFFIXES include)
 find_library(MUJOCO_LIBRARY NAMES mujoco libmujoco.so.4.0.0 HINTS ${_mujoco_hints} PATH_SUFFIXES lib .)
+
+get_filename_component(_mujoco_folder "${MUJOCO_LIBRARY}" DIRECTORY)
+file(GLOB MUJOCO_LICENSES "${_mujoco_folder}/licenses/*" "${_mujoco_folder}/../LICENSE*")
 
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(MuJoCo REQUIRED_VARS MUJOCO_LIBRARY MUJOCO_INCLUDE_DIR

@@ -2,11 +2,12 @@
 #
 #   rangegrasp_module(NAME core SOURCES a.cpp b.cpp PUBLIC Eigen3::Eigen PRIVATE foo SYSTEM_INCLUDES dir...)
 #
-# Warnings are errors in our code; third-party headers come in as SYSTEM.
+# Warnings are errors in our code; third-party headers come in as SYSTEM. cmake/RangegraspInstall.cmake installs every module
+# with its public headers: all but those in internal/.
 include(CMakeParseArguments)
 
 function(rangegrasp_compile_options target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow -Werror)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow $<$<BOOL:${RANGEGRASP_WARNINGS_ARE_ERRORS}>:-Werror>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # False alarms of GCC 12 on std::optional members that are moved, and on "text" + std::string.
     target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-restrict)
@@ -17,13 +18,53 @@ function(rangegrasp_compile_options target)
   endif()
 endfunction()
 
+# The standard library, Eigen and fmt are read once for all modules. The dev presets leave it: ccache and clang-tidy do better
+# without, and each source shows that it includes what it needs.
+function(rangegrasp_precompile target)
+  if(NOT RANGEGRASP_PRECOMPILE)
+    return()
+  endif()
+  if(NOT TARGET rangegrasp_precompiled)
+    file(WRITE "${PROJECT_BINARY_DIR}/precompiled.cpp" "")
+    add_library(rangegrasp_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
+    target_link_libraries(rangegrasp_precompiled PRIVATE Eigen3::Eigen fmt::fmt)
+    target_compile_features(rangegrasp_precompiled PRIVATE cxx_std_20)
+    target_precompile_headers(rangegrasp_precompiled PRIVATE <Eigen/Dense> <algorithm> <array> <cmath> <cstdint> <filesystem>
+      <functional> <limits> <map> <memory> <numeric> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view>
+      <tuple> <unordered_map> <utility> <vector> <fmt/format.h>)
+  endif()
+  target_precompile_headers(${target} REUSE_FROM rangegrasp_precompiled)
+endfunction()
+
+# Of private libraries those that are headers alone matter to this build only: who links an installed module need not have them.
+function(rangegrasp_needed_to_link result)
+  set(libraries "")
+  foreach(library ${ARGN})
+    if(TARGET ${library})
+      get_target_property(type ${library} TYPE)
+      get_target_property(links ${library} INTERFACE_LINK_LIBRARIES)
+      if(type STREQUAL "INTERFACE_LIBRARY" AND NOT links)
+        set(library "$<BUILD_INTERFACE:${library}>")
+      endif()
+    endif()
+    list(APPEND libraries ${library})
+  endforeach()
+  set(${result} ${libraries} PARENT_SCOPE)
+endfunction()
+
 function(rangegrasp_module)
   cmake_parse_arguments(M "" "NAME" "SOURCES;PUBLIC;PRIVATE;SYSTEM_INCLUDES" ${ARGN})
   set(target rangegrasp_${M_NAME})
   add_library(${target} STATIC ${M_SOURCES})
   add_library(rangegrasp::${M_NAME} ALIAS ${target})
-  target_include_directories(${target} PUBLIC "${PROJECT_SOURCE_DIR}/src")
+  target_include_directories(${target} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>"
+                                              "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/rangegrasp>")
   target_include_directories(${target} SYSTEM PRIVATE ${M_SYSTEM_INCLUDES})
-  target_link_libraries(${target} PUBLIC ${M_PUBLIC} PRIVATE ${M_PRIVATE})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  rangegrasp_needed_to_link(private_libraries ${M_PRIVATE})
+  target_link_libraries(${target} PUBLIC ${M_PUBLIC} PRIVATE ${private_libraries})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${M_NAME})
+  set_property(GLOBAL APPEND PROPERTY RANGEGRASP_MODULES ${target})
   rangegrasp_compile_options(${target})
+  rangegrasp_precompile(${target})
 endfunction()

@@ -7,8 +7,11 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/list_command.h"
+#include "cli/results_commands.h"
+#include "cli/run_command.h"
 #include "core/error.h"
-#include "core/yaml_map.h"
+#include "core/words.h"
 
 namespace {
 
@@ -45,11 +48,14 @@ int main(int argc, char** argv) {
   app.footer(
       "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 a run that "
       "failed, 2 bad usage or input.");
-  rangegrasp::cli::AddRunCommands(app);
+  rangegrasp::cli::AddRunCommand(app);
+  rangegrasp::cli::AddResultsCommands(app);
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
+  rangegrasp::cli::AddListCommand(app);
   rangegrasp::cli::AddPartsCommands(app);
+  rangegrasp::cli::AddShellCommands(app);
   rangegrasp::cli::AddVersionCommand(app);
   try {
     CheckCommand(app, argc, argv);

@@ -4,7 +4,11 @@
 #include <string>
 #include <utility>
 
-#include "report/table.h"
+#include "experiment/format.h"
+
+namespace CLI {
+class App;
+}
 
 namespace rangegrasp::cli {
 
@@ -12,14 +16,12 @@ namespace rangegrasp::cli {
 /// @throws core::RunError naming the target if it cannot be written whole.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
-/// Makes the folder a file is to stand in. @throws core::InputError naming it if that is not
-/// possible.
-void MakeFolderOf(const std::filesystem::path& file);
-
 /// "1280x960" -> {1280, 960}. @throws core::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
-/// "text", "markdown", "csv" or "json" (checked by the option itself).
-report::TableFormat ParseTableFormat(const std::string& name);
+/// Adds `--format text|markdown|csv|json`.
+void AddFormatOption(CLI::App& command, std::string& format);
+/// Of what that option took.
+experiment::TableFormat TableFormatFrom(const std::string& word);
 
 }  // namespace rangegrasp::cli

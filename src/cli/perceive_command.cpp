@@ -7,13 +7,16 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "core/data_folder.h"
 #include "core/error.h"
+#include "core/words.h"
 #include "draw/scene_view.h"
-#include "geometry/io.h"
+#include "geometry/cloud_file.h"
+#include "geometry/mesh_file.h"
 #include "grasp/grasp.h"
+#include "image/png.h"
 #include "perception/perceive.h"
 #include "robot/robot.h"
-#include "sim/render.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -22,7 +25,7 @@ using nlohmann::ordered_json;
 
 struct PerceiveArguments {
   std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
-  std::string scene = RANGEGRASP_DEFAULT_SCENE;
+  std::string scene;
   std::vector<double> crop;
   double noise_mm = 0.5;
   std::uint64_t seed = 1;
@@ -90,14 +93,10 @@ ordered_json Json(const grasp::Grasp& grasp) {
     rotation.push_back(
         {grasp.X_CH.linear()(row, 0), grasp.X_CH.linear()(row, 1), grasp.X_CH.linear()(row, 2)});
   }
-  return {{"type", grasp::Name(grasp.type)},
-          {"position_m", Json(grasp.X_CH.translation())},
-          {"rotation", rotation},
-          {"tool_center_m", Json(grasp.X_CG.translation())},
-          {"width_m", grasp.width_m},
-          {"opening_m", grasp.opening_m},
-          {"score", grasp.score},
-          {"collides", grasp.collides}};
+  return {{"type", core::Word(grasp.type)}, {"position_m", Json(grasp.X_CH.translation())},
+          {"rotation", rotation},           {"tool_center_m", Json(grasp.X_CG.translation())},
+          {"width_m", grasp.width_m},       {"opening_m", grasp.opening_m},
+          {"score", grasp.score},           {"collides", grasp.collides}};
 }
 
 ordered_json Json(const perception::Scene& scene,
@@ -142,7 +141,7 @@ std::string Text(const perception::Scene& scene,
                     object.kind == perception::ObjectKind::kRotational ? "rotational" : "other",
                     object.open ? ", open" : "", object.size_m.x() * 1e3, object.size_m.y() * 1e3,
                     object.size_m.z() * 1e3, grasps[i].size(), free);
-    if (free > 0) text += fmt::format(", best: {}", grasp::Name(grasps[i].front().type));
+    if (free > 0) text += fmt::format(", best: {}", core::Word(grasps[i].front().type));
     text += "\n";
   }
   return text;
@@ -172,7 +171,9 @@ void Perceive(const PerceiveArguments& arguments) {
   } catch (const core::InputError& e) {
     throw core::InputError(arguments.cloud + ": " + e.what());
   }
-  const auto hand = robot::Robot::Load(arguments.scene).hand();
+  const auto hand_file = arguments.scene.empty() ? core::DataFolder() / "scenes/tabletop.xml"
+                                                 : std::filesystem::path(arguments.scene);
+  const auto hand = robot::Robot::Load(hand_file).hand();
   std::vector<std::vector<grasp::Grasp>> grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
@@ -187,8 +188,8 @@ void Perceive(const PerceiveArguments& arguments) {
     WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
   }
   const auto canvas = draw::DrawScene(points, scene, grasps, hand);
-  sim::WritePng((folder / "perceived.png").string(),
-                draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
+  image::WritePng(folder / "perceived.png",
+                  draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
   spdlog::info("picture and clouds of the objects in {}", folder.string());
 }
 
@@ -216,7 +217,8 @@ void AddPerceiveCommand(CLI::App& app) {
       ->check(CLI::Range(0.0, 50.0));
   command->add_option("--segmentation", arguments->segmentation)
       ->check(CLI::IsMember({"mesh", "region_growing"}));
-  command->add_option("--scene", arguments->scene, "scene whose hand is to grasp");
+  command->add_option("--scene", arguments->scene,
+                      "scene whose hand is to grasp (default: the installed tabletop.xml)");
   command->add_option("--seed", arguments->seed, "of the random draws")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "everything as JSON");

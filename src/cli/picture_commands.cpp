@@ -7,14 +7,22 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/stopwatch.h"
 #include "draw/canvas.h"
-#include "experiment/trial.h"
-#include "geometry/io.h"
+#include "experiment/experiment.h"
+#include "geometry/cloud_file.h"
+#include "image/png.h"
+#include "sensing/line_scanner.h"
+#include "sensing/surface_state.h"
 #include "sim/render.h"
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
 namespace {
+
+namespace grasping = tasks::grasping;
 
 bool IsExperiment(const std::filesystem::path& file) {
   return file.extension() == ".yaml" || file.extension() == ".yml";
@@ -23,35 +31,49 @@ bool IsExperiment(const std::filesystem::path& file) {
 // The settled world of an experiment's trial, or a scene file as it stands.
 struct Picked {
   std::unique_ptr<sim::World> world;
-  std::optional<experiment::TrialContext> context;
-  std::uint64_t seed = 0;
+  experiment::Experiment experiment;  // empty for a scene
+  grasping::TrialSpec spec;
+  std::uint64_t seed = 1;
+
+  const grasping::Cell& cell() const { return grasping::CellOf(*experiment.task); }
 };
+
+Picked PickScene(const std::filesystem::path& file, std::optional<std::uint64_t> seed) {
+  Picked picked;
+  picked.world =
+      std::make_unique<sim::World>(file, std::vector<sim::ObjectModel>{}, sim::PhysicsOptions{});
+  picked.world->SetArm(robot::Robot::Load(file).home);
+  picked.world->Settle();
+  picked.seed = seed.value_or(picked.seed);
+  return picked;
+}
+
+Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
+                 std::optional<std::uint64_t> seed) {
+  Picked picked;
+  experiment::Changes changes;
+  changes.seed = seed;
+  picked.experiment = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
+  const grasping::Cell& cell = picked.cell();
+  picked.spec = grasping::SpecOf(trial.empty() ? picked.experiment.cases.front()
+                                               : CaseOf(picked.experiment, trial));
+  picked.seed = picked.spec.seed;
+  auto arranged = ArrangeTrial(cell, picked.spec);
+  if (!arranged) {
+    throw core::RunError(file.string() + ": no arrangement of " + TrialId(picked.spec) +
+                         " came to rest in view");
+  }
+  picked.world = std::make_unique<sim::World>(std::move(arranged->world));
+  return picked;
+}
 
 Picked Pick(const std::filesystem::path& file, const std::string& trial,
             std::optional<std::uint64_t> seed) {
-  Picked picked;
-  if (!IsExperiment(file)) {
-    if (!trial.empty())
-      throw core::InputError("--trial goes with an experiment file, not with " + file.string());
-    picked.world =
-        std::make_unique<sim::World>(file, std::vector<sim::ObjectModel>{}, sim::PhysicsOptions{});
-    picked.world->SetArm(robot::Robot::Load(file).home);
-    picked.world->Settle();
-    picked.seed = seed.value_or(1);
-    return picked;
+  if (IsExperiment(file)) return PickTrial(file, trial, seed);
+  if (!trial.empty()) {
+    throw core::InputError("--trial goes with an experiment file, not with " + file.string());
   }
-  auto e = experiment::ReadExperiment(file);
-  if (seed) e.seed = *seed;
-  const auto spec =
-      trial.empty() ? experiment::AllTrials(e).front() : experiment::TrialFrom(e, trial);
-  picked.context = experiment::Prepare(e);
-  picked.seed = experiment::TrialSeed(e.seed, spec);
-  auto arranged = experiment::Arrange(*picked.context, spec, picked.seed);
-  if (!arranged)
-    throw core::RunError(file.string() + ": no arrangement of " + experiment::TrialId(spec) +
-                         " came to rest in view");
-  picked.world = std::make_unique<sim::World>(std::move(arranged->world));
-  return picked;
+  return PickScene(file, seed);
 }
 
 void AddSnapshot(CLI::App& app) {
@@ -74,8 +96,7 @@ void AddSnapshot(CLI::App& app) {
   command->callback([arguments] {
     const auto [width, height] = ParseSize(arguments->size);
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    MakeFolderOf(arguments->out);
-    sim::WritePng(
+    image::WritePng(
         arguments->out,
         sim::Renderer(*picked.world, width, height).Render(*picked.world, arguments->camera));
   });
@@ -91,7 +112,7 @@ std::vector<geometry::CloudField> TruthFields(const sensing::ScanTruth& truth) {
 
 /// The image with nothing measured but the target.
 geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
-  geometry::RangeImage image = scan.image;
+  geometry::RangeImage image = scan.view.image;
   for (std::size_t i = 0; i < image.points_C.size(); ++i) {
     if (scan.truth.label[i] != 1) {
       image.points_C[i].setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -101,8 +122,8 @@ geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
 }
 
 /// The scan, objects and table apart, and the shadows on the table plane round the workspace.
-sim::Image DrawScan(const sensing::Scan& scan, const std::vector<geometry::VisualMesh>& meshes,
-                    const core::Pose& X_WS, const sensing::LineScannerOptions& options) {
+image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMesh>& meshes,
+                      const core::Pose& X_WS, const sensing::LineScannerOptions& options) {
   constexpr double kHalf_m = 0.30;
   constexpr double kStep_m = 0.0015;
   geometry::Points grid;
@@ -123,8 +144,8 @@ sim::Image DrawScan(const sensing::Scan& scan, const std::vector<geometry::Visua
   add(sensing::SurfaceState::kCameraShadow, {0.95F, 0.75F, 0.15F, 1.0F});
   add(sensing::SurfaceState::kBothShadows, {0.35F, 0.15F, 0.15F, 1.0F});
   geometry::Points scene, target;
-  for (std::size_t i = 0; i < scan.image.points_C.size(); ++i) {
-    const Eigen::Vector3d& p = scan.image.points_C[i];
+  for (std::size_t i = 0; i < scan.view.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p = scan.view.image.points_C[i];
     if (!p.allFinite() || p.head<2>().norm() > 1.5 * kHalf_m) continue;
     (scan.truth.label[i] == 0 ? scene : target).push_back(p);
   }
@@ -161,10 +182,10 @@ void AddScan(CLI::App& app) {
       "camera yellow, both dark.");
   command->callback([arguments] {
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    const auto options = picked.context              ? picked.context->scanner
+    const auto options = picked.experiment.task      ? picked.cell().scanner
                          : arguments->sensor.empty() ? sensing::LineScannerOptions{}
                                                      : sensing::ReadLineScanner(arguments->sensor);
-    if (arguments->target_only && !picked.context) {
+    if (arguments->target_only && !picked.experiment.task) {
       throw core::InputError("--target-only: a scene has no target; give an experiment");
     }
     const auto meshes = picked.world->VisualMeshes();
@@ -173,17 +194,17 @@ void AddScan(CLI::App& app) {
     core::Stopwatch watch;
     const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
     const double seconds = watch.Seconds();
-    MakeFolderOf(arguments->out);
-    geometry::WriteCloud(arguments->out, arguments->target_only ? TargetOnly(scan) : scan.image,
+    core::MakeFolderOf(arguments->out);
+    geometry::WriteCloud(arguments->out,
+                         arguments->target_only ? TargetOnly(scan) : scan.view.image,
                          TruthFields(scan.truth));
     if (!arguments->picture.empty()) {
-      MakeFolderOf(arguments->picture);
-      sim::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
+      image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
     }
     const auto measured = std::count(scan.truth.state.begin(), scan.truth.state.end(),
                                      sensing::SampleState::kMeasured);
-    spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured, scan.image.profiles,
-                 scan.image.samples, seconds * 1e3);
+    spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured,
+                 scan.view.image.profiles, scan.view.image.samples, seconds * 1e3);
   });
 }
 

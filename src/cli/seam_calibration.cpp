@@ -9,18 +9,20 @@
 #include <vector>
 
 #include "cli/output.h"
+#include "core/csv.h"
 #include "core/error.h"
-#include "report/sections.h"
-#include "seam/calibration.h"
-#include "stitching/evaluation.h"
+#include "core/file.h"
+#include "seam/calibration_body.h"
+#include "tasks/seam/seam_experiment.h"
+#include "tasks/seam/seam_files.h"
 
 namespace rangegrasp::cli {
 namespace {
 
 using seam::ProfileFileOptions;
-using stitching::Evaluation;
+using tasks::seam_task::SeamExperiment;
 
-constexpr double kMm = 1e3;
+constexpr double kMmPerM = 1e3;
 
 struct GenerateArguments {
   std::string experiment, out;
@@ -30,15 +32,15 @@ struct GenerateArguments {
 };
 
 // Scans of the calibration body and the heights of its base, as `calibrate` reads them.
-void GenerateBody(const Evaluation& evaluation, const std::filesystem::path& out) {
+void GenerateBody(const SeamExperiment& experiment, const std::filesystem::path& out) {
   std::vector<seam::Profile> rows;
   std::string bases = "scan,base_mm\n";
-  const stitching::StripeSensor sensor(evaluation.sensor);
-  for (const auto& scan : stitching::CalibrationScansOf(evaluation, sensor)) {
+  const stitching::StripeSensor sensor(experiment.sensor);
+  for (const auto& scan : tasks::seam_task::CalibrationScansOf(experiment, sensor)) {
     rows.push_back({scan.profile.row_px, 0.0});
-    bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * kMm);
+    bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * kMmPerM);
   }
-  MakeFolderOf(out);
+  core::MakeFolderOf(out);
   seam::WriteProfiles(rows, out, RowFileOptions());
   WriteResult(bases, std::filesystem::path(out).replace_extension(".bases.csv"));
   spdlog::info("{} scans of the calibration body in {}, its heights beside it", rows.size(),
@@ -46,30 +48,26 @@ void GenerateBody(const Evaluation& evaluation, const std::filesystem::path& out
 }
 
 void Generate(const GenerateArguments& arguments) {
-  Evaluation evaluation = stitching::ReadEvaluation(arguments.experiment);
-  if (arguments.seed) evaluation.seed = *arguments.seed;
+  SeamExperiment experiment = tasks::seam_task::ReadSeamExperiment(arguments.experiment);
+  if (arguments.seed) experiment.seed = *arguments.seed;
   if (arguments.body) {
-    GenerateBody(evaluation, arguments.out);
+    GenerateBody(experiment, arguments.out);
     return;
   }
-  const stitching::StripeSensor sensor(evaluation.sensor);
-  const seam::Calibration calibration = stitching::CalibrationOf(evaluation, sensor);
-  const stitching::Recording recording = stitching::Record(evaluation, sensor, arguments.seam);
+  const stitching::StripeSensor sensor(experiment.sensor);
+  const seam::Calibration calibration = tasks::seam_task::CalibrationOf(experiment, sensor);
+  const stitching::Recording recording =
+      tasks::seam_task::RecordSeam(experiment, sensor, arguments.seam);
   std::vector<seam::Profile> profiles;
   for (const seam::RawProfile& raw : recording.raw) {
     profiles.push_back(arguments.raw ? seam::Profile{raw.row_px, raw.time_s}
                                      : seam::Calibrate(raw, calibration));
   }
   const std::filesystem::path out(arguments.out);
-  MakeFolderOf(out);
+  core::MakeFolderOf(out);
   seam::WriteProfiles(profiles, out, arguments.raw ? RowFileOptions() : ProfileFileOptions{});
-  std::string labels = "profile,column\n";
-  for (std::size_t i = 0; i < recording.label_column.size(); ++i) {
-    const double label = recording.label_column[i];
-    labels +=
-        fmt::format("{},{}\n", i + 1, std::isfinite(label) ? fmt::format("{:.2f}", label) : "");
-  }
-  WriteResult(labels, std::filesystem::path(out).replace_extension(".labels.csv"));
+  WriteResult(tasks::seam_task::LabelsCsv(recording),
+              std::filesystem::path(out).replace_extension(".labels.csv"));
   if (arguments.raw) {
     seam::WriteCalibration(calibration,
                            std::filesystem::path(out).replace_extension(".calibration.yaml"));
@@ -86,26 +84,24 @@ struct CalibrateArguments {
 seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
   seam::CalibrationBody body;
   if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
-  for (const double height : arguments.step_heights_mm) body.step_heights_m.push_back(height / kMm);
-  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / kMm;
+  for (const double height : arguments.step_heights_mm)
+    body.step_heights_m.push_back(height / kMmPerM);
+  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / kMmPerM;
   return body;
 }
 
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
   const auto rows = seam::ReadProfiles(arguments.scans, RowFileOptions());
-  const auto bases = report::ReadNamedNumbers(arguments.bases);
-  if (rows.size() != bases.size()) {
+  const auto bases = core::CsvTable::Read(arguments.bases);
+  if (rows.size() != bases.rows()) {
     throw core::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
-                                       arguments.bases, bases.size(), arguments.scans,
+                                       arguments.bases, bases.rows(), arguments.scans,
                                        rows.size()));
   }
+  const std::size_t base = bases.Column("base_mm");
   std::vector<seam::CalibrationScan> scans;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (bases[i].second.size() != 1 || !std::isfinite(bases[i].second[0])) {
-      throw core::InputError(
-          fmt::format("{}:{}: a line must be 'scan,base_mm'", arguments.bases, i + 2));
-    }
-    scans.push_back({{rows[i].height_m, 0.0}, bases[i].second[0] / kMm});
+    scans.push_back({{rows[i].height_m, 0.0}, bases.Number(i, base) / kMmPerM});
   }
   return scans;
 }
@@ -118,15 +114,15 @@ void Calibrate(const CalibrateArguments& arguments) {
   } catch (const core::InputError& error) {
     throw core::InputError(arguments.scans + ": " + error.what());
   }
-  MakeFolderOf(arguments.out);
+  core::MakeFolderOf(arguments.out);
   seam::WriteCalibration(calibration, arguments.out);
   spdlog::info(
       "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} "
       "columns a mm",
       arguments.out, calibration.row_min_px, calibration.row_max_px,
-      calibration.HeightAt(calibration.row_min_px) * kMm,
-      calibration.HeightAt(calibration.row_max_px) * kMm,
-      1.0 / calibration.meters_per_column[0] / kMm);
+      calibration.HeightAt(calibration.row_min_px) * kMmPerM,
+      calibration.HeightAt(calibration.row_max_px) * kMmPerM,
+      1.0 / calibration.meters_per_column[0] / kMmPerM);
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 
 #include "geometry/mesh.h"
 #include "geometry/point_cloud.h"
-#include "sim/render.h"
+#include "image/image.h"
 
 namespace rangegrasp::draw {
 
 /// Red, green, blue, opacity in 0..1.
 using Color = Eigen::Vector4f;
 
-/// A colour for number i, far from those of its neighbours.
+/// A colour for number i, far from those of its neighbors.
 Color PaletteColor(std::size_t i);
 
 /// Points, lines and triangles to be drawn, all in one frame [m].
@@ -48,6 +48,6 @@ struct View {
 /// Draws a canvas without display or GPU (OSMesa).
 /// @throws core::RunError if no offscreen context can be made, std::invalid_argument for a size
 /// that is not positive.
-sim::Image Render(const Canvas& canvas, const View& view, int width, int height);
+image::Image Render(const Canvas& canvas, const View& view, int width, int height);
 
 }  // namespace rangegrasp::draw

@@ -5,32 +5,51 @@
 namespace rangegrasp::draw {
 namespace {
 
+// Colours, sizes of dots and widths of lines on a white ground; grasps stand out.
 const Color kTable{0.55F, 0.65F, 0.80F, 1.0F};
 const Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
 const Color kRest{0.7F, 0.7F, 0.7F, 1.0F};
 const Color kRim{0.0F, 0.0F, 0.0F, 1.0F};
 const Color kHand{0.85F, 0.68F, 0.55F, 0.75F};
 const Color kApproach{0.0F, 0.55F, 0.15F, 1.0F};
+constexpr float kDot_px = 1.5F;
+constexpr float kObjectDot_px = 2.5F;
+constexpr float kOutlierDot_px = 4.0F;
+constexpr float kContactDot_px = 8.0F;
+constexpr float kRim_px = 1.5F;
+constexpr float kApproach_px = 2.0F;
+constexpr double kApproach_m = 0.1;  // drawn before the tool centre
+constexpr int kSegments = 16;        // of the hand's round shapes
+
+// A scene is seen from this many of its radii away, between the sensor's direction, up and the
+// side.
+constexpr double kViewDistance = 4.2;
+constexpr double kViewUp = 0.25;
+constexpr double kViewSide = 0.45;
+constexpr double kMinRadius_m = 0.1;
 
 void DrawObject(const perception::Scene& scene, const perception::PerceivedObject& object,
                 const Color& color, Canvas& canvas) {
-  canvas.dots.push_back({geometry::Select(scene.cloud.points, object.points), color, 2.5F});
+  canvas.dots.push_back(
+      {geometry::Select(scene.cloud.points, object.points), color, kObjectDot_px});
   if (object.top && !object.top->rim.empty()) {
     auto rim = geometry::Select(scene.cloud.points, object.top->rim);
     rim.push_back(rim.front());
-    canvas.lines.push_back({std::move(rim), kRim, 1.5F});
+    canvas.lines.push_back({std::move(rim), kRim, kRim_px});
   }
 }
 
 void DrawGrasp(const grasp::Grasp& grasp, const robot::HandModel& hand, Canvas& canvas) {
   geometry::TriangleMesh mesh;
   for (const auto& shape : hand.AtGap(grasp.opening_m).shapes) {
-    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, 16), grasp.X_CH), mesh);
+    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), grasp.X_CH),
+                     mesh);
   }
   const Eigen::Vector3d tool = grasp.X_CG.translation();
-  canvas.lines.push_back({{tool - 0.1 * grasp.X_CG.linear().col(2), tool}, kApproach, 2.0F});
+  canvas.lines.push_back(
+      {{tool - kApproach_m * grasp.X_CG.linear().col(2), tool}, kApproach, kApproach_px});
   const Eigen::Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
-  canvas.dots.push_back({{tool - half, tool + half}, kApproach, 8.0F});
+  canvas.dots.push_back({{tool - half, tool + half}, kApproach, kContactDot_px});
   canvas.surfaces.push_back({std::move(mesh), kHand});
 }
 
@@ -40,8 +59,8 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
                  const std::vector<std::vector<grasp::Grasp>>& grasps,
                  const robot::HandModel& hand) {
   Canvas canvas;
-  canvas.dots.push_back({geometry::Select(points_C, scene.table.points), kTable, 1.5F});
-  canvas.dots.push_back({geometry::Select(points_C, scene.outliers), kOutlier, 4.0F});
+  canvas.dots.push_back({geometry::Select(points_C, scene.table.points), kTable, kDot_px});
+  canvas.dots.push_back({geometry::Select(points_C, scene.outliers), kOutlier, kOutlierDot_px});
   std::vector<char> used(scene.cloud.size(), 0);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     DrawObject(scene, scene.objects[i], PaletteColor(i), canvas);
@@ -51,7 +70,7 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) rest.push_back(scene.cloud.points[i]);
   }
-  canvas.dots.push_back({std::move(rest), kRest, 1.5F});
+  canvas.dots.push_back({std::move(rest), kRest, kDot_px});
   for (const auto& of_object : grasps) {
     const auto best = std::find_if(of_object.begin(), of_object.end(),
                                    [](const grasp::Grasp& g) { return !g.collides; });
@@ -63,7 +82,7 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
 View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C) {
   const Eigen::Vector3d up = scene.table.plane.normal;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  double radius = 0.1;
+  double radius = kMinRadius_m;
   const auto& points = scene.cloud.points;
   if (!points.empty()) {
     center = geometry::Centroid(points);
@@ -73,7 +92,8 @@ View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_o
   const Eigen::Vector3d side = up.cross(to_sensor).normalized();
   View view;
   view.target = center;
-  view.eye = center + 4.2 * radius * (to_sensor + 0.25 * up + 0.45 * side).normalized();
+  view.eye =
+      center + kViewDistance * radius * (to_sensor + kViewUp * up + kViewSide * side).normalized();
   view.up = up;
   return view;
 }

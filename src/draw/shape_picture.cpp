@@ -9,6 +9,11 @@ namespace rangegrasp::draw {
 namespace {
 
 constexpr float kDot_px = 3.0F;
+constexpr double kAir = 1.05;           // round a shape, of its size
+constexpr double kMinDistance = 1e-12;  // of the eye from a single point
+// The eye stands before the shape, by these parts of the way to the right and above.
+constexpr double kRightOfFront = 0.6;
+constexpr double kAboveFront = 0.5;
 
 Color ColorOf(const LabelColor& color, std::int32_t label) {
   const auto [r, g, b] = color(label);
@@ -48,9 +53,8 @@ void DrawMesh(const geometry::TriangleMesh& mesh, std::span<const std::int32_t> 
 
 /// How far the eye must go back for all points to lie within the round cone of the view.
 double DistanceFor(geometry::PointSpan points, const View& view, const Eigen::Vector3d& back) {
-  constexpr double kAir = 1.05;
   const double tangent = std::tan(0.5 * view.field_of_view_rad);
-  double distance = 1e-12;
+  double distance = kMinDistance;
   for (const Eigen::Vector3d& p : points) {
     if (!p.allFinite()) continue;
     const Eigen::Vector3d q = p - view.target;
@@ -89,7 +93,7 @@ View LookAtShape(geometry::PointSpan points, int up) {
   const Eigen::Vector3d front =
       (up == 1 ? 1.0 : -1.0) * Eigen::Vector3d::Unit((up + (up == 1 ? 1 : 2)) % 3);
   const Eigen::Vector3d right = front.cross(-view.up);
-  const Eigen::Vector3d back = (front + 0.6 * right + 0.5 * view.up).normalized();
+  const Eigen::Vector3d back = (front + kRightOfFront * right + kAboveFront * view.up).normalized();
   view.eye = view.target + DistanceFor(points, view, back) * back;
   return view;
 }

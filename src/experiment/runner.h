@@ -1,48 +1,34 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <map>
-#include <string>
 #include <vector>
 
+#include "experiment/record.h"
 #include "experiment/store.h"
-#include "experiment/trial.h"
 
 namespace rangegrasp::experiment {
 
 struct RunOptions {
-  int jobs = 1;         ///< trials at the same time, >= 1
-  bool resume = false;  ///< leave out trials that the store holds
-  int shard = 1;        ///< of shards, from 1: trials with number % shards == shard - 1
-  int shards = 1;
+  int jobs = 1;                ///< cases at the same time, >= 1
+  double case_limit_s = 60.0;  ///< wall time after which a case is killed
 };
 
-/// Called after every trial.
-using Progress = std::function<void(int done, int total, const TrialResult& last)>;
+/// Called after every case, when its row is written.
+using Progress = std::function<void(int done, int total, const Record& last)>;
 
-/// What identifies a run: version, commit, hashes, seed, trials, engine, titles and the published
-/// table.
-std::map<std::string, std::string> MakeStamp(const Experiment& experiment);
+/// Of all cases those of one shard (from 1) of so many: every n-th, from the shard-th on.
+std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards);
 
-/// The trials of a run and how one is run.
-struct RunPlan {
-  std::vector<TrialSpec> trials;  ///< all of them, whatever the shard
-  std::uint64_t seed = 1;         ///< the experiment's; of the row of a trial that hands over none
-  double trial_limit_s = 60.0;    ///< wall time after which a trial is killed
-  std::function<TrialResult(const TrialSpec&)> run;  ///< called in a process of its own
-};
+/// Without those that the store holds.
+std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
 
-/// Runs the trials, each in a process of its own (a crash, an exception or a hang costs one trial:
-/// `crashed`, `timed_out`), and writes each to the store as it ends. Results do not depend on jobs,
-/// shards or order.
+/// Runs the cases, each in a process of its own forked from this one (a crash, an exception or a
+/// hang costs one case), and writes each to the store as it ends. Results do not depend on the
+/// number of jobs or on the order. This process must be single-threaded.
+/// @param run  called in the process of a case.
 /// @throws core::RunError if the store cannot be written or no process be made; what was finished
 /// is kept.
-void RunTrials(const RunPlan& plan, Store& store, const RunOptions& options,
-               const Progress& progress);
-
-/// The same for an experiment's trials.
-void RunExperiment(const TrialContext& context, Store& store, const RunOptions& options,
-                   const Progress& progress);
+void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
+              Store& store, const RunOptions& options, const Progress& progress);
 
 }  // namespace rangegrasp::experiment

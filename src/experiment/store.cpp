@@ -2,22 +2,32 @@
 
 #include <sqlite3.h>
 
+#include <functional>
+#include <map>
+#include <utility>
+
 #include "core/error.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
+// Times stand in a table of their own: all else depends on the experiment and the case alone.
 constexpr const char* kSchema = R"(
-  CREATE TABLE IF NOT EXISTS stamp(name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE IF NOT EXISTS trials(
-    id TEXT PRIMARY KEY, object TEXT NOT NULL, trial INTEGER NOT NULL, seed TEXT NOT NULL, pose_class TEXT NOT NULL,
-    redraws INTEGER NOT NULL, scan_points INTEGER NOT NULL, object_points INTEGER NOT NULL, segments INTEGER NOT NULL,
-    objects INTEGER NOT NULL, candidates INTEGER NOT NULL, free_candidates INTEGER NOT NULL, plans INTEGER NOT NULL,
-    grasp_type TEXT NOT NULL, detected INTEGER NOT NULL, outcome TEXT NOT NULL, stage TEXT NOT NULL, detail TEXT NOT NULL,
-    log TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS stamp(part TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL,
+    PRIMARY KEY(part, name)) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS cases(
+    id TEXT PRIMARY KEY, position INTEGER NOT NULL, case_group TEXT NOT NULL, seed TEXT NOT NULL, params TEXT NOT NULL,
+    outcome TEXT NOT NULL, stage TEXT NOT NULL, detail TEXT NOT NULL, data TEXT NOT NULL) WITHOUT ROWID;
   CREATE TABLE IF NOT EXISTS seconds(id TEXT NOT NULL, position INTEGER NOT NULL, stage TEXT NOT NULL,
     seconds REAL NOT NULL, PRIMARY KEY(id, position)) WITHOUT ROWID;
 )";
+constexpr const char* kFile = "results.sqlite";
+// Parts of a stamp.
+constexpr const char* kIdentity = "identity";
+constexpr const char* kBuild = "build";
+constexpr const char* kData = "data";
+// How long a reader or writer waits for the other's transaction.
+constexpr int kBusy_ms = 10000;
 
 }  // namespace
 
@@ -34,6 +44,10 @@ struct Store::Impl {
   void Run(const char* sql) const {
     if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
   }
+  /// All of what `write` writes, or nothing.
+  void Transaction(const std::function<void()>& write) const;
+  template <typename... Values>
+  void Insert(const char* sql, const Values&... values) const;
 };
 
 namespace {
@@ -77,9 +91,7 @@ class Statement {
   bool ok_ = false;
 };
 
-std::filesystem::path FileIn(const std::filesystem::path& folder) {
-  return folder / "results.sqlite";
-}
+std::filesystem::path FileIn(const std::filesystem::path& folder) { return folder / kFile; }
 
 }  // namespace
 
@@ -107,7 +119,7 @@ Store Store::Create(const std::filesystem::path& folder) {
     throw core::InputError(impl->file.string() +
                            ": cannot be written: " + sqlite3_errmsg(impl->db));
   }
-  sqlite3_busy_timeout(impl->db, 10000);
+  sqlite3_busy_timeout(impl->db, kBusy_ms);
   for (const char* sql : {"PRAGMA journal_mode=WAL", "PRAGMA synchronous=NORMAL", kSchema}) {
     if (sqlite3_exec(impl->db, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
     throw core::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->db) +
@@ -124,100 +136,106 @@ Store Store::Open(const std::filesystem::path& folder) {
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
   if (sqlite3_open_v2(impl->file.c_str(), &impl->db, SQLITE_OPEN_READONLY, nullptr) != SQLITE_OK ||
-      !Statement(impl->db, "SELECT COUNT(*) FROM trials").ok()) {
+      !Statement(impl->db, "SELECT COUNT(*) FROM cases").ok()) {
     throw core::InputError(impl->file.string() +
                            ": no results can be read: " + sqlite3_errmsg(impl->db));
   }
   return Store(std::move(impl));
 }
 
-void Store::WriteStamp(const std::map<std::string, std::string>& stamp) {
-  impl_->Run("BEGIN IMMEDIATE");
-  for (const auto& [name, value] : stamp) {
-    Statement insert(impl_->db, "INSERT OR REPLACE INTO stamp VALUES(?, ?)");
-    if (!insert.ok() || insert.Bind(name).Bind(value).Step() != SQLITE_DONE) impl_->Fail();
+void Store::Remove(const std::filesystem::path& folder) {
+  for (const char* ending : {"", "-wal", "-shm"}) {
+    std::filesystem::remove(folder / (std::string(kFile) + ending));
   }
-  impl_->Run("COMMIT");
 }
 
-std::map<std::string, std::string> Store::ReadStamp() const {
-  std::map<std::string, std::string> stamp;
-  Statement select(impl_->db, "SELECT name, value FROM stamp");
-  if (!select.ok()) impl_->Fail();
-  while (select.Step() == SQLITE_ROW) stamp[select.Text(0)] = select.Text(1);
-  return stamp;
-}
-
-void Store::Write(const TrialResult& r) {
-  impl_->Run("BEGIN IMMEDIATE");
+void Store::Impl::Transaction(const std::function<void()>& write) const {
+  Run("BEGIN IMMEDIATE");
   try {
-    Statement insert(impl_->db,
-                     "INSERT OR REPLACE INTO trials VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-    if (!insert.ok()) impl_->Fail();
-    insert.Bind(r.id).Bind(r.object).Bind(r.index).Bind(std::to_string(r.seed)).Bind(r.pose_class);
-    insert.Bind(r.redraws).Bind(r.scan_points).Bind(r.object_points).Bind(r.segments);
-    insert.Bind(r.objects).Bind(r.candidates).Bind(r.free_candidates).Bind(r.plans);
-    insert.Bind(r.grasp_type).Bind(r.detected ? 1 : 0).Bind(std::string(Name(r.outcome)));
-    insert.Bind(r.stage).Bind(r.detail).Bind(r.log);
-    if (insert.Step() != SQLITE_DONE) impl_->Fail();
-    Statement clear(impl_->db, "DELETE FROM seconds WHERE id = ?");
-    if (!clear.ok() || clear.Bind(r.id).Step() != SQLITE_DONE) impl_->Fail();
-    for (std::size_t i = 0; i < r.seconds.size(); ++i) {
-      Statement time(impl_->db, "INSERT INTO seconds VALUES(?,?,?,?)");
-      if (!time.ok()) impl_->Fail();
-      time.Bind(r.id).Bind(static_cast<int>(i)).Bind(r.seconds[i].first).Bind(r.seconds[i].second);
-      if (time.Step() != SQLITE_DONE) impl_->Fail();
-    }
-    impl_->Run("COMMIT");
+    write();
+    Run("COMMIT");
   } catch (const core::RunError&) {
-    sqlite3_exec(impl_->db, "ROLLBACK", nullptr, nullptr, nullptr);
+    sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
     throw;
   }
 }
 
-std::vector<TrialResult> Store::ReadAll() const {
-  std::map<std::string, TrialResult> by_id;
-  Statement select(impl_->db, "SELECT * FROM trials ORDER BY id");
+template <typename... Values>
+void Store::Impl::Insert(const char* sql, const Values&... values) const {
+  Statement statement(db, sql);
+  if (!statement.ok()) Fail();
+  (statement.Bind(values), ...);
+  if (statement.Step() != SQLITE_DONE) Fail();
+}
+
+void Store::WriteStamp(const Stamp& stamp) {
+  impl_->Transaction([&] {
+    impl_->Run("DELETE FROM stamp");
+    for (const auto& [part, values] :
+         {std::pair{kIdentity, &stamp.identity}, {kBuild, &stamp.build}, {kData, &stamp.data}}) {
+      for (const auto& [name, value] : *values) {
+        impl_->Insert("INSERT INTO stamp VALUES(?, ?, ?)", std::string(part), name, value);
+      }
+    }
+  });
+}
+
+Stamp Store::ReadStamp() const {
+  Stamp stamp;
+  Statement select(impl_->db, "SELECT part, name, value FROM stamp");
+  if (!select.ok()) impl_->Fail();
+  while (select.Step() == SQLITE_ROW) {
+    const std::string part = select.Text(0);
+    auto& values = part == kIdentity ? stamp.identity : part == kBuild ? stamp.build : stamp.data;
+    values[select.Text(1)] = select.Text(2);
+  }
+  return stamp;
+}
+
+void Store::Write(const Record& record) {
+  const auto& [c, r] = record;
+  impl_->Transaction([&] {
+    impl_->Insert("INSERT OR REPLACE INTO cases VALUES(?,?,?,?,?,?,?,?,?)", c.id, c.position,
+                  c.group, std::to_string(c.seed), c.params, r.outcome, r.stage, r.detail, r.data);
+    impl_->Insert("DELETE FROM seconds WHERE id = ?", c.id);
+    for (std::size_t i = 0; i < r.seconds.size(); ++i) {
+      impl_->Insert("INSERT INTO seconds VALUES(?,?,?,?)", c.id, static_cast<int>(i),
+                    r.seconds[i].first, r.seconds[i].second);
+    }
+  });
+}
+
+std::vector<Record> Store::ReadAll() const {
+  std::vector<Record> records;
+  std::map<std::string, std::size_t> by_id;
+  Statement select(
+      impl_->db,
+      "SELECT id, case_group, seed, params, position, outcome, stage, detail, data FROM cases "
+      "ORDER BY position, id");
   if (!select.ok()) impl_->Fail();
   int code = SQLITE_DONE;
   while ((code = select.Step()) == SQLITE_ROW) {
-    TrialResult r;
-    int column = 0;
-    r.id = select.Text(column++);
-    r.object = select.Text(column++);
-    r.index = select.Int(column++);
-    r.seed = std::stoull(select.Text(column++));
-    r.pose_class = select.Text(column++);
-    r.redraws = select.Int(column++);
-    r.scan_points = select.Int(column++);
-    r.object_points = select.Int(column++);
-    r.segments = select.Int(column++);
-    r.objects = select.Int(column++);
-    r.candidates = select.Int(column++);
-    r.free_candidates = select.Int(column++);
-    r.plans = select.Int(column++);
-    r.grasp_type = select.Text(column++);
-    r.detected = select.Int(column++) != 0;
-    r.outcome = OutcomeFrom(select.Text(column++));
-    r.stage = select.Text(column++);
-    r.detail = select.Text(column++);
-    r.log = select.Text(column++);
-    by_id[r.id] = std::move(r);
+    by_id.emplace(select.Text(0), records.size());
+    records.push_back({{select.Text(0), select.Text(1), std::stoull(select.Text(2)), select.Text(3),
+                        select.Int(4)},
+                       {select.Text(5), select.Text(6), select.Text(7), select.Text(8), {}}});
   }
   if (code != SQLITE_DONE) impl_->Fail();
   Statement times(impl_->db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position");
   if (!times.ok()) impl_->Fail();
   while (times.Step() == SQLITE_ROW) {
-    // A run that is under way may have added a trial since the rows were read.
+    // A run that is under way may have added a case since the rows were read.
     const auto found = by_id.find(times.Text(0));
-    if (found != by_id.end()) {
-      found->second.seconds.emplace_back(times.Text(1), times.Double(2));
-    }
+    if (found == by_id.end()) continue;
+    records[found->second].result.seconds.emplace_back(times.Text(1), times.Double(2));
   }
-  std::vector<TrialResult> results;
-  results.reserve(by_id.size());
-  for (auto& [id, result] : by_id) results.push_back(std::move(result));
-  return results;
+  return records;
+}
+
+int Store::Count() const {
+  Statement select(impl_->db, "SELECT COUNT(*) FROM cases");
+  if (!select.ok() || select.Step() != SQLITE_ROW) impl_->Fail();
+  return select.Int(0);
 }
 
 }  // namespace rangegrasp::experiment

@@ -1,17 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
-#include "experiment/result.h"
+#include "experiment/record.h"
+#include "experiment/stamp.h"
 
 namespace rangegrasp::experiment {
 
-/// The results of a run: one SQLite file (WAL), one transaction a trial, so that a run killed at
-/// any moment loses nothing that it had finished. One process writes; others may read meanwhile.
+/// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
+/// moment loses nothing that it had finished. One process writes; others may read meanwhile.
 /// Errors of the database (a full disk, a folder that cannot be written, no database) are
 /// core::RunError or, where the file itself is not what it should be, core::InputError; both name
 /// the file.
@@ -23,19 +22,23 @@ class Store {
   static Store Open(const std::filesystem::path& folder);
   /// Whether the folder holds results.
   static bool Exists(const std::filesystem::path& folder);
+  /// Removes the results from a folder, and nothing else.
+  static void Remove(const std::filesystem::path& folder);
   ~Store();
   Store(Store&&) noexcept;
 
   const std::filesystem::path& file() const;
 
-  /// The stamp: name -> value (version, commit, hashes, seed, ...).
-  void WriteStamp(const std::map<std::string, std::string>& stamp);
-  std::map<std::string, std::string> ReadStamp() const;
+  void WriteStamp(const Stamp& stamp);
+  /// An empty one if the run was killed before it was written.
+  Stamp ReadStamp() const;
 
-  /// Writes one trial; a trial of the same id is replaced.
-  void Write(const TrialResult& result);
-  /// All trials, by id.
-  std::vector<TrialResult> ReadAll() const;
+  /// Writes one record; one of the same id is replaced.
+  void Write(const Record& record);
+  /// All records, in the order of their cases' positions.
+  std::vector<Record> ReadAll() const;
+  /// How many there are.
+  int Count() const;
 
  private:
   struct Impl;

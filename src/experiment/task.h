@@ -2,55 +2,16 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/yaml_map.h"
+#include "experiment/record.h"
 #include "experiment/report.h"
+#include "experiment/stamp.h"
 
 namespace rangegrasp::experiment {
-
-/// The smallest thing that is run, stored and repeated: one grasp trial, one seam, one method on
-/// one model. It depends on the experiment and on itself alone.
-struct Case {
-  std::string id;             ///< unique in its experiment: letters, digits, '_', '-', '.'
-  std::string group;          ///< what --objects chooses by: an object, a class, a shape of edge
-  std::uint64_t seed = 0;     ///< derived from the experiment's seed and this case alone
-  std::string params = "{}";  ///< JSON object: what the case is, in the task's own words
-};
-
-/// What running a case gave.
-struct Result {
-  std::string outcome;      ///< one word of the task's, or kCrashed or kTimedOut
-  std::string stage;        ///< that it ended in
-  std::string detail;       ///< one line for a person
-  std::string data = "{}";  ///< JSON object: figures, written so that they are read back the same
-  /// Time by stage [s]: all that may differ between two runs of the same case.
-  std::vector<std::pair<std::string, double>> seconds;
-};
-/// The engine's own outcomes: the process ended without a result, or was killed at its time limit.
-/// Their `data` is "{}".
-inline constexpr const char* kCrashed = "crashed";
-inline constexpr const char* kTimedOut = "timed_out";
-
-/// A row of the store.
-struct Record {
-  Case which;
-  Result result;
-};
-
-/// What a run came from: name -> value each.
-struct Stamp {
-  /// What two runs must share for their cases to stand in one table: experiment, hashes, seed.
-  std::map<std::string, std::string> identity;
-  std::map<std::string, std::string> build;  ///< version, commit, libraries: shown, not compared
-  /// What the tables are made from besides the records: titles, published tables, the experiment
-  /// file itself.
-  std::map<std::string, std::string> data;
-};
 
 struct ReplayOptions {
   std::filesystem::path folder;  ///< receives whatever there is to see; made where absent
@@ -92,6 +53,7 @@ struct TaskKind {
   std::string description;  ///< one sentence
   std::string trials_key;   ///< the key that --trials sets
   bool uses_seed = true;    ///< whether anything is drawn
+  std::string success;  ///< the outcome that counts as one where runs are compared; may be empty
   /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
   /// @throws core::InputError
   std::unique_ptr<Task> (*read)(core::YamlMap& map, const Common& common) = nullptr;

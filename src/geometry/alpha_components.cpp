@@ -1,3 +1,6 @@
+#include "geometry/alpha_components.h"
+
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,11 +24,19 @@ namespace {
 //    of its corners. If it joins two sets, each corner is within 2 alpha of a point of another set:
 //    such triangles are found by a triangulation of the points within 2 alpha of those corners.
 
+/// 21 bits a coordinate of a cube: cubes 2^21 apart share a number, which costs time, no more.
+constexpr std::uint64_t kCubeMask = 0x1fffffu;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Neighbours that certificates are looked for among: on an even surface they reach two steps far.
+/// Neighbors that certificates are looked for among: on an even surface they reach two steps far.
+/// The result does not depend on it: fewer leave more to the triangulation, more cost every point.
 constexpr std::size_t kNeighbors = 12;
-/// Above this share of points between sets the triangulation of all points is cheaper.
-constexpr double kMostUndecided = 0.3;
+/// Above this share of points between sets the triangulation of all points is cheaper, since that
+/// of a part takes in all within 2 alpha of it. The result does not depend on it.
+constexpr double kMaxUndecided = 0.3;
+/// Widens 2 alpha, since the tree leaves points at exactly the radius out; far more than rounding.
+constexpr double kBeyond = 1.0 + 1e-9;
+/// Shrinks a ball, so that rounding does not put a point on its surface inside.
+constexpr double kInside = 1.0 - 1e-12;
 
 class Finder {
  public:
@@ -57,7 +68,7 @@ class Finder {
     sets_.Unite(a, c);
   }
 
-  /// Fact 1 for p and its neighbours that are not yet joined with it.
+  /// Fact 1 for p and its neighbors that are not yet joined with it.
   void JoinNeighbors(std::uint32_t p) {
     tree_.Nearest(points_[p], kNeighbors, list_);
     twin_[p] = list_.front().index;  // of those at distance 0 the smallest
@@ -74,7 +85,7 @@ class Finder {
   /// No point inside the ball on the diameter pq; such a point would be nearer to p than q is.
   bool IsGabriel(std::uint32_t p, const KdTree::Neighbor& q) const {
     const Eigen::Vector3d middle = 0.5 * (points_[p] + points_[q.index]);
-    const double inside = 0.25 * q.squared_distance * (1.0 - 1e-12);
+    const double inside = 0.25 * q.squared_distance * kInside;
     for (const KdTree::Neighbor& s : list_) {
       if (s.squared_distance >= q.squared_distance) return true;
       if (s.squared_distance > 0.0 && (points_[s.index] - middle).squaredNorm() < inside) {
@@ -100,12 +111,12 @@ class Finder {
     if (best <= alpha_ * alpha_ && 4.0 * best <= squared_reach) Use(p, q.index, best_r);
   }
 
-  /// A number for the cube of side 2 alpha that p is in, moved by (x, y, z) cubes.
+  /// A number of 3 x 21 bits for the cube of side 2 alpha that p is in, moved by (x, y, z) cubes.
   std::uint64_t Cube(const Eigen::Vector3d& p, int x, int y, int z) const {
     const auto part = [this](double value, int shift) {
       return static_cast<std::uint64_t>(
                  static_cast<std::int64_t>(std::floor(value / (2.0 * alpha_))) + shift) &
-             0x1fffffu;
+             kCubeMask;
     };
     return part(p.x(), x) << 42 | part(p.y(), y) << 21 | part(p.z(), z);
   }
@@ -164,8 +175,7 @@ class Finder {
   }
 
   void MarkOthers(std::uint32_t i, std::vector<bool>& undecided) {
-    // A little more than 2 alpha, since the tree leaves points at exactly the radius out.
-    tree_.Within(points_[i], 2.0 * alpha_ * (1.0 + 1e-9), list_);
+    tree_.Within(points_[i], 2.0 * alpha_ * kBeyond, list_);
     const std::uint32_t set = sets_.Find(i);
     for (const KdTree::Neighbor& n : list_) {
       if (sets_.Find(n.index) == set) continue;
@@ -178,12 +188,12 @@ class Finder {
   void JoinUndecided(const Indices& undecided) {
     std::vector<bool> may_join(points_.size(), false);
     std::vector<bool> needed(points_.size(), false);
-    const bool all = static_cast<double>(undecided.size()) >
-                     kMostUndecided * static_cast<double>(points_.size());
+    const bool all =
+        static_cast<double>(undecided.size()) > kMaxUndecided * static_cast<double>(points_.size());
     for (const std::uint32_t i : undecided) {
       may_join[i] = true;
       if (all) continue;
-      tree_.Within(points_[i], 2.0 * alpha_ * (1.0 + 1e-9), list_);
+      tree_.Within(points_[i], 2.0 * alpha_ * kBeyond, list_);
       for (const KdTree::Neighbor& n : list_) needed[n.index] = true;
     }
     Indices subset;

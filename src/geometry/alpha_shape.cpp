@@ -65,7 +65,7 @@ std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
 }
 
 /// The smallest empty circumsphere of a Delaunay triangle: its own smallest one if neither
-/// neighbouring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the
+/// neighboring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the
 /// cells'.
 double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& facet) {
   const auto [cell, far] = facet;

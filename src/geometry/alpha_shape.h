@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "geometry/kd_tree.h"
-#include "geometry/mesh.h"
+#include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
 
@@ -23,16 +22,6 @@ struct AlphaComplex {
 /// O(n log n) for the surfaces that scans give. Independent of the order of the points but for how
 /// components of the same size are numbered.
 AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m);
-
-/// The components of BuildAlphaComplex alone, several times faster on scans: most points are joined
-/// by triangles that their nearest neighbours prove to be in the complex, and only where sets stay
-/// apart at less than 2 alpha is the triangulation built (the source says why that is exact).
-/// @param tree  over these points.
-struct AlphaComponents {
-  std::vector<std::int32_t> component;  ///< as in AlphaComplex
-  std::int32_t components = 0;
-};
-AlphaComponents FindAlphaComponents(PointSpan points, const KdTree& tree, double alpha_m);
 
 /// The 2-D alpha shape of points in the plane: triangles of the Delaunay triangulation with
 /// circumradius <= alpha, and its boundary as closed loops of point positions (outer loops

@@ -2,7 +2,6 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
-#include <CGAL/convex_hull_2.h>
 #include <CGAL/convex_hull_3.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@ using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 using Face = SurfaceMesh::Face_index;
 using Halfedge = SurfaceMesh::Halfedge_index;
+using Vertex = SurfaceMesh::Vertex_index;
 
 bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
   return CGAL::coplanar(hull.point(hull.source(h)), hull.point(hull.target(h)),
@@ -24,7 +24,7 @@ bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
                         hull.point(hull.target(hull.next(hull.opposite(h)))));
 }
 
-/// Which facet of the solid a triangle belongs to: neighbours in one plane,
+/// Which facet of the solid a triangle belongs to: neighbors in one plane,
 /// exactly, are one facet.
 std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
@@ -47,8 +47,6 @@ std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   }
   return facet;
 }
-
-using Vertex = SurfaceMesh::Vertex_index;
 
 /// The corners of a facet in order, from one of the triangles' edges on its
 /// outline.
@@ -74,21 +72,8 @@ std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size
   return corners;
 }
 
-}  // namespace
-
-// CGAL's triangles of a facet with more than three corners, and their order,
-// depend on addresses in memory. The solid itself does not: its facets are
-// found again, each is cut into a fan from its least corner, and vertices and
-// triangles are sorted.
-TriangleMesh ConvexHull(PointSpan points) {
-  TriangleMesh mesh;
-  if (points.size() < 4 || IsFlat(points)) return mesh;
-  std::vector<Kernel::Point_3> input;
-  input.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
-  SurfaceMesh hull;
-  CGAL::convex_hull_3(input.begin(), input.end(), hull);
-
+/// The corners of every facet.
+std::vector<std::vector<Vertex>> Facets(const SurfaceMesh& hull) {
   const std::vector<std::size_t> facet = FacetOfTriangle(hull);
   std::vector<std::vector<Vertex>> facets;
   std::vector<bool> done(facet.size(), false);
@@ -98,7 +83,14 @@ TriangleMesh ConvexHull(PointSpan points) {
     done[f] = true;
     facets.push_back(Corners(hull, facet, h));
   }
-  // The vertices that are a corner of a facet, ascending by x, y, z.
+  return facets;
+}
+
+/// Appends the vertices that are a corner of a facet to the mesh, ascending by x, y, z.
+/// @return the position of each in the mesh.
+std::vector<std::uint32_t> AddVertices(const SurfaceMesh& hull,
+                                       const std::vector<std::vector<Vertex>>& facets,
+                                       TriangleMesh& mesh) {
   constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> number(hull.num_vertices(), kUnused);
   std::vector<Vertex> order;
@@ -116,6 +108,24 @@ TriangleMesh ConvexHull(PointSpan points) {
     const Kernel::Point_3& p = hull.point(v);
     mesh.vertices.emplace_back(p.x(), p.y(), p.z());
   }
+  return number;
+}
+
+}  // namespace
+
+// CGAL's triangles of a facet with more than three corners, and their order, depend on addresses in
+// memory. The solid itself does not: its facets are found again, each is cut into a fan from its
+// first corner, and vertices and triangles are sorted.
+TriangleMesh ConvexHull(PointSpan points) {
+  TriangleMesh mesh;
+  if (points.size() < 4 || IsFlat(points)) return mesh;
+  std::vector<Kernel::Point_3> input;
+  input.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
+  SurfaceMesh hull;
+  CGAL::convex_hull_3(input.begin(), input.end(), hull);
+  std::vector<std::vector<Vertex>> facets = Facets(hull);
+  const std::vector<std::uint32_t> number = AddVertices(hull, facets, mesh);
   for (auto& corners : facets) {
     std::rotate(corners.begin(),
                 std::min_element(corners.begin(), corners.end(),
@@ -127,18 +137,6 @@ TriangleMesh ConvexHull(PointSpan points) {
   }
   std::sort(mesh.triangles.begin(), mesh.triangles.end());
   return mesh;
-}
-
-std::vector<Eigen::Vector2d> ConvexHull2(std::span<const Eigen::Vector2d> points) {
-  std::vector<Kernel::Point_2> input;
-  input.reserve(points.size());
-  for (const Eigen::Vector2d& p : points) input.emplace_back(p.x(), p.y());
-  std::vector<Kernel::Point_2> corners;
-  CGAL::convex_hull_2(input.begin(), input.end(), std::back_inserter(corners));
-  std::vector<Eigen::Vector2d> hull;
-  hull.reserve(corners.size());
-  for (const Kernel::Point_2& p : corners) hull.emplace_back(p.x(), p.y());
-  return hull;
 }
 
 }  // namespace rangegrasp::geometry

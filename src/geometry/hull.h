@@ -1,9 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <span>
-#include <vector>
-
 #include "geometry/mesh.h"
 
 namespace rangegrasp::geometry {
@@ -12,8 +8,5 @@ namespace rangegrasp::geometry {
 /// (nearly) in one plane. Vertices are sorted by coordinates and triangles by vertices: the same
 /// points give the same bytes.
 TriangleMesh ConvexHull(PointSpan points);
-
-/// The convex hull of points in the plane, counter-clockwise.
-std::vector<Eigen::Vector2d> ConvexHull2(std::span<const Eigen::Vector2d> points);
 
 }  // namespace rangegrasp::geometry

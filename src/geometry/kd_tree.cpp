@@ -1,10 +1,11 @@
 #include "geometry/kd_tree.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <nanoflann.hpp>
 #include <stdexcept>
-#include <string>
 
 namespace rangegrasp::geometry {
 namespace {
@@ -112,12 +113,13 @@ class NearestSet {
 PointSpan CheckFinite(PointSpan points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].allFinite()) {
-      throw std::invalid_argument("KdTree: point " + std::to_string(i) + " is not finite");
+      throw std::invalid_argument(fmt::format("KdTree: point {} is not finite", i));
     }
   }
   return points;
 }
 
+/// Points a leaf: fewer make the tree deep, more are scanned in vain; nanoflann advises 10 to 50.
 constexpr std::size_t kLeafSize = 12;
 
 }  // namespace
@@ -175,8 +177,8 @@ double KdTree::DistanceToOther(std::uint32_t index) const {
 
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree) {
   if (points.size() < 2) {
-    throw std::invalid_argument("NearestNeighborDistances: needs two points, got " +
-                                std::to_string(points.size()));
+    throw std::invalid_argument(
+        fmt::format("NearestNeighborDistances: needs two points, got {}", points.size()));
   }
   NeighborDistances distances;
   distances.each_m.resize(points.size());

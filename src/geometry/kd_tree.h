@@ -9,7 +9,7 @@
 
 namespace rangegrasp::geometry {
 
-/// Nearest-neighbour and radius queries (a kd-tree, Bentley 1975; nanoflann). Keeps a view of the
+/// Nearest-neighbor and radius queries (a kd-tree, Bentley 1975; nanoflann). Keeps a view of the
 /// points: they must outlive the tree and not move. Queries are const and may run in parallel.
 class KdTree {
  public:

@@ -5,9 +5,9 @@
 namespace rangegrasp::geometry {
 namespace {
 
-/// The direction of least spread of the neighbours round p (eq. 4.10-4.12); zero if they have none.
-Eigen::Vector3d LeastSpread(PointSpan points, const Eigen::Vector3d& p,
-                            const std::vector<KdTree::Neighbor>& neighbors) {
+/// The direction of least spread of the neighbors round p (eq. 4.10-4.12); zero if they have none.
+Eigen::Vector3d MinSpread(PointSpan points, const Eigen::Vector3d& p,
+                          const std::vector<KdTree::Neighbor>& neighbors) {
   // Sums relative to p: one pass, and small numbers.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
@@ -37,15 +37,20 @@ Eigen::Vector3d LeastSpread(PointSpan points, const Eigen::Vector3d& p,
 
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
                        const Eigen::Vector3d& origin) {
+  return EstimateNormals(points, tree, radius_m, {&origin, 1}, Indices(points.size(), 0));
+}
+
+Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
+                       std::span<const std::uint32_t> place_of) {
   Points normals(points.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& p = points[i];
-    const Eigen::Vector3d to_origin = origin - p;
+    const Eigen::Vector3d to_origin = places[place_of[i]] - p;
     tree.Within(p, radius_m, neighbors);
-    if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);
-    Eigen::Vector3d normal = LeastSpread(points, p, neighbors);
-    if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // nothing to go by
+    if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);  // a plane needs three
+    Eigen::Vector3d normal = MinSpread(points, p, neighbors);
+    if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // 0, not 1: nothing to go by
     if (!(normal.squaredNorm() > 0.0)) normal = Eigen::Vector3d::UnitZ();
     normal.normalize();
     normals[i] = normal.dot(to_origin) < 0.0 ? Eigen::Vector3d(-normal) : normal;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/frames.h"
@@ -19,9 +21,24 @@ struct View {
   double spacing_m = 0.0;  ///< median distance of neighbors in the image [m]; 0: not known
 };
 
+/// A sample of an observation: its view, and its position in that view's image.
+struct SampleId {
+  std::uint32_t view = 0;
+  std::uint32_t sample = 0;
+
+  bool operator==(const SampleId&) const = default;
+};
+
 /// One or more views of one scene, in one frame C.
 struct Observation {
   std::vector<View> views;
 };
+
+/// One view of which nothing but the image is known.
+inline Observation ObservationOf(RangeImage image) {
+  Observation observation;
+  observation.views.emplace_back().image = std::move(image);
+  return observation;
+}
 
 }  // namespace rangegrasp::geometry

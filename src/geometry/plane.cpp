@@ -10,11 +10,13 @@
 namespace rangegrasp::geometry {
 namespace {
 
-/// Below this sine of the angle at a corner three points count as collinear.
+/// Below this sine of the angle at a corner three points count as collinear: rounding (1e-16 of
+/// coordinates up to 1e3 times the triangle's size) can make no larger one of an exact line.
 constexpr double kCollinear = 1e-9;
 /// The same for the ratio of the two larger eigenvalues, which are squares and carry rounding.
 constexpr double kCollinearSquared = 1e-14;
-/// Points whose thickness is below this share of their extent are in one plane.
+/// Points whose thickness is below this share of their extent are in one plane: a nanometre on a
+/// metre, far below any sensor's noise and far above rounding.
 constexpr double kFlat = 1e-9;
 
 Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
@@ -30,7 +32,7 @@ Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
 // `to_beat`.
 std::size_t CountInliers(PointSpan points, const Plane& plane, double distance_m,
                          std::size_t to_beat) {
-  constexpr std::size_t kBlock = 1024;
+  constexpr std::size_t kBlock = 1024;  // points between two looks at whether to give up
   std::size_t count = 0;
   for (std::size_t begin = 0; begin < points.size(); begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, points.size());

@@ -17,7 +17,8 @@ struct Closing {
   Eigen::Vector3d thumb_T;       ///< middle of the thumb's contact
   Eigen::Vector3d finger_out_T;  ///< unit normal of the surface there, towards the fingers
   Eigen::Vector3d thumb_out_T;   ///< towards the thumb
-  double contact_m2 = 0.0;       ///< area of the surface within 3 mm of the fingers or the thumb
+  double contact_m2 =
+      0.0;  ///< area of the surface within 3 mm of the fingers or the thumb (closing.cpp)
   double finger_spread_m = 0.0;  ///< lateral extent of the fingers' contact: 0 if one point touches
 };
 

@@ -3,21 +3,30 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "grasp/internal/candidates.h"
+#include "grasp/internal/choosing.h"
+#include "grasp/internal/cylindrical_candidates.h"
+#include "grasp/internal/power_candidates.h"
+#include "grasp/internal/rim_candidates.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
 using internal::Candidate;
-using internal::Quota;
 using internal::Task;
 
-constexpr std::size_t kSamples = 10000;  // neighbours about 2 mm apart on objects of this size
-constexpr std::size_t kThinned = 5;      // every such sample where extents are enough
+/// Of an object's surface: neighbors about 2 mm apart on objects of the size of a cup, as in a
+/// scan.
+constexpr std::size_t kSamples = 10000;
+/// Every such sample where extents are enough: neighbors about 4 mm apart.
+constexpr std::size_t kThinned = 5;
+/// Grids of the specks that stand for objects whose surface is not known, and, finer than a wall is
+/// thick, for the points of a container that is gripped at its rim (its surface closes the cavity).
+constexpr double kSpeckCell_m = 0.002;
+constexpr double kWallSpeckCell_m = 0.003;
 
 geometry::TriangleMesh SurfaceOf(const perception::PerceivedObject& object) {
   if (!object.surface_C.triangles.empty()) return object.surface_C;
-  return SpeckMesh(object.completed_C, 0.002);
+  return SpeckMesh(object.completed_C, kSpeckCell_m);
 }
 
 std::vector<geometry::TriangleMesh> Others(const perception::Scene& scene, std::size_t own) {
@@ -64,53 +73,47 @@ struct Collected {
   std::vector<Grasp> colliding;
 };
 
-void CollectRotational(Task& task, HandCollider& collider, int most, Collected& out) {
-  const int shared = std::max(1, most / 6);
-  internal::Judge(collider, task.hand, internal::CylindricalCandidates(task),
-                  {most - 2 * shared, 1, 120}, out.free, out.colliding);
-  if (task.object.open) collider.SetOwn(SpeckMesh(task.object.completed_C, 0.003));
-  internal::Judge(collider, task.hand, internal::RimCandidates(task), {shared, 1, 60}, out.free,
-                  out.colliding);
+void CollectRotational(Task& task, collision::HandCollider& collider, Collected& out) {
+  const ChoosingOptions& choosing = task.options.choosing;
+  const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
+  internal::ChooseFree(collider, task, internal::CylindricalCandidates(task),
+                       {task.options.max_candidates - 2 * shared, 1, choosing.max_checks}, out.free,
+                       out.colliding);
+  if (task.object.open) collider.SetOwn(SpeckMesh(task.object.completed_C, kWallSpeckCell_m));
+  internal::ChooseFree(collider, task, internal::RimCandidates(task),
+                       {shared, 1, choosing.max_rim_checks}, out.free, out.colliding);
   if (task.object.open) collider.SetOwn(SurfaceOf(task.object));
 }
 
 }  // namespace
 
-const char* Name(GraspType type) {
-  switch (type) {
-    case GraspType::kCylindrical:
-      return "cylindrical";
-    case GraspType::kRim:
-      return "rim";
-    case GraspType::kPower:
-      return "power";
-  }
-  return "";
-}
-
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
                               const GraspOptions& options) {
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
-  if (options.most < 1) throw std::invalid_argument("PlanGrasps: most must be at least 1");
+  if (options.max_candidates < 1) {
+    throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");
+  }
   Task task = MakeTask(scene, object, hand, arm_C, options);
   if (task.samples.points.empty()) return {};
-  HandCollider collider(hand, Others(scene, object), SurfaceOf(task.object), scene.table.plane,
-                        options.object_clearance_m, options.table_clearance_m);
+  collision::HandCollider collider(hand, Others(scene, object), SurfaceOf(task.object),
+                                   scene.table.plane,
+                                   {options.object_clearance_m, options.table_clearance_m});
   Collected out;
   const bool rotational = task.object.kind == perception::ObjectKind::kRotational;
-  if (rotational) CollectRotational(task, collider, options.most, out);
+  if (rotational) CollectRotational(task, collider, out);
   // The power grasp is for all other objects, and the last resort where a rotational one can be
   // held neither round its body nor by its rim.
   if (!rotational || out.free.empty()) {
-    internal::Judge(collider, hand, internal::PowerCandidates(task), {options.most, 4, 120},
-                    out.free, out.colliding);
+    internal::ChooseFree(
+        collider, task, internal::PowerCandidates(task),
+        {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
+        out.free, out.colliding);
   }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());
-  if (grasps.size() > static_cast<std::size_t>(options.most)) {
-    grasps.resize(static_cast<std::size_t>(options.most));
-  }
+  const auto max = static_cast<std::size_t>(options.max_candidates);
+  if (grasps.size() > max) grasps.resize(max);
   return grasps;
 }
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
-#include "geometry/shape.h"
+#include "geometry/support.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -13,15 +12,23 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr int kSides = 12;  // of a tessellated capsule: at most 0.3 mm below the true surface
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr int kSides = 12;  ///< of a tessellated capsule: at most 0.3 mm below the true surface
+/// Finer than the samples that the hand closes on, which are 2 mm apart; the underside, which only
+/// stops the hand above them, as fine.
 constexpr double kInnerCell_m = 0.0015;
 constexpr double kLowerCell_m = 0.002;
+/// [m^2] twice the area of a facet seen edge on, that covers no cell: rounding.
+constexpr double kMinArea_m2 = 1e-14;
+/// Share of a facet's edge by which a cell's middle may lie outside, so that none falls between
+/// two.
+constexpr double kEdge = 1e-9;
 
 /// A height field being drawn: coordinates u, v of the points span the grid, w is kept.
 struct Canvas {
   int u, v, w;
   const Grid& grid;
-  bool largest;
+  bool keep_max;
   std::vector<float>& field;
 };
 
@@ -33,7 +40,7 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
   const double area = e.x() * f.y() - e.y() * f.x();
   // The far side of a shape, whose faces are counter-clockwise from outside, is hidden by the near
   // one.
-  if ((canvas.largest ? area : -area) < 1e-14) return;
+  if ((canvas.keep_max ? area : -area) < kMinArea_m2) return;
   const auto cell = [&](double x, double x0) {
     return static_cast<int>(std::floor((x - x0) / g.cell_m - 0.5));
   };
@@ -49,11 +56,11 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
       const double y = g.v0_m + (j + 0.5) * g.cell_m - p.y();
       const double s = (x * f.y() - y * f.x()) / area;
       const double t = (e.x() * y - e.y() * x) / area;
-      if (s < -1e-9 || t < -1e-9 || s + t > 1.0 + 1e-9) continue;
+      if (s < -kEdge || t < -kEdge || s + t > 1.0 + kEdge) continue;
       const auto w = static_cast<float>(a[canvas.w] + s * (b[canvas.w] - a[canvas.w]) +
                                         t * (c[canvas.w] - a[canvas.w]));
       float& kept = canvas.field[static_cast<std::size_t>(j * g.nu + i)];
-      kept = canvas.largest ? std::max(kept, w) : std::min(kept, w);
+      kept = canvas.keep_max ? std::max(kept, w) : std::min(kept, w);
     }
   }
 }
@@ -75,54 +82,8 @@ Grid GridOver(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper, double
 
 }  // namespace
 
-std::size_t StateAtGap(const robot::HandModel& hand, double gap_m) {
-  std::size_t best = 0;
-  for (std::size_t i = 0; i < hand.states.size(); ++i) {
-    if (hand.states[i].gap_m >= gap_m && hand.states[i].gap_m < hand.states[best].gap_m) best = i;
-  }
-  return best;
-}
-
-double Support(const geometry::Shape& shape, const core::Pose& X_AB, const Vector3d& direction_A) {
-  using Kind = geometry::Shape::Kind;
-  const core::Pose X_AS = X_AB * shape.X_BS;
-  const Vector3d d = X_AS.linear().transpose() * direction_A;
-  const Vector3d& size = shape.size;
-  double reach = 0.0;
-  switch (shape.kind) {
-    case Kind::kSphere:
-      reach = size.x();
-      break;
-    case Kind::kCapsule:
-      reach = size.x() + size.y() * std::abs(d.z());
-      break;
-    case Kind::kCylinder:
-      reach = size.x() * d.head<2>().norm() + size.y() * std::abs(d.z());
-      break;
-    case Kind::kBox:
-      reach = size.dot(d.cwiseAbs());
-      break;
-    case Kind::kEllipsoid:
-      reach = size.cwiseProduct(d).norm();
-      break;
-    case Kind::kConvex:
-    case Kind::kMesh:
-      reach = -1e9;
-      for (const Vector3d& p : shape.mesh.vertices) reach = std::max(reach, d.dot(p));
-      break;
-  }
-  return reach + direction_A.dot(X_AS.translation());
-}
-
 HandProfiles::HandProfiles(const robot::HandModel& hand) : hand_(hand) {
-  if (hand.states.empty()) throw std::invalid_argument("hand model: no states");
-  for (const robot::HandModel::State& state : hand.states) {
-    if (state.shapes.size() != hand.states[0].shapes.size() ||
-        state.is_finger.size() != state.shapes.size() ||
-        state.is_thumb.size() != state.shapes.size()) {
-      throw std::invalid_argument("hand model: states differ in their shapes");
-    }
-  }
+  robot::CheckStates(hand);
   for (geometry::Shape shape : hand.states[0].shapes) {
     shape.X_BS = core::Pose::Identity();
     meshes_.push_back(geometry::Tessellate(shape, kSides));
@@ -143,15 +104,15 @@ geometry::Points HandProfiles::Vertices_T(double pitch_rad, std::size_t state,
 
 Grid HandProfiles::InnerGrid(double pitch_rad) const {
   const core::Pose X = X_TH(hand_, pitch_rad);
-  Eigen::Vector2d lower(1e9, 1e9);
-  Eigen::Vector2d upper(-1e9, -1e9);
+  Eigen::Vector2d lower(kFar, kFar);
+  Eigen::Vector2d upper(-kFar, -kFar);
   for (const robot::HandModel::State& s : hand_.states) {
     for (std::size_t i = 0; i < s.shapes.size(); ++i) {
       if (!s.is_finger[i]) continue;
       for (int k = 0; k < 2; ++k) {
         const Vector3d axis = Vector3d::Unit(k + 1);
-        lower[k] = std::min(lower[k], -Support(s.shapes[i], X, -axis));
-        upper[k] = std::max(upper[k], Support(s.shapes[i], X, axis));
+        lower[k] = std::min(lower[k], -geometry::Support(s.shapes[i], X, -axis));
+        upper[k] = std::max(upper[k], geometry::Support(s.shapes[i], X, axis));
       }
     }
   }
@@ -177,8 +138,8 @@ const HandProfiles::Inner& HandProfiles::InnerSide(double pitch_rad, std::size_t
     if (!s.is_finger[i]) continue;
     Draw(Vertices_T(pitch_rad, state, i), meshes_[i], s.is_thumb[i] ? thumb : finger);
   }
-  inner.finger_min_m = 1e9;
-  inner.thumb_max_m = -1e9;
+  inner.finger_min_m = kFar;
+  inner.thumb_max_m = -kFar;
   for (const float x : inner.finger) {
     if (x != -kNone) inner.finger_min_m = std::min<double>(inner.finger_min_m, x);
   }
@@ -192,8 +153,8 @@ const HandProfiles::Lower& HandProfiles::LowerSide(double pitch_rad, std::size_t
   const Key key{std::lround(pitch_rad * 1e6), state};
   if (const auto found = lower_.find(key); found != lower_.end()) return found->second;
   std::vector<geometry::Points> parts;
-  Vector3d low = Vector3d::Constant(1e9);
-  Vector3d high = Vector3d::Constant(-1e9);
+  Vector3d low = Vector3d::Constant(kFar);
+  Vector3d high = Vector3d::Constant(-kFar);
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     parts.push_back(Vertices_T(pitch_rad, state, i));
     for (const Vector3d& p : parts.back()) {
@@ -217,9 +178,9 @@ Vector3d HandProfiles::PadCenter_T(double pitch_rad, std::size_t state) const {
 double HandProfiles::Extent(double pitch_rad, std::size_t state,
                             const Vector3d& direction_T) const {
   const core::Pose X = X_TH(hand_, pitch_rad);
-  double extent = -1e9;
+  double extent = -kFar;
   for (const geometry::Shape& shape : hand_.states[state].shapes) {
-    extent = std::max(extent, Support(shape, X, direction_T));
+    extent = std::max(extent, geometry::Support(shape, X, direction_T));
   }
   return extent;
 }

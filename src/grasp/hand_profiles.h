@@ -28,14 +28,6 @@ struct Grid {
   }
 };
 
-/// The index of the state whose gap is nearest above gap_m; 0, the open hand, if none is.
-std::size_t StateAtGap(const robot::HandModel& hand, double gap_m);
-
-/// How far a shape at X_AB (its body's frame B in A) reaches from A's origin along a unit direction
-/// of A [m]: its support function. Exact.
-double Support(const geometry::Shape& shape, const core::Pose& X_AB,
-               const Eigen::Vector3d& direction_A);
-
 /// The hand at a pitch as height fields, in its tool frame T: axes as frame G's (x from the fingers
 /// to the thumb, z the approach), origin at the open hand's tip tool centre,
 ///   X_TH = Ry(-pitch) X_HG_tip^-1,
@@ -46,15 +38,15 @@ class HandProfiles {
   /// The inner side of fingers and thumb over (y_T, z_T). All states of one pitch share one grid.
   struct Inner {
     Grid grid;
-    std::vector<float> finger;  ///< largest x_T of the fingers [m]; -infinity where there is none
-    std::vector<float> thumb;   ///< smallest x_T of the thumb [m]; +infinity where there is none
-    double finger_min_m = 0.0;  ///< smallest value of `finger`
-    double thumb_max_m = 0.0;   ///< largest value of `thumb`
+    std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity where there is none
+    std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity where there is none
+    double finger_min_m = 0.0;  ///< of `finger`
+    double thumb_max_m = 0.0;   ///< of `thumb`
   };
   /// How far down the hand reaches over (x_T, y_T).
   struct Lower {
     Grid grid;
-    std::vector<float> z;  ///< largest z_T of all shapes [m]; -infinity where there is none
+    std::vector<float> z;  ///< max z_T of all shapes [m]; -infinity where there is none
   };
 
   /// Keeps a reference to the hand. State k's shape i must be state 0's shape i moved.

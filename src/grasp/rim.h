@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "geometry/point_cloud.h"
+#include "grasp/grasp_options.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::grasp {
 
-/// The Gaussian curvature [1/m^2] of a surface at `center` from neighbouring points: least squares
+/// The Gaussian curvature [1/m^2] of a surface at `center` from neighboring points: least squares
 /// of
 ///   h(u, v) = a u^2 + b u v + c v^2 + d u + e v + f
 /// over the plane of the two largest principal axes, and
@@ -35,6 +36,6 @@ struct RimSector {
 std::vector<RimSector> DescribeRim(const perception::Scene& scene,
                                    const perception::PerceivedObject& object,
                                    const Eigen::Vector3d& axis_C, const Eigen::Vector3d& zero_C,
-                                   int sectors);
+                                   int sectors, const RimOptions& options = {});
 
 }  // namespace rangegrasp::grasp

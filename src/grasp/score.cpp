@@ -6,7 +6,6 @@
 namespace rangegrasp::grasp {
 namespace {
 
-double Capped(double value, double cap) { return std::min(value, cap); }
 double Square(double x) { return x * x; }
 
 }  // namespace
@@ -17,15 +16,16 @@ double Score(const Quality& q, double friction_cone_rad, const ScoreWeights& w) 
   const double missing_margin = std::max(0.0, w.margin_m - q.top_margin_m) / w.margin_m;
   const double missing_room = std::clamp(1.0 - q.room_m / w.room_scale_m, 0.0, 1.0);
   double score = 1.0;
-  score -= w.antipodal * Capped(Square(angle / friction_cone_rad), 4.0);
-  score -= w.pitch * Capped(Square((q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad), 4.0);
-  score -= w.lever * Capped(Square(q.lever_m / w.lever_scale_m), 4.0);
-  score -= w.height * Capped(Square(q.above_m / height_scale), 2.0);
-  score -= w.drag * Capped(std::abs(q.drag_m) / w.drag_scale_m, 2.0);
-  score -= w.slope * Capped(std::abs(q.slope_m) / w.slope_scale_m, 2.0);
-  score -= w.shallow * Capped(missing_margin, 2.0);
+  score -= w.antipodal * std::min(Square(angle / friction_cone_rad), w.max_square);
+  score -= w.pitch *
+           std::min(Square((q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad), w.max_square);
+  score -= w.lever * std::min(Square(q.lever_m / w.lever_scale_m), w.max_square);
+  score -= w.height * std::min(Square(q.above_m / height_scale), w.max_multiple);
+  score -= w.drag * std::min(std::abs(q.drag_m) / w.drag_scale_m, w.max_multiple);
+  score -= w.slope * std::min(std::abs(q.slope_m) / w.slope_scale_m, w.max_multiple);
+  score -= w.shallow * std::min(missing_margin, w.max_multiple);
   score -= w.room * Square(missing_room);
-  score += w.tight * Capped(q.contact_m2 / w.contact_scale_m2, 1.0);
+  score += w.tight * std::min(q.contact_m2 / w.contact_scale_m2, 1.0);
   score += w.arm * q.thumb_to_arm;
   return score;
 }

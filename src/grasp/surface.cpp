@@ -9,6 +9,14 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// Of a perceived point: neighbors are about 2 mm apart in a scan.
+constexpr double kPointArea_m2 = 4e-6;
+/// Of the bounding box: less than any of the shapes met fills. Below it the surface is a shell with
+/// gaps, and its "volume" is noise.
+constexpr double kMinFilled = 0.1;
+/// Half the side of a speck: a point for all that is compared with it, but with an area.
+constexpr double kHalfSpeck_m = 0.0005;
+
 double TotalArea(const geometry::TriangleMesh& mesh) {
   double area = 0.0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -69,7 +77,7 @@ SurfaceSamples SampleObject(const perception::Scene& scene,
     samples.points.push_back(scene.cloud.points[i]);
     samples.normals.push_back(normals ? scene.cloud.normals[i] : scene.table.plane.normal);
   }
-  samples.area_m2 = 4e-6;  // neighbours are about 2 mm apart
+  samples.area_m2 = kPointArea_m2;
   return samples;
 }
 
@@ -95,10 +103,8 @@ Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& 
     six_volumes += six;
     moment += six * (u + v + w) / 4.0;
   }
-  // A tenth of the box is less than any of the shapes met fills; below it the surface is a shell
-  // with gaps, and its "volume" is noise.
   const double box = (upper - lower).prod();
-  if (std::abs(six_volumes) / 6.0 < 0.1 * box) return mean;
+  if (std::abs(six_volumes) / 6.0 < kMinFilled * box) return mean;
   const Vector3d center = mean + moment / six_volumes;
   const bool inside =
       (center.array() >= lower.array()).all() && (center.array() <= upper.array()).all();
@@ -112,12 +118,11 @@ geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
     cells.try_emplace({std::lround(c.x()), std::lround(c.y()), std::lround(c.z())}, p);
   }
   geometry::TriangleMesh mesh;
-  constexpr double kHalf = 0.0005;
   for (const auto& [cell, p] : cells) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.push_back(p + Vector3d(kHalf, 0.0, -kHalf));
-    mesh.vertices.push_back(p + Vector3d(-kHalf, kHalf, 0.0));
-    mesh.vertices.push_back(p + Vector3d(0.0, -kHalf, kHalf));
+    mesh.vertices.push_back(p + Vector3d(kHalfSpeck_m, 0.0, -kHalfSpeck_m));
+    mesh.vertices.push_back(p + Vector3d(-kHalfSpeck_m, kHalfSpeck_m, 0.0));
+    mesh.vertices.push_back(p + Vector3d(0.0, -kHalfSpeck_m, kHalfSpeck_m));
     mesh.triangles.push_back({first, first + 1, first + 2});
   }
   return mesh;

@@ -1,67 +1,218 @@
 #pragma once
 
+#include "core/units.h"
+
 namespace rangegrasp::perception {
 
-/// Options of sections 5.1.3 and 5.1.4 and of the open/closed test of section 5.2. Where a default
-/// goes beyond the dissertation the comment gives the reason.
+// Defaults that stand in the dissertation name their equation or section. The others are this
+// program's own; their comments say what they trade off. Lengths were set for a scanner with 2 mm
+// between points and 0.5 mm noise (ScaleLengths adapts those that stand for spacing or noise).
+
+/// Top surfaces (section 5.1.3, eq. 5.5) and their rims.
+struct TopSurfaceOptions {
+  int plane_draws = 100;            ///< eq. 5.5
+  double plane_distance_m = 0.002;  ///< of a plane's points: as of the table's (section 5.1.1)
+  /// A point may be of the top surface if its normal is within this (45 deg) of the table's: its
+  /// main component is along the table's normal (section 5.1.3).
+  double normal_angle_rad = 0.785;
+  /// A plane with fewer points is no surface: three rows of four. Larger: small lids are lost.
+  int min_plane_points = 12;
+  /// Fewer upward points, as a share of the part's, are the rounding of an edge, not a surface.
+  double min_upward_share = 0.04;
+  /// Planes that are looked at for one above the fullest: a lip, a shoulder, a floor.
+  int planes = 3;
+  /// Two planes are two if they are this many plane distances apart: each holds the points within
+  /// one of its own.
+  double plane_separation = 2.0;
+  /// Depth of the highest points that stand in for a plane: what a plane's inliers span.
+  double slab_m = 0.004;
+  /// A slab this many times as long as wide is a fold; less is the lip of something.
+  double fold_elongation = 4.0;
+  /// alpha of the 2-D alpha shape of the rim: three point spacings. Smaller: holes between points;
+  /// larger: the mouth of a cup closes.
+  double rim_alpha_m = 0.006;
+  /// The second try of a rim whose ring has gaps (lost points) of up to twice this.
+  double bridged_rim_alpha_m = 0.030;
+};
+
+/// How a ridge is told from a plane, the lip of a cup and a shoulder.
+struct RidgeOptions {
+  /// Normals looked at, about the table's: wide enough for both sides of a roof of 60 deg, narrow
+  /// enough to leave out walls.
+  double window_rad = 1.15;
+  /// A normal is square to the axis if its share along it is at most this (20 deg); the others are
+  /// of end faces and edges.
+  double max_along_axis = 0.35;
+  double min_square_share = 0.8;  ///< of the upward points; less is no body about one axis
+  /// Mean square of the normals' share along the axis: square within about 12 deg in the mean.
+  double max_mean_square = 0.045;
+  double max_axis_slope = 0.5;  ///< of the axis, sine (30 deg): a steeper body stands
+  /// Spread of the middle 60 % of the normals: a plane's is about 10 deg with its rounded edges, a
+  /// lying cylinder's 45 deg and more.
+  double min_spread_rad = 0.44;
+  /// Of sine and offset across the axis. The near lip and the far wall of a cup both face the
+  /// sensor; on a ridge the side tells which way the surface faces.
+  double min_correlation = 0.7;
+  /// Of the ridge's length to the body's: a cap above a shoulder is not the shoulder's ridge.
+  double min_length_share = 0.6;
+  /// Points that face further from the ridge's normal than this (26 deg) say how far the surface
+  /// comes down; nearer ones hardly do.
+  double off_ridge_rad = 0.45;
+  /// How far the surface comes down, of what a circle with these normals would: about 1 for a
+  /// circle, 0.5 and more for a flat ellipse, next to nothing for the lip of a cup, which has
+  /// normals to all sides at one height.
+  double min_drop_share = 0.35;
+  double half_angle_rad = 0.35;  ///< of the strip's normals about the ridge's (20 deg)
+};
+
+/// Circles through rim points (eq. 5.6, 5.7).
+struct CircleFitOptions {
+  int draws = 100;             ///< as of the planes (eq. 5.5)
+  double distance_m = 0.002;   ///< eq. 5.6
+  double max_radius_m = 0.15;  ///< a wider circle is no tabletop object's
+  int refits = 3;              ///< to the inliers, by least squares; ends where nothing is gained
+  /// A refit that holds less than this share of the points before it lies worse. Not 1: a draw can
+  /// hold a point or two more than the least-squares circle.
+  double refit_share = 0.98;
+};
+
+/// Whether a body is rotational, and about which axis (section 5.1.3, eq. 5.8).
+struct AxisOptions {
+  double rim_share = 0.8;    ///< of the rim points on one circle (section 5.1.3)
+  double body_share = 0.8;   ///< of the points that agree with their section (section 5.1.3)
+  double section_m = 0.004;  ///< thickness of the section planes: two rows of points
+  /// A short arc fits nearly any curve: the rim has to go this far round (120 deg).
+  double min_arc_rad = 2.1;
+  /// The same (240 deg) for a rim with bridged gaps, whose straight sides count for few points.
+  double min_bridged_arc_rad = 4.2;
+  int min_body_points = 20;  ///< fewer say nothing about the body
+  /// Normals nearer to the axis than this cosine (45 deg) are of caps, floors and lips.
+  double max_along_axis = 0.7;
+  /// A rotational surface's normals pass the axis: their share along the circle, sin(20 deg),
+  /// leaves room for noise and turns the ends of ellipses away.
+  double max_tangential = 0.34;
+  /// Within what a small rim leaves uncertain, an object that stands is upright.
+  double upright_rad = core::Deg(5.0);
+
+  // Refinement by the body.
+  int refine_rounds = 5;       ///< of Gauss-Newton; each costs one pass over the body
+  double max_shift_m = 0.004;  ///< further off than a rim's grazing side can put its circle
+  /// Least eigenvalue of the normal matrix a point: that of an arc of about 60 deg.
+  double min_conditioning = 0.02;
+  double top_sections_m = 0.012;  ///< the wall under a rounded rim that gives the radius
+
+  // The axis from the body where the top is a thin ring.
+  double ring_share = 0.35;   ///< a top is a thin ring if it fills less than this of its circle
+  double max_wall_m = 0.010;  ///< of a cup, with its lip
+  /// In the place of body_share there: a handle in front of the body and normals at its edges count
+  /// against it, while the ring already is the better witness.
+  double ring_body_share = 0.6;
+  int min_wall_points = 60;  ///< three sections' worth; half of them have to agree
+  /// Sine of the angle between two normals (12 deg): more nearly parallel ones meet anywhere.
+  double min_normals_sine = 0.2;
+};
+
+/// Clipped rotational parts (section 5.1.3) and fragments.
+struct MergeOptions {
+  // Cheap conditions before two parts are fitted as one rotational object: what rim noise and an
+  // axis from half a rim leave uncertain.
+  double max_height_difference_m = 0.010;
+  double max_center_distance_m = 0.010;
+  /// The body share holds for the union (as printed); the part with the handle may be below it.
+  double min_own_body = 0.5;
+
+  // Fragments (see fragments.h).
+  double fragment_gap_m = 0.012;      ///< the widest gap that is taken for lost points
+  double footprint_margin_m = 0.005;  ///< round a footprint: two and a half point spacings
+  double height_margin_m = 0.003;     ///< of "not above the top": noise and smoothing
+  double within_share = 0.7;          ///< of a fragment's points over the footprint that it is in
+  double above_share = 0.9;           ///< of a cap's points over the footprint that it is above
+  double max_cap_area = 0.6;          ///< of a cap's footprint, as a share of the host's
+  double min_fill = 0.5;  ///< of a host's footprint; an emptier one (a box's rim) holds nothing
+  double cell_m = 0.006;  ///< of the grid that the fill is counted on: three point spacings
+  int min_pairs = 8;      ///< of points across the gap; fewer happen between any two neighbors
+  double min_continuing = 0.5;     ///< share of the pairs whose surfaces continue each other
+  double max_in_front_m = 0.0015;  ///< of the other side's tangent plane: three times the noise
+  double max_sideways = 0.5;       ///< share of a gap across the sensor's viewing plane (30 deg)
+};
+
+/// The unseen sides (section 5.1.4).
+struct CompletionOptions {
+  double step_rad = 0.0872665;  ///< 5 deg (section 5.1.4)
+  double mirror_share = 0.85;   ///< of the mirrored points that must be in unseen space
+  /// An image point is free only if what was measured lies this far behind it: cells of directions
+  /// are 4 mm wide and surfaces slope.
+  double free_margin_m = 0.006;
+  double min_inclination_rad = 0.21;  ///< a top turned further (12 deg) has an upper edge
+  double max_top_share = 0.6;  ///< of the body's rectangle; a smaller top is turned by half about
+
+  /// A top surface this many times as long as wide says which way the object lies.
+  double min_elongation = 1.2;
+  /// The end of a rectangle's side: the outermost point that has this share of all points, and at
+  /// least so many, within the band below it. What lies further out is mixed points.
+  double end_band_m = 0.002;
+  double end_share = 0.002;
+  int min_end_points = 4;
+
+  double wall_step_m = 0.005;     ///< between the posts of a wall, and between the points on one
+  double wall_outline_m = 0.003;  ///< points this near an outline's side say how high its wall is
+  double cell_m = 0.006;          ///< of the grid that the fill is counted on: three point spacings
+  /// An outline that is filled less than this is not convex and gets several hulls.
+  double min_fill = 0.75;
+  double slice_m = 0.020;       ///< thickness of those hulls
+  double slice_overlap = 0.15;  ///< of a slice; so that no gap is left between neighbors
+
+  // Bodies of revolution.
+  int sides = 36;         ///< of the surface: 0.4 % of the radius inside the circle
+  double wall_m = 0.004;  ///< a wall, or the floor under a cavity, that was seen from one side only
+  int min_section_points = 3;        ///< sections with fewer are taken from their neighbors
+  double min_floor_depth_m = 0.010;  ///< below the rim; higher points are of the lip
+  double min_floor_cosine = 0.8;     ///< of a floor's normals with the axis (37 deg)
+  int min_floor_points = 10;         ///< fewer are mixed points in the cavity
+  double min_axis_cosine = 0.3;      ///< bounds the length of a leaning body (73 deg)
+  double attached_m = 0.003;     ///< a handle starts this far outside the circles: past their noise
+  double link_m = 0.006;         ///< three point spacings: points this near are of one attachment
+  int min_attached_points = 15;  ///< fewer are stray points
+
+  // What a part stands on.
+  /// Points this low stand on the table: those of the table's clearance are not in the cloud.
+  double on_table_m = 0.012;
+  int min_support_points = 15;  ///< of other parts under a footprint; fewer are stray points
+};
+
+/// Options of sections 5.1.3 and 5.1.4 and of the open/closed test of section 5.2.
 struct FeatureOptions {
-  // Top surface (eq. 5.5).
-  int plane_draws = 100;
-  double plane_distance_m = 0.002;
-  /// A point may be of the top surface if its normal is within this of the table's.
-  double top_normal_angle_rad = 0.785;
+  TopSurfaceOptions top;
+  RidgeOptions ridge;
+  CircleFitOptions circle;
+  AxisOptions axis;
+  MergeOptions merge;
+  CompletionOptions completion;
+
+  // What goes beyond the dissertation, each with its value "as published".
   /// The highest plane that holds this share of the fullest one's points is the top; 1: eq. 5.5 as
   /// published. The floor of a container, or a shoulder, can hold more points than the rim above.
   double top_plane_share = 0.3;
   /// Where the highest part curves about a lying axis, take the strip along its ridge: every plane
   /// touching a lying cylinder holds about as many points, so eq. 5.5 alone would tip at random.
   bool ridge_tops = true;
-  double ridge_half_angle_rad = 0.35;  ///< of the strip's normals about the ridge's
-  double rim_alpha_m = 0.006;          ///< of the 2-D alpha shape
-  /// The second try of a rim whose ring has gaps (lost points) of up to twice this.
-  double bridged_rim_alpha_m = 0.030;
-
-  // Circles and rotation axes (eq. 5.6 to 5.8).
-  int circle_draws = 100;
-  double circle_distance_m = 0.002;  ///< eq. 5.6
-  double rim_share = 0.8;            ///< of the rim points on one circle
-  double body_share = 0.8;           ///< of the points that agree with their section
-  double section_m = 0.004;          ///< thickness of the section planes along the axis
-  /// A short arc fits nearly any curve: the rim has to go this far round, and a circle wider than
-  /// the next bound is no tabletop object's.
-  double least_arc_rad = 2.1;
-  /// The same for a rim with bridged gaps, whose straight sides count for few points.
-  double least_bridged_arc_rad = 4.2;
-  double most_radius_m = 0.15;
   /// Where the top is a thin ring, find the axis from the body's normals instead of the rim's
   /// circle, and merge clipped parts by it: the lip of a cup is as wide as the profiles are apart,
   /// so its rim has too few points. Off: as published.
   bool axis_from_body = true;
-  double ring_share = 0.35;  ///< a top is a thin ring if it fills less than this of its circle
-  /// In the place of body_share there: a handle in front of the body and normals at its edges count
-  /// against it, while the ring already is the better witness.
-  double ring_body_share = 0.6;
-
-  // Merging.
-  /// Joins parts of one object that lost points have separated (see merge.h); off: only clipped
-  /// rotational parts are merged, as published.
+  /// Joins parts of one object that lost points have separated; off: only clipped rotational parts
+  /// are merged, as published.
   bool merge_fragments = true;
-  double fragment_gap_m = 0.012;  ///< the widest gap that is taken for lost points
-
-  // Completion (section 5.1.4).
-  double completion_step_rad = 0.0872665;  ///< 5 deg
   /// Mirrors what is seen of ridges and of bodies wider than their tops into space that the sensor
   /// did not see through. Without it the far half of a lying cylinder is missing and a hand that
   /// closes on the seen half meets the other.
   bool complete_by_symmetry = true;
-  double mirror_share = 0.85;  ///< of the mirrored points that must be in unseen space
-
   /// A part whose footprint is nowhere this long is a needle of mixed points along one ray, not an
   /// object. 0: as published.
-  double least_footprint_m = 0.015;
+  double min_footprint_m = 0.015;
 
-  // Open or closed (eq. 5.9).
-  double open_sphere_factor = 2.0 / 3.0;
+  // Open or closed.
+  double open_sphere_factor = 2.0 / 3.0;  ///< eq. 5.9
   /// Points inside the sphere that are still taken for none, as a share of the top surface's: mixed
   /// points hang between the near rim and the far wall. 0: as published.
   double open_stray_share = 0.02;

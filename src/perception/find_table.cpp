@@ -1,11 +1,11 @@
+#include "perception/find_table.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
 
-#include "core/units.h"
 #include "geometry/hull.h"
-#include "perception/preprocess.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -15,24 +15,6 @@ using geometry::Plane;
 using geometry::Points;
 using geometry::PointSpan;
 using geometry::TriangleMesh;
-
-/// How far the table's normal may be from a given up direction.
-const double kUpCosine = std::cos(core::Deg(15.0));
-/// Two faces of the hull are one plane if their normals and centres agree this well.
-const double kSameCosine = std::cos(core::Deg(1.0));
-constexpr double kSameDistance = 0.2;  // of the preselection
-/// Candidates are ranked on about this many of the points, the best of them on all.
-constexpr std::size_t kRankingPoints = 4000;
-constexpr std::size_t kFinalists = 5;
-/// A table holds at least this share of the points, and at most that share may lie under it.
-constexpr double kLeastSupport = 0.05;
-constexpr double kMostBelow = 0.01;
-/// How often the hull's vertices are taken away as outliers.
-constexpr int kPeelings = 4;
-/// Where the hull shows no table (a background behind and under it), the dominant plane is tried,
-/// and the next ones after it; it must hold this share of the points.
-constexpr int kDominantPlanes = 3;
-constexpr double kDominantSupport = 0.2;
 
 /// A plane of the hull, its normal to the inside.
 struct Candidate {
@@ -47,7 +29,8 @@ Plane TowardsSensor(const Plane& plane, const Eigen::Vector3d& sensor_origin) {
 }
 
 bool IsUp(const Plane& plane, const PreprocessOptions& options) {
-  return !options.up_C || plane.normal.dot(options.up_C->normalized()) >= kUpCosine;
+  return !options.up_C ||
+         plane.normal.dot(options.up_C->normalized()) >= std::cos(options.table.max_tilt_rad);
 }
 
 std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Eigen::Vector3d& sensor_origin,
@@ -65,11 +48,13 @@ std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Eigen::Vector3
   }
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
+  const double same_cosine = std::cos(options.table.same_plane_rad);
+  const double same_distance_m = options.table.same_plane_share * options.preselection_m;
   std::vector<Candidate> merged;
   for (const Candidate& face : faces) {
     const bool known = std::any_of(merged.begin(), merged.end(), [&](const Candidate& other) {
-      return face.plane.normal.dot(other.plane.normal) > kSameCosine &&
-             std::abs(other.plane.Distance(face.center)) < kSameDistance * options.preselection_m;
+      return face.plane.normal.dot(other.plane.normal) > same_cosine &&
+             std::abs(other.plane.Distance(face.center)) < same_distance_m;
     });
     if (!known) merged.push_back(face);
   }
@@ -85,9 +70,10 @@ std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m, s
 }
 
 /// The candidate that the most points lie near.
-std::optional<Plane> DeepestPlane(PointSpan points, std::vector<Candidate> candidates,
-                                  double distance_m) {
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kRankingPoints);
+std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>& candidates,
+                                  const PreprocessOptions& options) {
+  const double distance_m = options.preselection_m;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / options.table.ranking_points);
   std::vector<std::pair<std::size_t, std::size_t>> ranking;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     ranking.emplace_back(CountNear(points, candidates[i].plane, distance_m, step), i);
@@ -96,7 +82,7 @@ std::optional<Plane> DeepestPlane(PointSpan points, std::vector<Candidate> candi
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::optional<Plane> best;
   std::size_t best_count = 0;
-  for (std::size_t k = 0; k < std::min(kFinalists, ranking.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(options.table.finalists, ranking.size()); ++k) {
     const Plane& plane = candidates[ranking[k].second].plane;
     const std::size_t count = CountNear(points, plane, distance_m, 1);
     if (count > best_count) {
@@ -146,9 +132,9 @@ Support CountSupport(PointSpan points, const Plane& plane, const PreprocessOptio
   return support;
 }
 
-bool IsTable(const Support& support, std::size_t n) {
-  return static_cast<double>(support.on) >= kLeastSupport * static_cast<double>(n) &&
-         static_cast<double>(support.below) <= kMostBelow * static_cast<double>(n);
+bool IsTable(const Support& support, std::size_t n, const TableSearchOptions& options) {
+  return static_cast<double>(support.on) >= options.min_support * static_cast<double>(n) &&
+         static_cast<double>(support.below) <= options.max_below * static_cast<double>(n);
 }
 
 /// The points that are no vertex of the hull.
@@ -170,14 +156,13 @@ Points Peel(const Points& points, const TriangleMesh& hull) {
 std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sensor_origin,
                                    const PreprocessOptions& options, core::Rng& rng) {
   Points rest(points.begin(), points.end());
-  for (int peeling = 0; peeling <= kPeelings; ++peeling) {
+  for (int peeling = 0; peeling <= options.table.peelings; ++peeling) {
     const TriangleMesh hull = geometry::ConvexHull(rest);
     if (hull.triangles.empty()) break;
-    const auto deepest =
-        DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options.preselection_m);
+    const auto deepest = DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options);
     const auto plane = deepest ? FitNear(points, *deepest, options, rng) : std::nullopt;
     if (plane && plane->Distance(sensor_origin) > 0.0 &&
-        IsTable(CountSupport(points, *plane, options), points.size())) {
+        IsTable(CountSupport(points, *plane, options), points.size(), options.table)) {
       return plane;
     }
     rest = Peel(rest, hull);
@@ -189,11 +174,11 @@ std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sens
 std::optional<Plane> DominantPlane(PointSpan points, const Eigen::Vector3d& sensor_origin,
                                    const PreprocessOptions& options, core::Rng& rng) {
   Points rest(points.begin(), points.end());
-  for (int i = 0; i < kDominantPlanes; ++i) {
+  for (int i = 0; i < options.table.dominant_planes; ++i) {
     const auto fit =
         geometry::FitPlaneRansac(rest, {options.plane_draws, options.plane_distance_m}, rng);
     if (!fit || static_cast<double>(fit->inliers.size()) <
-                    kDominantSupport * static_cast<double>(points.size())) {
+                    options.table.dominant_support * static_cast<double>(points.size())) {
       return std::nullopt;
     }
     const Plane plane = TowardsSensor(fit->plane, sensor_origin);

@@ -1,16 +1,26 @@
 #include "perception/perceive.h"
 
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
+#include "perception/find_table.h"
+#include "perception/internal/measured_points.h"
+#include "perception/internal/objects.h"
+#include "perception/point_filter.h"
 
 namespace rangegrasp::perception {
 namespace {
 
 using geometry::Indices;
 
-constexpr std::size_t kLeastPoints = 100;
+/// Fewer points are no scan of a table; the hull and the fits behind it would only fail later.
+constexpr std::size_t kMinPoints = 100;
 
 Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, double clearance_m) {
   Indices above;
@@ -21,37 +31,73 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
 }
 
 /// Fills the scene's source and outliers from the points above the table.
-void FilterPoints(geometry::PointSpan points, const Indices& above, bool filter, Scene& scene) {
+void FilterPoints(const Indices& above, bool filter, Scene& scene) {
   if (!filter || above.size() < 2) {
     scene.source = above;
     return;
   }
   std::vector<bool> kept(above.size(), false);
-  for (const auto k : CompressionRateFilter(geometry::Select(points, above))) kept[k] = true;
+  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above)))
+    kept[k] = true;
   for (std::size_t k = 0; k < above.size(); ++k) {
     (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
   }
 }
 
+/// One view of all that was measured from each place.
+std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& measured,
+                                            geometry::PointSpan points_C) {
+  std::vector<internal::SensorView> views;
+  for (std::uint32_t place = 0; place < measured.places_C.size(); ++place) {
+    geometry::Points seen;
+    for (std::size_t i = 0; i < points_C.size(); ++i) {
+      if (measured.place_of[i] == place) seen.push_back(points_C[i]);
+    }
+    views.emplace_back(seen, measured.places_C[place]);
+  }
+  return views;
+}
+
 }  // namespace
 
-Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
-               const PerceptionOptions& options, core::Rng& rng) {
-  if (points_C.size() < kLeastPoints) {
-    throw core::InputError("a scan needs at least " + std::to_string(kLeastPoints) +
-                           " points, this one has " + std::to_string(points_C.size()));
+void ScaleLengths(double factor, PerceptionOptions& options) {
+  if (!(factor > 0.0)) throw std::invalid_argument("ScaleLengths: the factor must be positive");
+  PreprocessOptions& p = options.preprocess;
+  for (double* length : {&p.preselection_m, &p.plane_distance_m, &p.table_clearance_m,
+                         &p.smooth_radius_m, &p.normal_radius_m}) {
+    *length *= factor;
+  }
+  SegmentOptions& s = options.segment;
+  for (double* length : {&s.alpha_m, &s.min_alpha_m, &s.max_alpha_m}) *length *= factor;
+  FeatureOptions& f = options.features;
+  for (double* length : {&f.top.plane_distance_m, &f.top.rim_alpha_m, &f.top.bridged_rim_alpha_m,
+                         &f.circle.distance_m, &f.axis.section_m, &f.merge.fragment_gap_m}) {
+    *length *= factor;
+  }
+}
+
+Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& options,
+               core::Rng& rng, const std::optional<Workspace>& workspace) {
+  core::Stopwatch watch;
+  internal::MeasuredPoints measured = internal::Gather(observation, workspace);
+  if (measured.points_C.size() < kMinPoints) {
+    throw core::InputError(fmt::format("a scan needs at least {} points, this one has {}",
+                                       kMinPoints, measured.points_C.size()));
   }
   Scene scene;
-  core::Stopwatch watch;
-  auto table = FindTable(points_C, sensor_origin_C, options.preprocess, rng);
+  scene.points_C = std::move(measured.points_C);
+  scene.samples = std::move(measured.samples);
+  // All sensors stand on one side of the table, and so does their middle.
+  auto table =
+      FindTable(scene.points_C, geometry::Centroid(measured.places_C), options.preprocess, rng);
   if (!table) throw core::InputError("no table plane was found in the scan");
   scene.table = std::move(*table);
   const Indices above =
-      AboveTable(points_C, scene.table.plane, options.preprocess.table_clearance_m);
+      AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());
 
-  FilterPoints(points_C, above, options.preprocess.filter, scene);
-  scene.cloud.points = geometry::Select(points_C, scene.source);
+  FilterPoints(above, options.preprocess.filter, scene);
+  scene.cloud.points = geometry::Select(scene.points_C, scene.source);
   scene.seconds.emplace_back("filter", watch.Restart());
 
   if (options.preprocess.smooth && !scene.source.empty()) {
@@ -59,20 +105,31 @@ Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origi
   }
   scene.seconds.emplace_back("smooth", watch.Restart());
 
+  Indices place_of;
+  for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   if (!scene.source.empty()) {
     const geometry::KdTree tree(scene.cloud.points);
     scene.cloud.normals = geometry::EstimateNormals(
-        scene.cloud.points, tree, options.preprocess.normal_radius_m, sensor_origin_C);
+        scene.cloud.points, tree, options.preprocess.normal_radius_m, measured.places_C, place_of);
   }
   scene.seconds.emplace_back("normals", watch.Restart());
 
   if (!scene.source.empty()) scene.segments = Segment(scene.cloud, options.segment);
   scene.seconds.emplace_back("segments", watch.Restart());
 
-  const SensorView view(points_C, sensor_origin_C);
-  scene.objects = BuildObjects(scene.cloud, scene.segments, scene.table.plane, view,
-                               options.features, rng, scene.seconds);
+  const internal::SensorViews views{ViewsFrom(measured, scene.points_C), std::move(place_of)};
+  scene.objects = internal::BuildObjects(scene.cloud, scene.segments, scene.table.plane, views,
+                                         options.features, rng, scene.seconds);
   return scene;
+}
+
+Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
+               const PerceptionOptions& options, core::Rng& rng) {
+  const geometry::RangeImage image{.profiles = 1,
+                                   .samples = static_cast<int>(points_C.size()),
+                                   .points_C = {points_C.begin(), points_C.end()},
+                                   .origins_C = {sensor_origin_C}};
+  return Perceive(geometry::ObservationOf(image), options, rng);
 }
 
 }  // namespace rangegrasp::perception

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <optional>
+
+#include "core/frames.h"
 #include "core/rng.h"
-#include "perception/features.h"
-#include "perception/preprocess.h"
+#include "geometry/observation.h"
+#include "perception/feature_options.h"
+#include "perception/preprocess_options.h"
 #include "perception/scene.h"
 #include "perception/segment.h"
 
@@ -19,12 +23,25 @@ struct PerceptionOptions {
 /// factor > 0.
 void ScaleLengths(double factor, PerceptionOptions& options);
 
-/// Chapter 5.1 from a cloud to objects: table, filters, normals, segments, top surfaces, rims,
-/// merging, completion. Given a cloud and where the sensor stood, nothing else: it runs on a
-/// recorded cloud as in a trial.
-/// @param points_C  n finite points [m]
-/// @param sensor_origin_C  [m]
+/// A round part of the table: points further than radius_m from the z axis of its frame are left
+/// out (the arm, its pedestal and the table's rim stand there).
+struct Workspace {
+  core::Pose X_CWorkspace = core::Pose::Identity();
+  double radius_m = 0.0;
+};
+
+/// Chapter 5.1 from what sensors measured to objects: table, filters, normals, segments, top
+/// surfaces, rims, merging, completion. The samples of several views are one cloud; normals turn to
+/// the place that their point was seen from, and space is free if it was seen through from any.
 /// @throws core::InputError if there are fewer than 100 points or no table plane can be found.
+/// @throws std::invalid_argument if a view has neither one origin nor one a profile.
+Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& options,
+               core::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
+
+/// The same of a plain cloud, e.g. a recorded one, seen from one place; Scene::samples are
+/// positions in it.
+/// @param points_C  n points [m]; those that are not finite are left out
+/// @param sensor_origin_C  [m]
 Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
                const PerceptionOptions& options, core::Rng& rng);
 

@@ -1,20 +1,24 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "geometry/mesh.h"
+#include "geometry/observation.h"
 #include "geometry/plane.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::perception {
 
+using geometry::SampleId;
+
 /// The table: its plane (normal towards the sensor) and its points.
 struct Table {
   geometry::Plane plane;
-  geometry::Indices points;  ///< positions in the input cloud
+  geometry::Indices points;  ///< positions in the points that were perceived
 };
 
 /// The top surface of an object (section 5.1.3).
@@ -67,13 +71,20 @@ struct PerceivedObject {
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
 struct Scene {
-  Table table;
+  /// What was perceived: the measured points in the workspace, view after view, each in the order
+  /// of its scan.
+  geometry::Points points_C;
+  std::vector<SampleId> samples;  ///< one a point of points_C: what it was measured as
+  Table table;                    ///< its points are positions in points_C
   geometry::PointCloud cloud;  ///< points above the table after the filters, smoothed, with normals
-  geometry::Indices source;    ///< one a point of cloud: its position in the input cloud
-  geometry::Indices outliers;  ///< removed by the filter; positions in the input cloud
+  geometry::Indices source;    ///< one a point of cloud: its position in points_C
+  geometry::Indices outliers;  ///< removed by the filter; positions in points_C
   std::vector<geometry::Indices> segments;  ///< before merging; positions in cloud, largest first
   std::vector<PerceivedObject> objects;     ///< topmost first
   StageSeconds seconds;
+
+  /// The sample that a point of the cloud (and of an object) was measured as.
+  const SampleId& SampleOf(std::uint32_t point) const { return samples[source[point]]; }
 };
 
 }  // namespace rangegrasp::perception

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "geometry/alpha_shape.h"
+#include "geometry/alpha_components.h"
 #include "geometry/kd_tree.h"
 #include "geometry/union_find.h"
 
@@ -15,10 +15,6 @@ namespace {
 using geometry::Indices;
 using geometry::KdTree;
 using geometry::PointSpan;
-
-/// How far region growing looks for neighbours, in mean nearest-neighbour distances: on a surface
-/// that the scan samples evenly, far enough for the next row of points and its diagonals.
-constexpr double kNeighborhood = 3.0;
 
 /// The points of each label, for the labels with enough of them (labels go by descending size).
 std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
@@ -73,7 +69,7 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
   geometry::UnionFind regions(points.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    tree.Within(points[i], kNeighborhood * d_a_m, neighbors);
+    tree.Within(points[i], options.neighborhood * d_a_m, neighbors);
     for (const KdTree::Neighbor& n : neighbors) {
       if (n.index <= i || regions.Find(i) == regions.Find(n.index)) continue;
       const double distance_m = std::sqrt(n.squared_distance);

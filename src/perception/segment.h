@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <string_view>
 #include <vector>
 
 #include "geometry/point_cloud.h"
@@ -7,20 +9,27 @@
 namespace rangegrasp::perception {
 
 enum class SegmentMethod { kMesh, kRegionGrowing };
+constexpr std::array<std::string_view, 2> WordsOf(SegmentMethod) {
+  return {"mesh", "region_growing"};
+}
 
 /// Section 5.1.2.
 struct SegmentOptions {
   SegmentMethod method = SegmentMethod::kMesh;
-  /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbour distance, as the
+  /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbor distance, as the
   /// dissertation does.
   double alpha_m = 0.0;
-  /// Bounds on an alpha taken from d_max, so that one straggler cannot join everything.
+  /// Bounds on an alpha taken from d_max: one and a half to five point spacings, so that an even
+  /// scan does not fall apart and one straggler cannot join everything.
   double min_alpha_m = 0.003;
   double max_alpha_m = 0.010;
-  int min_points = 40;  ///< smaller segments are dropped
+  int min_points = 40;  ///< smaller segments are dropped: 12 mm square at 2 mm between points
+  /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
+  /// that the scan samples evenly, far enough for the next row of points and its diagonals.
+  double neighborhood = 3.0;
 };
 
-/// The mesh's alpha [m] from the largest nearest-neighbour distance, within the options' bounds, or
+/// The mesh's alpha [m] from the largest nearest-neighbor distance, within the options' bounds, or
 /// the one that the options name.
 double MeshAlpha(double d_max_m, const SegmentOptions& options);
 
@@ -30,8 +39,8 @@ double MeshAlpha(double d_max_m, const SegmentOptions& options);
 std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
                                              const SegmentOptions& options);
 
-/// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbour joins where d * (1 - |cos alpha|)
-/// < d_a, the mean nearest-neighbour distance. The neighbours looked at are those within 3 d_a,
+/// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbor joins where d * (1 - |cos alpha|)
+/// < d_a, the mean nearest-neighbor distance. The neighbors looked at are those within 3 d_a,
 /// else the weight of parallel normals would join points at any distance. Being symmetric, the test
 /// gives the same regions whatever the start points and the order of growth.
 /// Segments largest first, ties by first point; positions ascending.

@@ -6,49 +6,56 @@
 
 #include "core/stopwatch.h"
 #include "planning/internal/branch.h"
-#include "planning/internal/collision.h"
 #include "planning/internal/joint_planner.h"
+#include "robot/ik.h"
 
 namespace rangegrasp::planning {
 namespace {
 
 using internal::Branch;
 using internal::BranchBuilder;
-using internal::CollisionModel;
 using internal::JointPath;
+using internal::MotionCheck;
 using internal::Stage;
 using internal::Task;
 
-constexpr int kIkPerBranch = 8;     ///< solutions drawn for each branch that may be tried
-constexpr double kShortened = 0.6;  ///< of approach and lift where the whole length is blocked
-constexpr int kCarryGoals = 3;      ///< of the fallback that plans the carry in joint space
+/// Steps of the projection to an upright hand, with damping [rad^2] far below the Jacobian's
+/// squared entries of about 1; it ends where the hand leans by less than this, well within
+/// PlanOptions::carry_tilt_rad.
+constexpr int kUprightSteps = 20;
+constexpr double kUprightDamping = 0.01;
+constexpr double kUpright_rad = 0.02;
 
-/// The time [s] that the slowest joint needs, and 1 s for each joint right at a limit, falling to 0
-/// at 0.35 rad (20 deg) from it.
-double Cost(const robot::Robot& robot, const Eigen::VectorXd& from, const Eigen::VectorXd& q) {
+/// Corners of a rounded path that touches something are rounded less, and at last not at all.
+constexpr double kCornerShares[] = {1.0, 0.2, 0.0};
+
+/// The time [s] that the slowest joint needs, and what joints near their limits cost.
+double Cost(const robot::Robot& robot, const PlanOptions& options, const Eigen::VectorXd& from,
+            const Eigen::VectorXd& q) {
   const double travel_s = ((q - from).array().abs() / robot.velocity.array()).maxCoeff();
   const Eigen::ArrayXd room = (q - robot.lower).cwiseMin(robot.upper - q).array();
-  return travel_s + (1.0 - room / 0.35).max(0.0).square().sum();
+  return travel_s +
+         options.limit_cost_s * (1.0 - room / options.limit_zone_rad).max(0.0).square().sum();
 }
 
-void SortByCost(const robot::Robot& robot, const Eigen::VectorXd& from,
+void SortByCost(const robot::Robot& robot, const PlanOptions& options, const Eigen::VectorXd& from,
                 std::vector<Eigen::VectorXd>& solutions) {
   std::stable_sort(solutions.begin(), solutions.end(), [&](const auto& a, const auto& b) {
-    return Cost(robot, from, a) < Cost(robot, from, b);
+    return Cost(robot, options, from, a) < Cost(robot, options, from, b);
   });
 }
 
 /// Turns the hand upright again (up_H along z_W) by a few steps of its two tilt components.
 void ProjectUpright(const robot::Robot& robot, const Eigen::Vector3d& up_H, Eigen::VectorXd& q) {
   Eigen::MatrixXd J;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < kUprightSteps; ++i) {
     const core::Pose X_WH = robot.HandPoseAndJacobian(q, J);
     const Eigen::Vector3d up_W = X_WH.linear() * up_H;
     const Eigen::Vector2d error = up_W.cross(Eigen::Vector3d::UnitZ()).head<2>();
-    if (up_W.z() > 0.0 && error.norm() < 0.02) return;
+    if (up_W.z() > 0.0 && error.norm() < kUpright_rad) return;
     const auto J_tilt = J.middleRows<2>(3);
     Eigen::Matrix2d A = J_tilt * J_tilt.transpose();
-    A.diagonal().array() += 0.01;
+    A.diagonal().array() += kUprightDamping;
     q += J_tilt.transpose() * A.ldlt().solve(error);
     q = q.cwiseMax(robot.lower).cwiseMin(robot.upper);
   }
@@ -56,36 +63,20 @@ void ProjectUpright(const robot::Robot& robot, const Eigen::Vector3d& up_H, Eige
 
 }  // namespace
 
-const char* Name(PlanFailure failure) {
-  switch (failure) {
-    case PlanFailure::kNone:
-      return "none";
-    case PlanFailure::kNoIk:
-      return "no_ik";
-    case PlanFailure::kApproachBlocked:
-      return "approach_blocked";
-    case PlanFailure::kNoReach:
-      return "no_reach";
-    case PlanFailure::kNoCarry:
-      return "no_carry";
-  }
-  return "unknown";
-}
-
 struct Planner::Impl {
   Impl(const robot::Robot& a_robot, PlanOptions some_options)
-      : robot(a_robot), options(some_options), model(robot, options.collision_margin_m) {}
+      : robot(a_robot), options(some_options), check(robot, options.collision_margin_m) {}
 
   /// Timed motions of the branch; tighter corners where the rounded path touches something.
   std::optional<core::JointTrajectory> Timed(const JointPath& path,
                                              const robot::TimingOptions& timing,
                                              const Stage* stage) {
-    for (double shrink : {1.0, 0.2, 0.0}) {
+    for (const double share : kCornerShares) {
       robot::TimingOptions tighter = timing;
-      tighter.corner_rad *= shrink;
+      tighter.corner_rad *= share;
       core::JointTrajectory trajectory = TimeParameterise(robot, path, tighter);
       if (stage == nullptr ||
-          model.PathFree(Thinned(trajectory.positions), *stage, options.resolution_rad)) {
+          check.PathFree(Thinned(trajectory.positions), *stage, options.resolution_rad)) {
         return trajectory;
       }
     }
@@ -109,8 +100,8 @@ struct Planner::Impl {
     internal::JointQuery query;
     query.start = from;
     query.goal = to;
-    query.free = [&](const Eigen::VectorXd& q) { return model.Free(q, stage); };
-    if (stage.least_upright > -1.0) {
+    query.free = [&](const Eigen::VectorXd& q) { return check.Free(q, stage); };
+    if (stage.min_upright > -1.0) {
       query.project = [&](Eigen::VectorXd& q) { ProjectUpright(robot, stage.up_H, q); };
     }
     query.resolution_rad = options.resolution_rad;
@@ -121,12 +112,12 @@ struct Planner::Impl {
   }
 
   std::vector<Branch> Branches(const PickRequest& request, core::Rng& rng) {
-    const auto most = static_cast<std::size_t>(kIkPerBranch * options.ik_solutions);
     robot::IkOptions ik;
-    ik.starts = static_cast<int>(2 * most);
-    std::vector<Eigen::VectorXd> solutions =
-        SolveIk(robot, request.X_WH, request.q_start, ik, rng, most);
-    SortByCost(robot, request.q_start, solutions);
+    const int drawn = options.ik_per_branch * options.ik_solutions;
+    ik.max_solutions = static_cast<std::size_t>(drawn);
+    ik.starts = 2 * drawn;  // about every second start ends in a solution that is new
+    std::vector<Eigen::VectorXd> solutions = SolveIk(robot, request.X_WH, request.q_start, ik, rng);
+    SortByCost(robot, options, request.q_start, solutions);
     std::vector<Branch> branches;
     for (const Eigen::VectorXd& q : solutions) branches.emplace_back().q_grasp = q;
     return branches;
@@ -151,18 +142,19 @@ struct Planner::Impl {
     if (branch.lift.empty()) return {};
     const Stage stage = builder.CarryStage(branch);
     const Eigen::VectorXd& q_lift = branch.lift.back();
+    robot::IkOptions ik;
+    ik.max_solutions = static_cast<std::size_t>(options.ik_solutions);
     int goals = 0;
     for (double yaw_rad : internal::DeliveryYaws(task, options.carry_yaws)) {
       const core::Pose X_WEnd = internal::CarryPose(task, yaw_rad, 1.0, task.lift_m);
-      auto solutions =
-          SolveIk(robot, X_WEnd, q_lift, {}, rng, static_cast<std::size_t>(options.ik_solutions));
-      SortByCost(robot, q_lift, solutions);
+      auto solutions = SolveIk(robot, X_WEnd, q_lift, ik, rng);
+      SortByCost(robot, options, q_lift, solutions);
       for (const Eigen::VectorXd& q : solutions) {
         branch.carry = {q_lift, q};
-        if (!model.Free(q, stage) || !builder.LowerAndRetreat(yaw_rad, branch)) continue;
+        if (!check.Free(q, stage) || !builder.LowerAndRetreat(yaw_rad, branch)) continue;
         auto carry = PlanMotion(q_lift, q, stage, options.held_motion, rng);
         if (carry) return carry;
-        if (++goals == kCarryGoals) return {};
+        if (++goals == options.carry_goals) return {};
       }
     }
     return {};
@@ -185,41 +177,51 @@ struct Planner::Impl {
     return plan;
   }
 
+  /// The feasible branches; where none carries on the arc, those of a shorter approach and lift if
+  /// one of them does, or if there are no others.
+  std::vector<Branch> FeasibleOrShorter(const BranchBuilder& builder,
+                                        const std::vector<Branch>& all, Task& task) {
+    const auto carries = [](const std::vector<Branch>& branches) {
+      return !branches.empty() && !branches.front().carry.empty();
+    };
+    std::vector<Branch> branches = Feasible(builder, all);
+    if (carries(branches)) return branches;
+    const Task whole = task;
+    task.approach_m *= options.shortened;
+    task.lift_m *= options.shortened;
+    std::vector<Branch> shorter = Feasible(builder, all);
+    if (carries(shorter) || branches.empty()) return shorter;
+    task = whole;
+    return branches;
+  }
+
+  /// The whole motion of the first branch that is reached from q_start and carries.
+  void CompleteFirst(const BranchBuilder& builder, const Task& task, const PickRequest& request,
+                     std::vector<Branch> branches, core::Rng& rng, PlanResult& result) {
+    result.failure = branches.empty() ? PlanFailure::kApproachBlocked : PlanFailure::kNoReach;
+    for (Branch& branch : branches) {
+      auto reach = PlanMotion(request.q_start, branch.approach.front(), builder.ReachStage(),
+                              options.free_motion, rng);
+      if (!reach) continue;
+      result.failure = PlanFailure::kNoCarry;
+      result.plan = Complete(builder, task, std::move(branch), std::move(*reach), rng);
+      if (!result.plan) continue;
+      result.failure = PlanFailure::kNone;
+      return;
+    }
+  }
+
   PlanResult Plan(const PlanningScene& scene, const PickRequest& request, core::Rng& rng) {
     core::Stopwatch watch;
     PlanResult result;
-    std::vector<Branch> branches = Branches(request, rng);
+    const std::vector<Branch> all = Branches(request, rng);
     result.ik_s = watch.Restart();
     result.failure = PlanFailure::kNoIk;
-    if (!branches.empty()) {
-      model.SetScene(scene);
-      Task task = internal::MakeTask(robot, scene, request, options, model);
-      const BranchBuilder builder(robot, options, model, task);
-      const std::vector<Branch> all = std::move(branches);
-      branches = Feasible(builder, all);
-      if (branches.empty() || branches.front().carry.empty()) {
-        // High above the table the arm may lack the room: come from, and lift to, less far.
-        task.approach_m *= kShortened;
-        task.lift_m *= kShortened;
-        std::vector<Branch> shorter = Feasible(builder, all);
-        const bool better = !shorter.empty() && !shorter.front().carry.empty();
-        if (better || branches.empty()) {
-          branches = std::move(shorter);
-        } else {
-          task.approach_m /= kShortened;
-          task.lift_m /= kShortened;
-        }
-      }
-      result.failure = branches.empty() ? PlanFailure::kApproachBlocked : PlanFailure::kNoReach;
-      for (Branch& branch : branches) {
-        auto reach = PlanMotion(request.q_start, branch.approach.front(), builder.ReachStage(),
-                                options.free_motion, rng);
-        if (!reach) continue;
-        result.failure = PlanFailure::kNoCarry;
-        result.plan = Complete(builder, task, std::move(branch), std::move(*reach), rng);
-        if (result.plan) break;
-      }
-      if (result.plan) result.failure = PlanFailure::kNone;
+    if (!all.empty()) {
+      check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
+      Task task = internal::MakeTask(robot, scene, request, options, check.collider());
+      const BranchBuilder builder(robot, options, check, task);
+      CompleteFirst(builder, task, request, FeasibleOrShorter(builder, all, task), rng, result);
     }
     result.path_s = watch.Seconds();
     return result;
@@ -227,7 +229,7 @@ struct Planner::Impl {
 
   const robot::Robot& robot;
   PlanOptions options;
-  CollisionModel model;
+  MotionCheck check;
 };
 
 Planner::Planner(const robot::Robot& robot, PlanOptions options)

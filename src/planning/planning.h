@@ -1,14 +1,15 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/rng.h"
 #include "core/trajectory.h"
 #include "geometry/mesh.h"
-#include "robot/robot.h"
+#include "robot/timing.h"
 
 namespace rangegrasp::planning {
 
@@ -37,12 +38,22 @@ struct PlanOptions {
   /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
   /// been checked closer than that: in the approach, the lift, the lowering and the retreat.
   double collision_margin_m = 0.003;
-  double resolution_rad = 0.04;      ///< of path validity checks (2-norm of the joint step)
-  int ik_solutions = 6;              ///< branches tried, best first, whose approach is free
+  double resolution_rad = 0.04;  ///< of path validity checks (2-norm of the joint step)
+  int ik_solutions = 6;          ///< branches tried, best first, whose approach is free
+  int ik_per_branch = 8;         ///< solutions drawn for each of them: most are blocked
+  /// A solution costs this for each joint right at a limit, falling to 0 over the zone: a second of
+  /// travel is worth a joint with room to move on.
+  double limit_cost_s = 1.0;
+  double limit_zone_rad = 0.35;  ///< 20 deg
+  /// Of approach and lift where the whole length is blocked: high above the table the arm may lack
+  /// the room.
+  double shortened = 0.6;
   int planning_iterations = 1500;    ///< of RRTConnect, for one query
   double planning_s = 2.0;           ///< bound for one OMPL query, a backstop to the iterations
   double carry_tilt_rad = 0.44;      ///< the object leans no further in transit (25 deg)
   int carry_yaws = 12;               ///< turns about the vertical tried for the delivery
+  int carry_goals = 3;               ///< of the carry in joint space, where the arc is blocked
+  double step_m = 0.01;              ///< between poses of straight lines and arcs
   robot::TimingOptions free_motion;  ///< published limits
   /// With the object in the hand: slower, since a tall or heavy one tips and slips when it is
   /// shaken (an acceleration of half the limits is below 0.1 g at the hand).
@@ -59,8 +70,17 @@ struct PickPlan {
   core::JointTrajectory retreat;   ///< straight back along the approach axis after release
 };
 
-enum class PlanFailure { kNone, kNoIk, kApproachBlocked, kNoReach, kNoCarry };
-const char* Name(PlanFailure failure);
+/// The stage that a plan ended in.
+enum class PlanFailure {
+  kNone,
+  kNoIk,             ///< the arm reaches the grasp in no configuration
+  kApproachBlocked,  ///< in each of them something stands in the way of the approach
+  kNoReach,          ///< no way from q_start to the start of an approach was found
+  kNoCarry           ///< none from the lifted grasp to the delivery place
+};
+constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
+  return {"none", "no_ik", "approach_blocked", "no_reach", "no_carry"};
+}
 
 struct PlanResult {
   std::optional<PickPlan> plan;

@@ -29,8 +29,12 @@ struct HandModel {
   double depth_m = 0.0;  ///< from the palm's front to the line of the tips
 
   double MaxGap() const { return states.front().gap_m; }
-  /// The state whose gap is nearest above gap_m (the open one if none is).
-  const State& AtGap(double gap_m) const;
+  /// The position of the state whose gap is nearest above gap_m (of the open one if none is).
+  std::size_t IndexAtGap(double gap_m) const;
+  const State& AtGap(double gap_m) const { return states[IndexAtGap(gap_m)]; }
 };
+
+/// @throws std::invalid_argument if there are no states, or they differ in their number of shapes.
+void CheckStates(const HandModel& hand);
 
 }  // namespace rangegrasp::robot

@@ -1,3 +1,5 @@
+#include "robot/straight_line.h"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -7,18 +9,18 @@
 namespace rangegrasp::robot {
 namespace {
 
-constexpr double kLargestJump_rad = 0.2;  ///< a joint, from one pose to the next
-constexpr double kNullSpaceStep_rad = 0.02;
+/// [m^2] keeps J J^T invertible at singular poses; 1e-9 of its entries' order of 0.1 to 1.
+constexpr double kRegularisation_m2 = 1e-9;
 
 /// A step away from the limits that leaves the hand where it is (to first order): the descent of
 /// sum ((q - middle) / half range)^6 within the null space of the Jacobian. It hardly acts in the
 /// middle of the range, so that paths stay short.
-Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q) {
+Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q, double step_rad) {
   const Eigen::ArrayXd half = 0.5 * (robot.upper - robot.lower).array();
   const Eigen::ArrayXd share = (q - 0.5 * (robot.upper + robot.lower)).array() / half;
-  const Eigen::VectorXd descent = -kNullSpaceStep_rad * share.pow(5);
+  const Eigen::VectorXd descent = -step_rad * share.pow(5);
   const Eigen::MatrixXd J = robot.HandJacobian(q);
-  Eigen::Matrix<double, 6, 6> A = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
+  Eigen::Matrix<double, 6, 6> A = kRegularisation_m2 * Eigen::Matrix<double, 6, 6>::Identity();
   A.noalias() += J * J.transpose();
   return descent - J.transpose() * A.llt().solve(J * descent);
 }
@@ -27,16 +29,19 @@ Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q) {
 
 std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
                                                         const Eigen::VectorXd& q_start,
-                                                        const std::vector<core::Pose>& poses_WH) {
-  const internal::IkTolerance tolerance{1e-6, 1e-5, 20};
+                                                        const std::vector<core::Pose>& poses_WH,
+                                                        const FollowOptions& options) {
+  const internal::IkTolerance tolerance{options.position_tolerance_m,
+                                        options.rotation_tolerance_rad, options.iterations};
   std::vector<Eigen::VectorXd> path;
   path.reserve(poses_WH.size());
   Eigen::VectorXd q = q_start;
   for (const core::Pose& X_WH : poses_WH) {
-    Eigen::VectorXd next =
-        (q + NullSpaceStep(robot, q)).cwiseMax(robot.lower).cwiseMin(robot.upper);
+    Eigen::VectorXd next = (q + NullSpaceStep(robot, q, options.null_space_step_rad))
+                               .cwiseMax(robot.lower)
+                               .cwiseMin(robot.upper);
     if (!internal::RefineIk(robot, X_WH, robot.lower, robot.upper, tolerance, next)) return {};
-    if ((next - q).cwiseAbs().maxCoeff() > kLargestJump_rad) return {};
+    if ((next - q).cwiseAbs().maxCoeff() > options.max_jump_rad) return {};
     path.push_back(next);
     q = next;
   }
@@ -50,7 +55,7 @@ std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
   const Eigen::Quaterniond from(X_start.linear());
   const Eigen::Quaterniond to(X_WH.linear());
   const Eigen::Vector3d way = X_WH.translation() - X_start.translation();
-  const double length = std::max(way.norm(), 0.25 * from.angularDistance(to));
+  const double length = std::max(way.norm(), kRotationRadius_m * from.angularDistance(to));
   const int steps = std::max(1, static_cast<int>(std::ceil(length / step_m)));
   std::vector<core::Pose> poses;
   for (int i = 1; i <= steps; ++i) {

@@ -1,22 +1,30 @@
 #include "seam/calibration.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <set>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/yaml_map.h"
 
 namespace rangegrasp::seam {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// Of a function of 4th order (section 3.2).
 constexpr std::size_t kTerms = 5;
+// Places at which the fitted function must go the same way: a polynomial of 4th order turns at most
+// three times, and between two of these places no turn is deep enough to matter.
 constexpr int kMonotonySamples = 256;
-constexpr int kFewestColumns = 32;
+// Bounds of a calibration file, which keep out slips of unit: [m] and [px].
+constexpr double kMaxHeight_m = 100.0;
+constexpr double kMaxRow_px = 1e6;
+constexpr int kMaxColumns = 65536;
 
 double Mapped(const Calibration& c, double row) {
   return 2.0 * (row - c.row_min_px) / (c.row_max_px - c.row_min_px) - 1.0;
@@ -30,8 +38,9 @@ void FitHeights(std::span<const HeightSample> samples, Calibration& calibration)
   std::set<double> rows;
   for (const HeightSample& sample : samples) rows.insert(sample.row_px);
   if (rows.size() < kTerms) {
-    throw core::InputError("calibration: " + std::to_string(rows.size()) +
-                           " distinct rows; a function of 4th order needs at least 5");
+    throw core::InputError(
+        fmt::format("calibration: {} distinct rows; a function of 4th order needs at least {}",
+                    rows.size(), kTerms));
   }
   calibration.row_min_px = *rows.begin();
   calibration.row_max_px = *rows.rbegin();
@@ -74,20 +83,21 @@ void CheckMonotone(const Calibration& calibration) {
   }
 }
 
-// x = (column - centre) (k0 + k1 height)
+// x = (column - center) (k0 + k1 height)
 void FitLateral(std::span<const LateralSample> samples, Calibration& calibration) {
   std::set<double> heights;
   for (const LateralSample& sample : samples) heights.insert(sample.height_m);
   if (samples.size() < 3 || heights.size() < 2) {
-    throw core::InputError("calibration: " + std::to_string(samples.size()) +
-                           " lateral samples at " + std::to_string(heights.size()) +
-                           " heights; at least 3 at 2 heights are needed");
+    throw core::InputError(
+        fmt::format("calibration: {} lateral samples at {} heights; at least 3 at 2 heights are "
+                    "needed",
+                    samples.size(), heights.size()));
   }
-  const double centre = 0.5 * (calibration.columns - 1);
+  const double center = 0.5 * (calibration.columns - 1);
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
   for (const LateralSample& sample : samples) {
-    const Eigen::Vector2d row = (sample.column - centre) * Eigen::Vector2d(1.0, sample.height_m);
+    const Eigen::Vector2d row = (sample.column - center) * Eigen::Vector2d(1.0, sample.height_m);
     normal += row * row.transpose();
     right += row * sample.x_m;
   }
@@ -111,9 +121,9 @@ double Calibration::LateralAt(double column, double height) const {
 
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns) {
-  if (columns < kFewestColumns) {
-    throw core::InputError("calibration: " + std::to_string(columns) + " columns; at least " +
-                           std::to_string(kFewestColumns) + " are needed");
+  if (columns < kMinColumns) {
+    throw core::InputError(
+        fmt::format("calibration: {} columns; at least {} are needed", columns, kMinColumns));
   }
   CheckSamples(heights, laterals);
   Calibration calibration;
@@ -126,8 +136,8 @@ Calibration FitCalibration(std::span<const HeightSample> heights,
 
 Profile Calibrate(const RawProfile& raw, const Calibration& calibration) {
   if (static_cast<int>(raw.row_px.size()) != calibration.columns) {
-    throw core::InputError("the profile has " + std::to_string(raw.row_px.size()) +
-                           " columns, the calibration " + std::to_string(calibration.columns));
+    throw core::InputError(fmt::format("the profile has {} columns, the calibration {}",
+                                       raw.row_px.size(), calibration.columns));
   }
   Profile profile;
   profile.time_s = raw.time_s;
@@ -141,37 +151,39 @@ Profile Calibrate(const RawProfile& raw, const Calibration& calibration) {
 Calibration ReadCalibration(const std::filesystem::path& file) {
   auto map = core::YamlMap::FromFile(file);
   Calibration c;
-  constexpr double kLongest = 100.0;
   for (const char* key :
        {"columns", "row_min_px", "row_max_px", "meters_per_column", "meters_per_column_per_m"}) {
     map.Require(key);
   }
-  map.Read("columns", c.columns, kFewestColumns, 65536);
-  map.Read("row_min_px", c.row_min_px, -1e6, 1e6);
-  map.Read("row_max_px", c.row_max_px, -1e6, 1e6);
+  map.Read("columns", c.columns, kMinColumns, kMaxColumns, "columns of the camera");
+  map.Read("row_min_px", c.row_min_px, -kMaxRow_px, kMaxRow_px, "first row that was calibrated");
+  map.Read("row_max_px", c.row_max_px, -kMaxRow_px, kMaxRow_px, "and the last one");
   for (std::size_t k = 0; k < kTerms; ++k) {
-    const std::string key = "height_" + std::to_string(k) + "_m";
+    const std::string key = fmt::format("height_{}_m", k);
     map.Require(key);
-    map.Read(key, c.height_m[k], -kLongest, kLongest);
+    map.Read(key, c.height_m[k], -kMaxHeight_m, kMaxHeight_m,
+             fmt::format("factor of u^{}; u is the row mapped to [-1, 1]", k));
   }
-  map.Read("meters_per_column", c.meters_per_column[0], 1e-9, 1.0);
-  map.Read("meters_per_column_per_m", c.meters_per_column[1], -kLongest, kLongest);
+  map.Read("meters_per_column", c.meters_per_column[0], 1e-9, 1.0, "width of a column at height 0");
+  map.Read("meters_per_column_per_m", c.meters_per_column[1], -kMaxHeight_m, kMaxHeight_m,
+           "by which it grows a metre of height");
   map.Finish();
   if (!(c.row_min_px < c.row_max_px)) map.Fail("row_max_px", "must be above row_min_px");
   return c;
 }
 
 void WriteCalibration(const Calibration& c, const std::filesystem::path& file) {
-  std::ofstream out(file);
-  out.precision(std::numeric_limits<double>::max_digits10);
-  out << "# Row to height: a polynomial in u, the row mapped from [row_min_px, row_max_px] to [-1, "
-         "1].\n"
-      << "columns: " << c.columns << "\nrow_min_px: " << c.row_min_px
-      << "\nrow_max_px: " << c.row_max_px << "\n";
-  for (std::size_t k = 0; k < kTerms; ++k) out << "height_" << k << "_m: " << c.height_m[k] << "\n";
-  out << "meters_per_column: " << c.meters_per_column[0]
-      << "\nmeters_per_column_per_m: " << c.meters_per_column[1] << "\n";
-  if (!out.flush()) throw core::RunError(file.string() + ": cannot be written");
+  std::string text = fmt::format(
+      "# Row to height: a polynomial in u, the row mapped from [row_min_px, row_max_px] to [-1, "
+      "1].\n"
+      "columns: {}\nrow_min_px: {:.17g}\nrow_max_px: {:.17g}\n",
+      c.columns, c.row_min_px, c.row_max_px);
+  for (std::size_t k = 0; k < kTerms; ++k) {
+    text += fmt::format("height_{}_m: {:.17g}\n", k, c.height_m[k]);
+  }
+  text += fmt::format("meters_per_column: {:.17g}\nmeters_per_column_per_m: {:.17g}\n",
+                      c.meters_per_column[0], c.meters_per_column[1]);
+  core::WriteFile(file, text);
 }
 
 }  // namespace rangegrasp::seam

@@ -1,31 +1,38 @@
+#include "seam/calibration_body.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
-#include "seam/calibration.h"
+#include "core/quantile.h"
 
 namespace rangegrasp::seam {
 namespace {
 
-constexpr int kWindow = 8;        // columns on either side whose medians are compared
-constexpr int kSeparation = 16;   // columns between risers, at least
-constexpr int kMargin = 3;        // columns beside a riser that are left out of a plateau
-constexpr int kFewestPoints = 5;  // of a plateau
+// Columns on either side whose medians are compared: half of the narrowest step (16 columns).
+constexpr int kWindow = 8;
+// Columns between two risers, at least: the narrowest step.
+constexpr int kSeparation = 16;
+// Columns beside a riser that are left out of a plateau: the camera sees the riser blurred.
+constexpr int kMargin = 3;
+// Of a plateau: fewer have no median that two outliers could not move.
+constexpr std::size_t kMinPoints = 5;
+// Rows a metre and columns a metre change over the body by perspective, by some tens of per cent; a
+// riser that is none is off by far more.
+constexpr double kMaxChange = 2.0;
 
-double MedianOf(const std::vector<float>& rows, int begin, int end) {
-  std::vector<float> finite;
+double MedianRow(const std::vector<float>& rows, int begin, int end) {
+  std::vector<double> finite;
   for (int i = std::max(0, begin); i < std::min(static_cast<int>(rows.size()), end); ++i) {
     if (std::isfinite(rows[static_cast<std::size_t>(i)])) {
-      finite.push_back(rows[static_cast<std::size_t>(i)]);
+      finite.push_back(static_cast<double>(rows[static_cast<std::size_t>(i)]));
     }
   }
-  if (finite.size() < kFewestPoints) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = finite.begin() + static_cast<std::ptrdiff_t>(finite.size() / 2);
-  std::nth_element(finite.begin(), middle, finite.end());
-  const auto upper = static_cast<double>(*middle);
-  if (finite.size() % 2 == 1) return upper;
-  return 0.5 * (upper + static_cast<double>(*std::max_element(finite.begin(), middle)));
+  if (finite.size() < kMinPoints) return std::numeric_limits<double>::quiet_NaN();
+  return core::MedianOf(std::move(finite));
 }
 
 // A change of height along the body.
@@ -48,11 +55,11 @@ std::vector<Riser> RisersOf(const CalibrationBody& body) {
 }
 
 // The columns where the row changes most, `count` of them, ascending.
-std::vector<int> LargestChanges(const std::vector<float>& rows, std::size_t count) {
+std::vector<int> StrongestChanges(const std::vector<float>& rows, std::size_t count) {
   const auto m = static_cast<int>(rows.size());
   std::vector<double> change(rows.size(), 0.0);
   for (int i = kWindow; i + kWindow < m; ++i) {
-    const double step = MedianOf(rows, i, i + kWindow) - MedianOf(rows, i - kWindow, i);
+    const double step = MedianRow(rows, i, i + kWindow) - MedianRow(rows, i - kWindow, i);
     change[static_cast<std::size_t>(i)] = std::isfinite(step) ? std::abs(step) : 0.0;
   }
   std::vector<int> columns;
@@ -89,14 +96,14 @@ int PointsOnWrongSide(const std::vector<float>& rows, int column, int border, do
 // The column at which the row passes from one plateau to the next, near `column`: the border with
 // the fewest points on the wrong side; the middle of equal ones, such as round a missing column.
 double CrossingNear(const std::vector<float>& rows, int column, double left, double right) {
-  int fewest = std::numeric_limits<int>::max();
+  int min_wrong = std::numeric_limits<int>::max();
   int first = column;
   int last = column;
   for (int border = column - kWindow; border <= column + kWindow; ++border) {
     const int wrong = PointsOnWrongSide(rows, column, border, left, right);
-    if (wrong < fewest) first = border;
-    if (wrong <= fewest) last = border;
-    fewest = std::min(fewest, wrong);
+    if (wrong < min_wrong) first = border;
+    if (wrong <= min_wrong) last = border;
+    min_wrong = std::min(min_wrong, wrong);
   }
   return 0.5 * (first + last) - 0.5;
 }
@@ -107,7 +114,7 @@ struct LookUpTable {
 };
 
 [[noreturn]] void FailScan(std::size_t number, const std::string& what) {
-  throw core::InputError("calibration scan " + std::to_string(number + 1) + ": " + what);
+  throw core::InputError(fmt::format("calibration scan {}: {}", number + 1, what));
 }
 
 // The rows of the plateaus: left of each riser, and right of the last.
@@ -117,17 +124,18 @@ std::vector<double> PlateauRows(const std::vector<float>& rows, const std::vecto
   for (std::size_t i = 0; i <= columns.size(); ++i) {
     const int begin = i == 0 ? columns[0] - gap : columns[i - 1];
     const int end = i == columns.size() ? columns.back() + gap : columns[i];
-    plateaus.push_back(MedianOf(rows, begin + kMargin, end - kMargin));
+    plateaus.push_back(MedianRow(rows, begin + kMargin, end - kMargin));
   }
   return plateaus;
 }
 
-// True if all of the values lie within a factor of two of their middle one, whatever its sign.
+// True if all of the values lie within a factor of their middle one, whatever its sign.
 bool AreAlike(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const double middle = values[values.size() / 2];
-  return std::all_of(values.begin(), values.end(),
-                     [&](double value) { return value / middle > 0.5 && value / middle < 2.0; });
+  return std::all_of(values.begin(), values.end(), [&](double value) {
+    return value / middle > 1.0 / kMaxChange && value / middle < kMaxChange;
+  });
 }
 
 // Rows a metre of height at each riser, and columns a metre of width between two: both change
@@ -147,12 +155,12 @@ bool LooksLikeTheBody(const std::vector<Riser>& risers, const std::vector<int>& 
 void TakeScan(const std::vector<Riser>& risers, const CalibrationScan& scan, std::size_t number,
               LookUpTable& table) {
   const auto& rows = scan.profile.row_px;
-  const auto columns = LargestChanges(rows, risers.size());
+  const auto columns = StrongestChanges(rows, risers.size());
   if (columns.size() < risers.size()) FailScan(number, "the staircase is not found");
   const auto plateaus = PlateauRows(rows, columns);
   for (std::size_t i = 0; i < plateaus.size(); ++i) {
     if (!std::isfinite(plateaus[i])) {
-      FailScan(number, "step " + std::to_string(i + 1) + " of the staircase is not seen");
+      FailScan(number, fmt::format("step {} of the staircase is not seen", i + 1));
     }
     const double height = i == 0 ? risers[0].left_m : risers[i - 1].right_m;
     table.heights.push_back({plateaus[i], scan.base_height_m + height});
@@ -179,8 +187,8 @@ Calibration CalibrateFromBody(const CalibrationBody& body, std::span<const Calib
   LookUpTable table;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     if (scans[i].profile.row_px.size() != scans[0].profile.row_px.size()) {
-      FailScan(i, "has " + std::to_string(scans[i].profile.row_px.size()) + " columns, the first " +
-                      std::to_string(scans[0].profile.row_px.size()));
+      FailScan(i, fmt::format("has {} columns, the first {}", scans[i].profile.row_px.size(),
+                              scans[0].profile.row_px.size()));
     }
     TakeScan(risers, scans[i], i, table);
   }

@@ -9,6 +9,9 @@ namespace {
 
 // Beyond this many standard deviations a bell adds less than 4e-6.
 constexpr double kBellReach = 5.0;
+// The same of a candidate's bell, of which the highest counts alone: beyond, less than 1.2 % is
+// left.
+constexpr double kSpreadReach = 3.0;
 
 struct Line {
   double time_s;  // where it goes through `column`
@@ -77,7 +80,7 @@ std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, 
   if (found.empty()) return std::nullopt;
   if (found.size() == 1) return LinePrediction{found[0].column, 1};
   Line best{found.back().time_s, found.back().column, 0.0};
-  Support most;
+  Support best_support;
   for (std::size_t a = 0; a < found.size(); ++a) {
     for (std::size_t b = a + 1; b < found.size(); ++b) {
       const double dt = found[b].time_s - found[a].time_s;
@@ -85,9 +88,9 @@ std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, 
       const Line line{found[a].time_s, found[a].column, (found[b].column - found[a].column) / dt};
       if (std::abs(line.slope) > options.max_slope_columns_per_s) continue;
       const Support support = SupportOf(line, found, options.inlier_columns);
-      if (support.inliers > most.inliers ||
-          (support.inliers == most.inliers && support.squares < most.squares)) {
-        most = support;
+      if (support.inliers > best_support.inliers ||
+          (support.inliers == best_support.inliers && support.squares < best_support.squares)) {
+        best_support = support;
         best = line;
       }
     }
@@ -109,7 +112,7 @@ std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& re
 
 std::vector<float> SpreadWeights(const std::vector<float>& weight, double sigma_columns) {
   const auto m = static_cast<int>(weight.size());
-  const int reach = static_cast<int>(std::ceil(3.0 * sigma_columns));
+  const int reach = static_cast<int>(std::ceil(kSpreadReach * sigma_columns));
   std::vector<float> bell;
   for (int d = 0; d <= reach; ++d) bell.push_back(static_cast<float>(Bell(d, 0.0, sigma_columns)));
   std::vector<float> spread(weight.size(), 0.0F);

@@ -20,8 +20,12 @@ struct TimedColumn {
   double column;
 };
 struct LinePredictionOptions {
-  double inlier_columns = 6.0;             ///< > 0
-  double max_slope_columns_per_s = 600.0;  ///< > 0; steeper lines are not considered
+  /// > 0; half a millimetre of the base sensor: wider lets in fibres beside the edge, narrower
+  /// leaves out votes of a frayed one.
+  double inlier_columns = 6.0;
+  /// > 0; steeper lines are not considered. 50 mm/s across at 12 columns a mm; an edge at 45
+  /// degrees moves by 30 mm/s before a head of that speed.
+  double max_slope_columns_per_s = 600.0;
 };
 struct LinePrediction {
   double column;
@@ -41,8 +45,10 @@ std::vector<float> SumOfWeights(const std::array<DetectorResult, kDetectors>& re
 std::vector<float> SpreadWeights(const std::vector<float>& weight, double sigma_columns);
 
 struct HistoryOptions {
-  int length = 10;              ///< n of eq. 3.19, >= 1
-  double sigma_columns = 20.0;  ///< > 0, of the bell curve
+  int length = 10;  ///< n of eq. 3.19, >= 1: as many as the sensor takes in 100 ms at 100 Hz
+  /// > 0, of the bell curve (eq. 3.18, which leaves it open): wider holds on to an edge less
+  /// firmly, narrower loses one that moves on the line while the head turns.
+  double sigma_columns = 20.0;
 };
 /// Bell curve round x1 (eq. 3.18).
 double Bell(double x, double x1, double sigma);
@@ -52,15 +58,16 @@ void WeightByHistory(std::span<float> weight, std::span<const double> history,
                      double sigma_columns);
 
 struct StepOptions {
-  int half_window = 10;       ///< >= 1 [columns] (section 3.5.3)
-  int median_half_width = 6;  ///< >= 0 [columns], of the median filter
+  int half_window = 10;  ///< >= 1 [columns] (section 3.5.3)
+  /// >= 0 [columns], of the median filter. One as wide as the window would flatten slanted edges.
+  int median_half_width = 6;
   /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a
   /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published.
   double continued = 0.7;
-  double min_step_m = 0.3e-3;  ///< > 0
+  double min_step_m = 0.3e-3;  ///< > 0; the thinnest mat (section 3.5.3)
 };
 /// Step height round a column (section 3.5.3): the heights within the half window are smoothed by a
-/// median filter, and the largest is compared with the smallest. 0 outside of the profile.
+/// median filter; the step is their maximum less their minimum. 0 outside of the profile.
 double StepHeight(std::span<const float> f, int column, const StepOptions& options);
 
 }  // namespace rangegrasp::seam

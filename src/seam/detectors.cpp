@@ -11,8 +11,10 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Fewer columns hold no edge that could be told from an end.
-constexpr std::size_t kFewestColumns = 8;
+// Fewer columns hold no edge that could be told from an end: eq. 3.5 looks at three on either side.
+constexpr std::size_t kMinEdgeColumns = 8;
+// k of eq. 3.5.
+constexpr int kStepColumns = 3;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }
 
@@ -36,14 +38,14 @@ bool IsFlat(std::span<const float> f) {
 
 // What a step at column j is judged by.
 struct RunningFigures {
-  std::vector<float> lowest_left;    // min of f(i), i < j; j >= 1
-  std::vector<float> highest_right;  // max of f(i), i >= j
-  std::vector<double> left;          // sum of f(i) - mean, i < j
-  float lowest = 0.0F;               // of all
-  double mean, total, squares;       // of f(i) - mean: sum and sum of squares
+  std::vector<float> min_left;   // min of f(i), i < j; j >= 1
+  std::vector<float> max_right;  // max of f(i), i >= j
+  std::vector<double> left;      // sum of f(i) - mean, i < j
+  float min = 0.0F;              // of all
+  double mean, total, squares;   // of f(i) - mean: sum and sum of squares
 
   explicit RunningFigures(std::span<const float> f)
-      : lowest_left(f.size()), highest_right(f.size()), left(f.size()) {
+      : min_left(f.size()), max_right(f.size()), left(f.size()) {
     const std::size_t m = f.size();
     mean = SumOf(f) / static_cast<double>(m);
     float low = std::numeric_limits<float>::infinity();
@@ -52,7 +54,7 @@ struct RunningFigures {
     double sum_of_squares = 0.0;
     // Both ways in one loop, so that the chains of dependent operations overlap.
     for (std::size_t j = 0; j < m; ++j) {
-      lowest_left[j] = low;
+      min_left[j] = low;
       left[j] = sum;
       low = std::min(low, f[j]);
       // About the mean, so that sums of squares keep their digits.
@@ -60,9 +62,9 @@ struct RunningFigures {
       sum += z;
       sum_of_squares += z * z;
       high = std::max(high, f[m - 1 - j]);
-      highest_right[m - 1 - j] = high;
+      max_right[m - 1 - j] = high;
     }
-    lowest = low;
+    min = low;
     total = sum;
     squares = sum_of_squares;
   }
@@ -87,8 +89,8 @@ std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels level
     } else {
       // Running extremes at j, or those of the whole profile.
       const bool running = levels == ModelLevels::kRunningExtremes;
-      const float lowest = running ? figures.lowest_left[j] : figures.lowest;
-      const float highest = running ? figures.highest_right[j] : figures.highest_right[0];
+      const float lowest = running ? figures.min_left[j] : figures.min;
+      const float highest = running ? figures.max_right[j] : figures.max_right[0];
       const double low = static_cast<double>(lowest) - figures.mean;
       const double high = static_cast<double>(highest) - figures.mean;
       S[j] = figures.squares + Shifted(n_left, left, low) + Shifted(n_right, right, high);
@@ -97,18 +99,18 @@ std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels level
   return S;
 }
 
-// The last column of the first run of largest values; nullopt if none is above 0.
-std::optional<int> EndOfLargest(const std::vector<float>& values) {
+// The last column of the first run of maximal values; nullopt if none is above 0.
+std::optional<int> EndOfMaximum(const std::vector<float>& values) {
   auto at = std::max_element(values.begin(), values.end());
   if (at == values.end() || !(*at > 0.0F)) return std::nullopt;
   while (at + 1 != values.end() && *(at + 1) == *at) ++at;
   return static_cast<int>(at - values.begin());
 }
 
-void DivideByLargest(std::vector<float>& values) {
-  const float largest = *std::max_element(values.begin(), values.end());
-  if (!(largest > 0.0F)) return;
-  for (float& value : values) value /= largest;
+void DivideByMaximum(std::vector<float>& values) {
+  const float max = *std::max_element(values.begin(), values.end());
+  if (!(max > 0.0F)) return;
+  for (float& value : values) value /= max;
 }
 
 // Eq. 3.5: the step's height from three columns on either side.
@@ -116,7 +118,7 @@ double CandidateWeight(std::span<const float> f, int j) {
   const auto m = static_cast<int>(f.size());
   float high = -std::numeric_limits<float>::infinity();
   float low = std::numeric_limits<float>::infinity();
-  for (int k = 1; k <= 3; ++k) {
+  for (int k = 1; k <= kStepColumns; ++k) {
     high = std::max(high, f[static_cast<std::size_t>(std::min(m - 1, j + k))]);
     low = std::min(low, f[static_cast<std::size_t>(std::max(0, j - k))]);
   }
@@ -154,7 +156,7 @@ int ColumnOfKey(std::uint64_t key) {
   return static_cast<int>(0xffffffffU - static_cast<std::uint32_t>(key));
 }
 
-// A value that at least `count` of the values reach, most often few more: the count-th largest of
+// A value that at least `count` of the values reach, most often few more: the count-th greatest of
 // the maxima of some 2 count blocks.
 float ReachedBy(std::span<const float> values, std::size_t count) {
   const std::size_t block = values.size() / (2 * count);
@@ -163,9 +165,9 @@ float ReachedBy(std::span<const float> values, std::size_t count) {
   maxima.reserve(values.size() / block + 1);
   for (std::size_t begin = 0; begin < values.size(); begin += block) {
     const auto part = values.subspan(begin, std::min(block, values.size() - begin));
-    float largest = part[0];
-    for (const float value : part) largest = std::max(largest, value);
-    maxima.push_back(largest);
+    float max = part[0];
+    for (const float value : part) max = std::max(max, value);
+    maxima.push_back(max);
   }
   const auto at = maxima.begin() + static_cast<std::ptrdiff_t>(count - 1);
   std::nth_element(maxima.begin(), at, maxima.end(), std::greater<>());
@@ -182,11 +184,11 @@ __attribute__((target_clones("avx2", "default")))
 #endif
 void SumGradients(const float* f, std::size_t n, std::size_t tiles, float* G) {
   for (std::size_t tile = 0; tile < tiles; ++tile) {
-    const float* centre = f + tile * kTile;
+    const float* center = f + tile * kTile;
     float sum[kTile] = {};
     for (std::size_t k = 1; k <= n; ++k) {
-      const float* right = centre + k;
-      const float* left = centre - k;
+      const float* right = center + k;
+      const float* left = center - k;
       for (std::size_t i = 0; i < kTile; ++i) sum[i] += std::abs(right[i] - left[i]);
     }
     std::copy_n(sum, kTile, G + tile * kTile);
@@ -195,27 +197,15 @@ void SumGradients(const float* f, std::size_t n, std::size_t tiles, float* G) {
 
 }  // namespace
 
-const char* Name(Detector detector) {
-  switch (detector) {
-    case Detector::kModelFitting:
-      return "Model-Fitting";
-    case Detector::kLocalWeightedVoting:
-      return "Local Weighted-Voting";
-    case Detector::kGradientAccumulation:
-      return "Gradient-Accumulation";
-  }
-  return "?";
-}
-
 DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options) {
   const std::size_t m = f.size();
-  if (m < kFewestColumns || IsFlat(f)) return Nothing(m);
+  if (m < kMinEdgeColumns || IsFlat(f)) return Nothing(m);
   const std::vector<double> S = SquaredDistances(f, options.levels);
   const auto best = std::min_element(S.begin() + 1, S.end());
-  const double largest = *std::max_element(S.begin() + 1, S.end());
+  const double max = *std::max_element(S.begin() + 1, S.end());
   DetectorResult result{static_cast<int>(best - S.begin()), std::vector<float>(m, 0.0F)};
-  if (!(largest > 0.0)) return result;
-  const double scale = 1.0 / largest;
+  if (!(max > 0.0)) return result;
+  const double scale = 1.0 / max;
   for (std::size_t j = 1; j < m; ++j) result.weight[j] = static_cast<float>(1.0 - S[j] * scale);
   return result;
 }
@@ -247,7 +237,7 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
     throw std::invalid_argument("local weighted-voting: half_window must be at least 1");
   }
   const std::size_t m = f.size();
-  if (m < kFewestColumns) return Nothing(m);
+  if (m < kMinEdgeColumns) return Nothing(m);
   DetectorResult result = Nothing(m);
   double best = 0.0;
   for (const int j : EdgeCandidates(f, options.candidates)) {
@@ -259,7 +249,7 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
     }
   }
   if (!(best > 0.0)) return Nothing(m);
-  DivideByLargest(result.weight);
+  DivideByMaximum(result.weight);
   return result;
 }
 
@@ -269,7 +259,7 @@ DetectorResult AccumulateGradients(std::span<const float> f,
     throw std::invalid_argument("gradient accumulation: kernel must be above 0 and at most 0.5");
   }
   const std::size_t m = f.size();
-  if (m < kFewestColumns) return Nothing(m);
+  if (m < kMinEdgeColumns) return Nothing(m);
   const auto n =
       std::max<std::size_t>(1, static_cast<std::size_t>(options.kernel * static_cast<double>(m)));
   const std::size_t tiles = (m + kTile - 1) / kTile;
@@ -280,8 +270,8 @@ DetectorResult AccumulateGradients(std::span<const float> f,
   SumGradients(padded.data() + n, n, tiles, G.data());
   G.resize(m);
   // An ideal step is as strong at the last low column as at the first high one: take the latter.
-  DetectorResult result{EndOfLargest(G), std::move(G)};
-  DivideByLargest(result.weight);
+  DetectorResult result{EndOfMaximum(G), std::move(G)};
+  DivideByMaximum(result.weight);
   return result;
 }
 

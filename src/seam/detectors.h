@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace rangegrasp::seam {
@@ -11,7 +12,10 @@ namespace rangegrasp::seam {
 /// small columns, high at large ones. They take a prepared profile: m finite heights [m].
 enum class Detector { kModelFitting, kLocalWeightedVoting, kGradientAccumulation };
 constexpr int kDetectors = 3;
-const char* Name(Detector detector);  ///< "Model-Fitting", ... as in tables 3.1 to 3.3
+/// As in tables 3.1 to 3.3.
+constexpr std::array<std::string_view, kDetectors> WordsOf(Detector) {
+  return {"Model-Fitting", "Local Weighted-Voting", "Gradient-Accumulation"};
+}
 
 struct DetectorResult {
   std::optional<int> column;  ///< the edge: the first column of the high side; none if m is too
@@ -26,6 +30,9 @@ enum class ModelLevels {
   kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 read to the letter
   kMeans,            ///< their means: the true least-squares step
 };
+constexpr std::array<std::string_view, 3> WordsOf(ModelLevels) {
+  return {"extremes", "running_extremes", "means"};
+}
 struct ModelFittingOptions {
   ModelLevels levels = ModelLevels::kExtremes;
 };
@@ -33,20 +40,20 @@ struct ModelFittingOptions {
 DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options = {});
 
 struct LocalWeightedVotingOptions {
-  int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns]
-  int candidates = 30;   ///< >= 1
+  int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns] (section 3.3.2)
+  int candidates = 30;   ///< >= 1 (eq. 3.9)
 };
-/// The columns with the largest |f(j+1) - f(j)|, at most `candidates`, largest first (ties: smaller
-/// column first); a column that does not differ is none. The candidate is j+1, the first column of
-/// the step's far side.
+/// The columns with the greatest |f(j+1) - f(j)|, at most `candidates`, greatest first (ties:
+/// smaller column first); a column that does not differ is none. The candidate is j+1, the first
+/// column of the step's far side.
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
-/// Votes of the neighbourhood for each candidate (eq. 3.5-3.9). weight is 0 outside of candidates.
+/// Votes of the neighborhood for each candidate (eq. 3.5-3.9). weight is 0 outside of candidates.
 /// Windows are cut at the profile's ends.
 DetectorResult VoteLocally(std::span<const float> f,
                            const LocalWeightedVotingOptions& options = {});
 
 struct GradientAccumulationOptions {
-  double kernel = 0.1;  ///< largest kernel as a share of the profile's length, in (0, 0.5]
+  double kernel = 0.1;  ///< longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
 };
 /// Sum of gradient magnitudes over growing kernels (eq. 3.12); beyond the ends the end values go
 /// on. O(m * kernel), written so that the compiler vectorises it over i.

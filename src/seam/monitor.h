@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "seam/preprocess.h"
@@ -12,15 +14,20 @@ namespace rangegrasp::seam {
 
 /// Why the head must stop.
 enum class StopReason { kMatEnd, kObstacle };
-const char* Name(StopReason reason);  ///< "mat_end", "obstacle"
+constexpr std::array<std::string_view, 2> WordsOf(StopReason) { return {"mat_end", "obstacle"}; }
 
 struct MonitorOptions {
   double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7): rises above the surface
-  double obstacle_width_m = 1e-3;   ///< > 0; narrower ones are filaments
-  int obstacle_profiles = 3;        ///< >= 1 of the last `window` must show it in one place
-  double min_step_m = 0.3e-3;       ///< > 0; a lower step is no edge
-  int mat_end_profiles = 24;  ///< >= 1 of the last `window` without an edge of the minimal step
-  int window = 30;            ///< >= both; the sensor looks 80 mm ahead, so that there is time
+  double obstacle_width_m = 1e-3;   ///< > 0; narrower ones are filaments (bundles: up to 0.9 mm)
+  /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more come later.
+  int obstacle_profiles = 3;
+  double min_step_m = 0.3e-3;  ///< > 0; a lower step is no edge (section 3.7)
+  /// >= 1 of the last `window` without an edge of the minimal step: 80 % of it, so that chance
+  /// edges do not hide an end and gaps of a low edge do not make one.
+  int mat_end_profiles = 24;
+  /// >= both; at 62 profiles a second and 30 mm/s it spans 15 of the 80 mm that the sensor is
+  /// ahead.
+  int window = 30;
 };
 
 /// How far each column rises above the surface of its line [m]: the parabola that most columns lie

@@ -12,14 +12,16 @@ namespace {
 
 // Columns whose counts stay in registers.
 constexpr std::size_t kTile = 32;
+// A parabola of fewer points fits anything.
+constexpr int kMinPoints = 8;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 void Check(const FilterOptions& options) {
   if (options.half_width_columns < 1 || !(options.half_height_m > 0.0) ||
-      options.min_neighbours < 0) {
+      options.min_neighbors < 0) {
     throw std::invalid_argument(
         "geometric filter: half_width_columns must be at least 1, half_height_m above 0, "
-        "min_neighbours at least 0");
+        "min_neighbors at least 0");
   }
 }
 
@@ -86,13 +88,13 @@ void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
   }
 }
 
-// A profile of which half is missing has half the neighbours everywhere.
+// A profile of which half is missing has half the neighbors everywhere.
 FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
   Check(options);
   if (height_m.empty()) return options;
   const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
   const double share = static_cast<double>(points) / static_cast<double>(height_m.size());
-  options.min_neighbours = static_cast<int>(std::ceil(options.min_neighbours * share));
+  options.min_neighbors = static_cast<int>(std::ceil(options.min_neighbors * share));
   return options;
 }
 
@@ -109,18 +111,18 @@ std::vector<float> FilterGeometric(std::span<const float> height_m, const Filter
   std::vector<float> kept(tiles * kTile);
   for (std::size_t begin = 0; begin < m; begin += kTile) {
     const float* z = padded.data() + reach + begin;
-    int neighbours[kTile] = {};
+    int neighbors[kTile] = {};
     // Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
     for (std::size_t d = 1; d <= reach; ++d) {
       const float* right = z + d;
       const float* left = z - d;
       for (std::size_t i = 0; i < kTile; ++i) {
-        neighbours[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
-        neighbours[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
+        neighbors[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
+        neighbors[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
       }
     }
     for (std::size_t i = 0; i < kTile; ++i) {
-      const bool keep = neighbours[i] >= options.min_neighbours && IsFinite(z[i]);
+      const bool keep = neighbors[i] >= options.min_neighbors && IsFinite(z[i]);
       kept[begin + i] = keep ? z[i] : kMissing;
     }
   }
@@ -173,7 +175,7 @@ void FillHoles(std::span<float> height_m) {
 }
 
 PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options) {
-  if (options.min_columns < 8) {
+  if (options.min_columns < kMinPoints) {
     throw std::invalid_argument("preprocessing: min_columns must be at least 8");
   }
   PreparedProfile prepared;

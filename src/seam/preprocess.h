@@ -9,20 +9,23 @@
 namespace rangegrasp::seam {
 
 struct FilterOptions {
-  int half_width_columns = 12;    ///< >= 1, of the rectangular window
-  double half_height_m = 0.2e-3;  ///< > 0
+  int half_width_columns = 12;  ///< >= 1, of the rectangular window: 1 mm of the base sensor
+  /// > 0; below the thinnest mat's 0.3 mm, so that the two sides of an edge do not bear each other
+  /// out, and above the noise of a row.
+  double half_height_m = 0.2e-3;
   /// >= 0, other points within the window. Prepare asks for fewer where a profile has holes, by its
   /// share of points.
-  int min_neighbours = 10;
+  int min_neighbors = 10;
 };
 
 struct PreprocessOptions {
   FilterOptions filter;
   bool normalise = true;  ///< subtract the quadratic fit
-  int min_columns = 128;  ///< >= 8; a profile with fewer points after the filter is unusable
+  /// >= 8; a profile with fewer points after the filter is unusable: less than an eighth of 1024.
+  int min_columns = 128;
 };
 
-/// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbours`
+/// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbors`
 /// others lie within the rectangular window round it. Linear in columns x window.
 /// @return the heights, NaN where a point was dropped or missing.
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options);
@@ -31,7 +34,7 @@ std::vector<float> FilterGeometric(std::span<const float> height_m, const Filter
 /// [-1, 1]. Falls back to fewer terms where the points do not determine them (0 points: 0).
 std::array<double, 3> FitQuadratic(std::span<const float> height_m);
 
-/// Fills each hole: an inner one from its left and right neighbours with horizontal lines that meet
+/// Fills each hole: an inner one from its left and right neighbors with horizontal lines that meet
 /// in its middle, an outer one with the height of the nearest point. No finite point: left as it
 /// is.
 void FillHoles(std::span<float> height_m);

@@ -5,11 +5,14 @@
 
 namespace rangegrasp::seam {
 
+/// A line with fewer columns is refused: windows of the filters and detectors need some tens.
+constexpr int kMinColumns = 32;
+
 /// How a stripe sensor's columns lie along its laser line.
 /// Frame L of a line: x along the line (column numbers ascend with x), z up towards the sensor,
 /// origin in the middle of the line at the height the sensor is mounted for.
 struct LineGeometry {
-  int columns = 1024;             ///< >= 32
+  int columns = 1024;             ///< >= kMinColumns
   double columns_per_m = 12'000;  ///< > 0, at height 0; 12 px a mm (dissertation, section 3.6.4)
 
   double CenterColumn() const { return 0.5 * (columns - 1); }

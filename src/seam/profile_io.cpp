@@ -11,7 +11,8 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "seam/internal/grey_image.h"
+#include "image/pgm.h"
+#include "image/png.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -211,15 +212,15 @@ Profile ProfileOf(std::span<const std::uint16_t> grey, std::size_t row,
   return profile;
 }
 
-std::vector<Profile> ProfilesOf(const internal::GreyImage& image,
-                                const ProfileFileOptions& options) {
-  if (options.columns != 0 && image.columns != static_cast<std::size_t>(options.columns)) {
-    throw InputError(WidthFault(image.columns, options.columns));
+std::vector<Profile> ProfilesOf(const image::Grey16& image, const ProfileFileOptions& options) {
+  const auto columns = static_cast<std::size_t>(image.width);
+  if (options.columns != 0 && image.width != options.columns) {
+    throw InputError(WidthFault(columns, options.columns));
   }
   std::vector<Profile> profiles;
-  for (std::size_t row = 0; row < image.rows; ++row) {
+  for (std::size_t row = 0; row < static_cast<std::size_t>(image.height); ++row) {
     profiles.push_back(
-        ProfileOf(std::span(image.grey).subspan(row * image.columns, image.columns), row, options));
+        ProfileOf(std::span(image.grey).subspan(row * columns, columns), row, options));
   }
   return profiles;
 }
@@ -227,10 +228,10 @@ std::vector<Profile> ProfilesOf(const internal::GreyImage& image,
 std::vector<Profile> ReadImage(const std::filesystem::path& file, bool png,
                                const ProfileFileOptions& options) {
   std::ifstream in = Open(file);
-  const std::vector<char> text{std::istreambuf_iterator<char>(in), {}};
-  const std::span bytes(reinterpret_cast<const unsigned char*>(text.data()), text.size());
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
   try {
-    return ProfilesOf(png ? internal::DecodePng(bytes) : internal::DecodePgm(bytes), options);
+    return ProfilesOf(png ? image::DecodePng<image::Grey16>(bytes) : image::DecodePgm(bytes),
+                      options);
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
@@ -275,14 +276,12 @@ std::uint16_t GreyOf(float height_m, const ProfileFileOptions& options) {
   return static_cast<std::uint16_t>(std::max(grey, 1.0));
 }
 
-internal::GreyImage ImageOf(const std::vector<Profile>& profiles,
-                            const ProfileFileOptions& options) {
-  internal::GreyImage image;
-  image.rows = profiles.size();
-  image.columns = profiles[0].height_m.size();
-  image.grey.reserve(image.rows * image.columns);
+image::Grey16 ImageOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
+  const std::size_t columns = profiles[0].height_m.size();
+  image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
+  image.grey.reserve(profiles.size() * columns);
   for (std::size_t row = 0; row < profiles.size(); ++row) {
-    for (std::size_t i = 0; i < image.columns; ++i) {
+    for (std::size_t i = 0; i < columns; ++i) {
       try {
         image.grey.push_back(GreyOf(profiles[row].height_m[i], options));
       } catch (const InputError& error) {
@@ -309,8 +308,8 @@ std::string BytesOf(const std::vector<Profile>& profiles, const std::string& end
                     const ProfileFileOptions& options) {
   CheckShape(profiles);
   if (ending == ".csv" || ending == ".txt") return CsvOf(profiles, options);
-  if (ending == ".png") return internal::EncodePng(ImageOf(profiles, options));
-  if (ending == ".pgm") return internal::EncodePgm(ImageOf(profiles, options));
+  if (ending == ".png") return image::EncodePng(ImageOf(profiles, options));
+  if (ending == ".pgm") return image::EncodePgm(ImageOf(profiles, options));
   throw InputError("unknown ending '" + ending + "'; profiles are .csv, .txt, .png or .pgm");
 }
 

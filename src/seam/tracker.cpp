@@ -1,45 +1,25 @@
 #include "seam/tracker.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <span>
-#include <stdexcept>
 
 #include "core/error.h"
 
 namespace rangegrasp::seam {
 namespace {
 
-constexpr std::size_t kRecent = 3;  // steps that may bear out the next one
+// Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
+// 3.4).
+constexpr std::size_t kRecent = 3;
+// A sampling time that falls on a period's end by rounding belongs to it.
+constexpr double kTimeSlack_s = 1e-9;
 
-void Check(bool good, const char* what) {
-  if (!good) throw std::invalid_argument(std::string("edge tracker: ") + what);
-}
-
-void Check(const TrackerOptions& options) {
-  Check(options.line.columns >= 32, "line.columns must be at least 32");
-  Check(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
-  Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
-  Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
-  Check(options.line_prediction.inlier_columns > 0.0,
-        "line_prediction.inlier_columns must be above 0");
-  Check(options.line_prediction.max_slope_columns_per_s > 0.0,
-        "line_prediction.max_slope_columns_per_s must be above 0");
-  Check(options.history.length >= 1, "history.length must be at least 1");
-  Check(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
-  Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
-        "accumulation.memory must be at least 0 and below 1");
-  Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
-  Check(options.step.half_window >= 1, "step.half_window must be at least 1");
-  Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
-  Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,
-        "step.continued must be from 0 to 1");
-  Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
-}
-
-// No step can be judged this near to where the measured part of the profile ends: the windows of
-// the filters and of the step height are cut there.
+// No step can be measured this near to where the measured part of the profile ends: the windows of
+// the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are cut there.
 constexpr std::size_t kBorder_columns = 20;
 
 // Leaves out what a detector found at the borders; its position becomes the best of the others.
@@ -73,25 +53,11 @@ std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepa
   return results;
 }
 
-int LargestAt(const std::vector<float>& weight) {
+int MaximumAt(const std::vector<float>& weight) {
   return static_cast<int>(std::max_element(weight.begin(), weight.end()) - weight.begin());
 }
 
 }  // namespace
-
-const char* Name(ProfileStatus status) {
-  switch (status) {
-    case ProfileStatus::kEdge:
-      return "edge";
-    case ProfileStatus::kNoEdge:
-      return "no_edge";
-    case ProfileStatus::kAmbiguous:
-      return "ambiguous";
-    case ProfileStatus::kUnusable:
-      return "unusable";
-  }
-  return "?";
-}
 
 struct EdgeTracker::Impl {
   explicit Impl(const TrackerOptions& o) : options(o) {}
@@ -118,7 +84,7 @@ struct EdgeTracker::Impl {
   const std::vector<float>& Average();
   void DecideByVoting(Reading& reading);
   void DecideByWeights(Reading& reading);
-  double LargestStep(const Reading& reading) const;
+  double HighestStep(const Reading& reading) const;
   void Offer(const Reading& reading, float its_weight);
   void EndPeriod(double time_s);
   std::optional<double> PredictFromVotes(double time_s);
@@ -130,23 +96,23 @@ struct EdgeTracker::Impl {
 
 void EdgeTracker::Impl::CheckProfile(const Profile& profile) const {
   if (static_cast<int>(profile.height_m.size()) != options.line.columns) {
-    throw core::InputError("the profile has " + std::to_string(profile.height_m.size()) +
-                           " columns, the sensor's line has " +
-                           std::to_string(options.line.columns));
+    throw core::InputError(fmt::format("the profile has {} columns, the sensor's line has {}",
+                                       profile.height_m.size(), options.line.columns));
   }
   if (!std::isfinite(profile.time_s) || (last_time_s && profile.time_s < *last_time_s)) {
-    throw core::InputError("the profile's time " + std::to_string(profile.time_s) +
-                           " s must be finite and not before that of the last one");
+    throw core::InputError(
+        fmt::format("the profile's time {} s must be finite and not before that of the last one",
+                    profile.time_s));
   }
 }
 
 // The step where any detector sees its edge.
-double EdgeTracker::Impl::LargestStep(const Reading& reading) const {
-  double largest = 0.0;
+double EdgeTracker::Impl::HighestStep(const Reading& reading) const {
+  double highest = 0.0;
   for (const auto& column : reading.detected) {
-    if (column) largest = std::max(largest, StepHeight(prepared.height_m, *column, options.step));
+    if (column) highest = std::max(highest, StepHeight(prepared.height_m, *column, options.step));
   }
-  return largest;
+  return highest;
 }
 
 std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
@@ -166,7 +132,7 @@ void EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   const auto vote = VoteTwoOfThree(reading.detected, tolerance);
   reading.step_m =
       vote ? StepHeight(prepared.height_m, static_cast<int>(std::lround(*vote)), options.step)
-           : LargestStep(reading);
+           : HighestStep(reading);
   // A profile whose step is too small gives no vote; the others of the period still tell where the
   // edge is.
   const auto expected = PredictFromVotes(reading.time_s);
@@ -208,7 +174,7 @@ const std::vector<float>& EdgeTracker::Impl::Average() {
 void EdgeTracker::Impl::DecideByWeights(Reading& reading) {
   weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
   WeightByHistory(weight, history, options.history.sigma_columns);
-  const int column = LargestAt(weight);
+  const int column = MaximumAt(weight);
   const bool averaged = options.method == DecisionMethod::kAccumulated;
   reading.step_m = StepHeight(averaged ? Average() : prepared.height_m, column, options.step);
   const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
@@ -247,8 +213,7 @@ EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
 
 void EdgeTracker::Impl::EndPeriod(double time_s) {
   if (!period_begin_s) period_begin_s = time_s;
-  // A sampling time that falls on the period's end by rounding belongs to it.
-  if (time_s < *period_begin_s + options.packet_period_s - 1e-9) return;
+  if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
   packet = PacketAt(time_s);
   if (candidate) sent = candidate;
   candidate.reset();
@@ -257,7 +222,7 @@ void EdgeTracker::Impl::EndPeriod(double time_s) {
 }
 
 EdgeTracker::EdgeTracker(const TrackerOptions& options) {
-  Check(options);
+  CheckOptions(options);
   impl_ = std::make_unique<Impl>(options);
 }
 EdgeTracker::~EdgeTracker() = default;

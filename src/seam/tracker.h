@@ -1,48 +1,17 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <vector>
 
-#include "core/yaml_map.h"
-#include "seam/decision.h"
 #include "seam/detectors.h"
 #include "seam/preprocess.h"
 #include "seam/profile.h"
+#include "seam/tracker_options.h"
 
 namespace rangegrasp::seam {
-
-/// How a profile's position is decided.
-enum class DecisionMethod {
-  kVoting,   ///< two of three, then a line through the last profiles (section 3.4)
-  kWeights,  ///< sum of weights with historic edge positions (section 3.5)
-  /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
-  /// and a candidate of local weighted-voting counts for the columns around it too.
-  kAccumulated,
-};
-
-/// Of kAccumulated.
-struct AccumulationOptions {
-  double memory = 0.8;          ///< in [0, 1): share of the last sum that each profile keeps
-  double spread_columns = 6.0;  ///< > 0: standard deviation of a candidate's position
-};
-
-struct TrackerOptions {
-  LineGeometry line;
-  PreprocessOptions preprocess;
-  DetectorOptions detectors;
-  DecisionMethod method = DecisionMethod::kVoting;
-  double vote_tolerance_m = 1e-3;  ///< > 0
-  double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
-  LinePredictionOptions line_prediction;
-  HistoryOptions history;
-  StepOptions step;
-  AccumulationOptions accumulation;
-  bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
-};
 
 enum class ProfileStatus {
   kEdge,       ///< a position
@@ -50,7 +19,9 @@ enum class ProfileStatus {
   kAmbiguous,  ///< steps, but no two detectors agree and nothing can be predicted
   kUnusable,   ///< too few points
 };
-const char* Name(ProfileStatus status);  ///< "edge", "no_edge", "ambiguous", "unusable"
+constexpr std::array<std::string_view, 4> WordsOf(ProfileStatus) {
+  return {"edge", "no_edge", "ambiguous", "unusable"};
+}
 
 /// What one profile told.
 struct Reading {
@@ -94,11 +65,5 @@ class EdgeTracker {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// YAML: keys of TrackerOptions under `line`, `filter`, ... Values that are absent keep their
-/// defaults. @throws core::InputError naming file, line and key.
-TrackerOptions ReadTrackerOptions(const std::filesystem::path& file);
-/// The same keys in a mapping of another file; leaves Finish to the caller.
-void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options);
 
 }  // namespace rangegrasp::seam

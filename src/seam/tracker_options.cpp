@@ -1,57 +1,117 @@
-#include "core/yaml_map.h"
-#include "seam/tracker.h"
+#include "seam/tracker_options.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "core/units.h"
 
 namespace rangegrasp::seam {
 namespace {
 
+using core::kMm;
 using core::YamlMap;
 
-constexpr double kMm = 1e-3;
+/// Thousandths of a second [s].
+constexpr double kMs = 1e-3;
+
+void Check(bool good, const char* what) {
+  if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
+}
 
 void ReadFilter(YamlMap map, FilterOptions& options) {
-  map.Read("half_width_columns", options.half_width_columns, 1, 512);
-  map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0);
-  map.Read("min_neighbours", options.min_neighbours, 0, 1024);
+  map.Read("half_width_columns", options.half_width_columns, 1, 512,
+           "columns on each side in which a point looks for others");
+  map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
+                 "height above and below within which they count");
+  map.Read(
+      "min_neighbors", options.min_neighbors, 0, 1024,
+      "a point with fewer others about it is dropped; fewer are asked of a profile with holes");
   map.Finish();
 }
 
 void ReadDetectors(YamlMap map, DetectorOptions& options) {
-  map.ReadEnum("model_levels", options.model_fitting.levels,
-               {"extremes", "running_extremes", "means"});
-  map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096);
-  map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096);
-  map.Read("kernel", options.gradient_accumulation.kernel, 0.001, 0.5);
+  map.Read("model_levels", options.model_fitting.levels,
+           "which two heights the step of the model fitting has");
+  map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
+           "columns on each side that vote for a candidate (n of eq. 3.6)");
+  map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096,
+           "columns that local weighted voting chooses from");
+  map.Read(
+      "kernel", options.gradient_accumulation.kernel, 0.001, 0.5,
+      "half length of the largest gradient of gradient accumulation, as a share of the profile");
   map.Finish();
 }
 
 void ReadStep(YamlMap map, StepOptions& options) {
-  map.Read("half_window_columns", options.half_window, 1, 512);
-  map.Read("median_half_width_columns", options.median_half_width, 0, 512);
-  map.Read("continued", options.continued, 0.0, 1.0);
-  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0);
+  map.Read("half_window_columns", options.half_window, 1, 512,
+           "columns on each side of an edge in which its height is measured");
+  map.Read("median_half_width_columns", options.median_half_width, 0, 512,
+           "columns on each side that the median filter before it takes");
+  map.Read("continued", options.continued, 0.0, 1.0,
+           "share of min_step_mm that an edge needs where the last ones were; 1 is as published");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "a lower step is no edge");
   map.Finish();
+}
+
+void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
+  map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
+           "distance to the predicting line within which a vote supports it");
+  map.Read("line_max_slope_columns_per_s", options.max_slope_columns_per_s, 1.0, 1e6,
+           "steeper predicting lines are not considered");
 }
 
 }  // namespace
 
+void CheckOptions(const TrackerOptions& options) {
+  Check(options.line.columns >= kMinColumns, "line.columns must be at least 32");
+  Check(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
+  Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
+  Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
+  Check(options.line_prediction.inlier_columns > 0.0,
+        "line_prediction.inlier_columns must be above 0");
+  Check(options.line_prediction.max_slope_columns_per_s > 0.0,
+        "line_prediction.max_slope_columns_per_s must be above 0");
+  Check(options.history.length >= 1, "history.length must be at least 1");
+  Check(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
+  Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
+        "accumulation.memory must be at least 0 and below 1");
+  Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
+  Check(options.step.half_window >= 1, "step.half_window must be at least 1");
+  Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
+  Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,
+        "step.continued must be from 0 to 1");
+  Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
+}
+
 void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
-  map.ReadEnum("method", options.method, {"voting", "weights", "accumulated"});
-  map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0);
-  ReadFilter(map.Child("filter"), options.preprocess.filter);
-  map.Read("normalise", options.preprocess.normalise);
-  map.Read("min_columns", options.preprocess.min_columns, 8, 65536);
-  ReadDetectors(map.Child("detectors"), options.detectors);
-  map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0);
-  map.ReadScaled("packet_period_ms", options.packet_period_s, kMm, 1.0, 10'000.0);
-  map.Read("line_inlier_columns", options.line_prediction.inlier_columns, 0.1, 1024.0);
-  map.Read("line_max_slope_columns_per_s", options.line_prediction.max_slope_columns_per_s, 1.0,
-           1e6);
-  map.Read("history_length", options.history.length, 1, 1000);
-  map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0);
-  map.Read("memory", options.accumulation.memory, 0.0, 0.999);
-  map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0);
-  ReadStep(map.Child("step"), options.step);
-  map.Read("positive_edge", options.positive_edge);
+  map.Read("method", options.method, "how the position of a profile's edge is decided");
+  map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+                 "columns a millimetre of the line; a simulated sensor's own go before it");
+  ReadFilter(map.Child("filter", "the geometric filter that drops single points"),
+             options.preprocess.filter);
+  map.Read("normalise", options.preprocess.normalise,
+           "whether a parabola is subtracted from each profile");
+  map.Read("min_columns", options.preprocess.min_columns, 8, 65536,
+           "a profile with fewer points after the filter is unusable");
+  ReadDetectors(map.Child("detectors", "the three detectors"), options.detectors);
+  map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0,
+                 "two detectors agree if their positions are this near to each other");
+  map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
+                 "time between two packets to the robot");
+  ReadLinePrediction(map, options.line_prediction);
+  map.Read("history_length", options.history.length, 1, 1000,
+           "earlier positions that raise the weights near them (n of eq. 3.19)");
+  map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0,
+           "width of the bell by which they do");
+  map.Read("memory", options.accumulation.memory, 0.0, 0.999,
+           "method accumulated: share of the sum of weights that each profile keeps");
+  map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0,
+           "method accumulated: width of the bell that a candidate's weight is spread over");
+  ReadStep(map.Child("step", "the height of a step, which tells whether there is an edge"),
+           options.step);
+  map.Read("positive_edge", options.positive_edge,
+           "whether the edge rises with the column number; false: it falls");
 }
 
 TrackerOptions ReadTrackerOptions(const std::filesystem::path& file) {

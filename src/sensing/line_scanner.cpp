@@ -6,66 +6,41 @@
 #include <limits>
 
 #include "sensing/internal/camera_model.h"
-#include "sensing/internal/options_check.h"
-#include "sensing/internal/ray_caster.h"
+#include "sensing/internal/illumination.h"
 #include "sensing/internal/reflection.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
 using internal::CameraModel;
-using internal::Hit;
-using internal::Ray;
+using internal::LaserRay;
+using internal::ProfilePose;
+using internal::Spot;
 
-constexpr float kFarAway_m = 20.0f;
-// A ray to the camera starts this far from the surface, so that it does not meet where it starts.
-constexpr float kLiftOff_m = 1e-4f;
-// Neighbouring samples whose points lie further than this from each other's tangent plane have an
-// edge between them.
+// Neighboring samples whose points lie further than this from each other's tangent plane have an
+// edge between them: as far as the line is wide. Smaller costs rays on smooth, curved surfaces;
+// larger leaves small steps sharp that a real line blurs.
 constexpr float kEdge_m = 0.001f;
-// Below this share of the line's light in view the camera's threshold finds no peak.
+// Below this share of the line's light in view the camera's threshold finds no peak. An estimate:
+// larger widens the shadows' borders, by less than the line's width.
 constexpr double kFaintShare = 0.15;
 
 /// Nodes over the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and one sample's length.
 constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
 constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
 
+// exp(-8 a^2): 1/e^2 at a = 0.5.
 double LineWeight(double across) { return std::exp(-8.0 * across * across); }
-
-/// A ray of the laser in a profile's frame P: from (x, 0, 0) along (0, slope, 1).
-struct LaserRay {
-  double x_m;
-  double slope;
-};
-
-/// What a laser ray makes on the surface it meets, and in the camera.
-struct Spot {
-  Hit hit;
-  Eigen::Vector3f point_W = Eigen::Vector3f::Zero();
-  Eigen::Vector3f to_laser_W = Eigen::Vector3f::Zero();   ///< unit
-  Eigen::Vector3f to_camera_W = Eigen::Vector3f::Zero();  ///< unit
-  SampleState state = SampleState::kOutOfView;            ///< kMeasured: the camera sees it
-  double column_px = 0.0;
-  double axial_m = 0.0;
-  double brightness = 0.0;  ///< Lambert's law: albedo, and the cosine towards the camera
-};
-
-/// The head at one profile.
-struct ProfilePose {
-  Eigen::Matrix3d R_WP;
-  Eigen::Vector3d laser_W;
-  Eigen::Vector3d camera_W;
-};
 
 class Sweep {
  public:
-  Sweep(std::span<const geometry::VisualMesh> meshes, const core::Pose& X_WS,
+  Sweep(std::span<const sim::VisualMesh> meshes, const core::Pose& X_WS,
         const LineScannerOptions& options, core::Rng& rng)
       : meshes_(meshes),
         X_WS_(X_WS),
         options_(options),
         camera_(options),
-        caster_(meshes),
+        illumination_(meshes, options),
         noise_seed_(rng.Next()),
         first_slope_(internal::Slope(options, 0.0)),
         slope_step_(internal::Slope(options, 1.0) - first_slope_) {}
@@ -80,11 +55,6 @@ class Sweep {
   Scan EmptyScan() const;
   std::vector<ProfilePose> JitteredPoses() const;
   void CastMainRays(std::span<const ProfilePose> poses);
-  /// Lights the surfaces by rays of one profile; spots[i] is what rays[i] makes.
-  void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots);
-  void MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
-                   Spot& spot) const;
-  void HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots);
   bool IsEdge(const Spot& a, const Spot& b) const;
   void MarkEdges();
   /// Resolves the line's width for the marked samples of a profile.
@@ -94,32 +64,29 @@ class Sweep {
   SampleState MeasureSample(const Spot& spot, double noise_px, double dropout_draw, double slope,
                             const Eigen::Matrix3d& R_WP, Eigen::Vector3d& point_W) const;
 
-  std::span<const geometry::VisualMesh> meshes_;
+  std::span<const sim::VisualMesh> meshes_;
   const core::Pose& X_WS_;
   const LineScannerOptions& options_;
   CameraModel camera_;
-  internal::RayCaster caster_;
+  internal::Illumination illumination_;
   std::uint64_t noise_seed_;
   double first_slope_;
   double slope_step_;
   std::vector<Spot> spots_;  // one a sample
   std::vector<std::uint8_t> edge_;
-  // Buffers of Light, kept for their memory.
-  std::vector<Ray> rays_W_;
-  std::vector<Hit> hits_;
-  std::vector<Ray> camera_rays_W_;
-  std::vector<std::size_t> camera_ray_spot_;
-  std::vector<std::uint8_t> blocked_;
 };
 
 Scan Sweep::EmptyScan() const {
   Scan scan;
-  scan.image.profiles = options_.profiles;
-  scan.image.samples = options_.samples;
+  geometry::RangeImage& image = scan.view.image;
+  image.profiles = options_.profiles;
+  image.samples = options_.samples;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::size_t size = Profiles() * Samples();
-  scan.image.points_C.assign(size, Eigen::Vector3d::Constant(nan));
-  scan.image.origins_C = {X_WS_.translation()};
+  image.points_C.assign(size, Eigen::Vector3d::Constant(nan));
+  image.origins_C = {X_WS_.translation()};
+  scan.view.X_CV = X_WS_;
+  scan.view.noise_m.assign(size, std::numeric_limits<float>::quiet_NaN());
   scan.truth.state.assign(size, SampleState::kOutOfView);
   scan.truth.label.assign(size, 0);
   scan.truth.true_range_m.assign(size, nan);
@@ -140,59 +107,6 @@ std::vector<ProfilePose> Sweep::JitteredPoses() const {
   return poses;
 }
 
-void Sweep::Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots) {
-  rays_W_.resize(rays.size());
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Eigen::Vector3d direction_P = Eigen::Vector3d(0.0, rays[i].slope, 1.0).normalized();
-    rays_W_[i] = {(pose.laser_W + rays[i].x_m * pose.R_WP.col(0)).cast<float>(),
-                  (pose.R_WP * direction_P).cast<float>(), static_cast<float>(options_.near_m),
-                  kFarAway_m};
-  }
-  caster_.FirstHits(rays_W_, hits_);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    spots[i] = Spot{};
-    spots[i].hit = hits_[i];
-    if (hits_[i].found()) MeetSurface(pose, rays[i], rays_W_[i], spots[i]);
-  }
-  HideBlockedSpots(pose, spots);
-}
-
-void Sweep::MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
-                        Spot& spot) const {
-  const double range_m = spot.hit.distance_m;
-  const double z_m = range_m / std::sqrt(1.0 + ray.slope * ray.slope);
-  const Eigen::Vector3d point_P(ray.x_m, ray.slope * z_m, z_m);
-  spot.point_W = ray_W.origin_W + ray_W.direction_W * spot.hit.distance_m;
-  spot.to_laser_W = -ray_W.direction_W;
-  spot.to_camera_W = (pose.camera_W.cast<float>() - spot.point_W).normalized();
-  if (!camera_.InView(point_P)) return;
-  const float facing = spot.hit.normal_W.dot(spot.to_camera_W);
-  if (facing <= 0.0f) {
-    spot.state = SampleState::kCameraShadow;
-    return;
-  }
-  spot.state = SampleState::kMeasured;
-  spot.axial_m = camera_.AxialDistance(point_P.x(), point_P.z());
-  spot.column_px = camera_.Column(point_P.x(), point_P.z());
-  spot.brightness = meshes_[spot.hit.mesh].surface.albedo * static_cast<double>(facing);
-}
-
-void Sweep::HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots) {
-  camera_rays_W_.clear();
-  camera_ray_spot_.clear();
-  const Eigen::Vector3f camera_W = pose.camera_W.cast<float>();
-  for (std::size_t i = 0; i < spots.size(); ++i) {
-    if (spots[i].state != SampleState::kMeasured) continue;
-    const float far_m = (camera_W - spots[i].point_W).norm() - static_cast<float>(options_.near_m);
-    camera_rays_W_.push_back({spots[i].point_W, spots[i].to_camera_W, kLiftOff_m, far_m});
-    camera_ray_spot_.push_back(i);
-  }
-  caster_.Blocked(camera_rays_W_, blocked_);
-  for (std::size_t k = 0; k < blocked_.size(); ++k) {
-    if (blocked_[k] != 0) spots[camera_ray_spot_[k]].state = SampleState::kCameraShadow;
-  }
-}
-
 void Sweep::CastMainRays(std::span<const ProfilePose> poses) {
   std::vector<LaserRay> rays(Samples());
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -200,7 +114,8 @@ void Sweep::CastMainRays(std::span<const ProfilePose> poses) {
   }
   spots_.resize(Profiles() * Samples());
   for (std::size_t profile = 0; profile < Profiles(); ++profile) {
-    Light(poses[profile], rays, std::span(spots_).subspan(profile * Samples(), Samples()));
+    illumination_.Light(poses[profile], rays,
+                        std::span(spots_).subspan(profile * Samples(), Samples()));
   }
 }
 
@@ -243,7 +158,7 @@ void Sweep::Refine(const ProfilePose& pose, std::size_t profile) {
     }
   }
   std::vector<Spot> parts(rays.size());
-  Light(pose, rays, parts);
+  illumination_.Light(pose, rays, parts);
   const std::size_t n = kAcross.size() * kAlong.size();
   for (std::size_t k = 0; k < marked.size(); ++k) {
     Spot& spot = spots_[marked[k]];
@@ -311,6 +226,7 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
   const double kept = std::exp(-1.0 / options_.correlation_samples);
   const double fresh = std::sqrt(1.0 - kept * kept);
   const double speckle_sigma_px = internal::SpeckleSigma(options_);
+  const double centroid_sigma_px = internal::CentroidSigma(options_);
   double speckle = rng.Normal();  // stationary from the first sample
   for (std::size_t sample = 0; sample < Samples(); ++sample) {
     speckle = kept * speckle + fresh * rng.Normal();
@@ -319,9 +235,17 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
     const std::size_t i = profile * Samples() + sample;
     const Spot& spot = spots_[i];
     if (!spot.hit.found()) continue;
-    scan.truth.state[i] = MeasureSample(
-        spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle, dropout_draw,
-        Slope(static_cast<double>(sample)), R_WP, scan.image.points_C[i]);
+    const double slope = Slope(static_cast<double>(sample));
+    Eigen::Vector3d& point_W = scan.view.image.points_C[i];
+    scan.truth.state[i] =
+        MeasureSample(spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle,
+                      dropout_draw, slope, R_WP, point_W);
+    if (scan.truth.state[i] == SampleState::kMeasured) {
+      const double depth_m = R_WP.col(2).dot(point_W - X_WS_.translation());
+      const double along_ray = std::sqrt(1.0 + slope * slope);  // of the ray for each m of depth
+      scan.view.noise_m[i] =
+          static_cast<float>(centroid_sigma_px * camera_.DepthPerPixel(depth_m) * along_ray);
+    }
     scan.truth.label[i] = meshes_[spot.hit.mesh].label;
     scan.truth.true_range_m[i] = spot.hit.distance_m;
   }
@@ -336,14 +260,19 @@ Scan Sweep::Run() {
     Refine(poses[profile], profile);
     Measure(profile, scan);
   }
+  scan.view.spacing_m = geometry::MedianSpacing(scan.view.image);
   return scan;
 }
 
 }  // namespace
 
-Scan ScanScene(std::span<const geometry::VisualMesh> meshes, const core::Pose& X_WS,
+double DepthSigma(const LineScannerOptions& options, double depth_m) {
+  return CameraModel(options).DepthPerPixel(depth_m) * internal::CentroidSigma(options);
+}
+
+Scan ScanScene(std::span<const sim::VisualMesh> meshes, const core::Pose& X_WS,
                const LineScannerOptions& options, core::Rng& rng) {
-  internal::CheckOptions(options);
+  CheckOptions(options);
   return Sweep(meshes, X_WS, options, rng).Run();
 }
 

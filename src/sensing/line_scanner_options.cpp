@@ -1,129 +1,112 @@
-#include <algorithm>
-#include <cmath>
-#include <optional>
-#include <sstream>
+#include "sensing/line_scanner_options.h"
+
 #include <stdexcept>
 #include <string>
-#include <string_view>
-#include <variant>
-#include <vector>
 
-#include "core/error.h"
-#include "core/units.h"
-#include "core/yaml_map.h"
-#include "sensing/internal/options_check.h"
-#include "sensing/line_scanner.h"
+#include "core/range_check.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
-using Options = LineScannerOptions;
+using core::kDeg;
+using core::kMm;
 
-/// A key of a sensor file: where its value goes, the unit it is written in, its range there.
-struct Key {
-  std::string_view name;
-  std::variant<int Options::*, double Options::*> member;
-  double unit;  ///< SI value of 1
-  double low;
-  double high;
-};
+constexpr double kMicrometer = 1e-6;
+constexpr char kType[] = "line_scanner";
+constexpr char kDropoutsDoNotBegin[] = "dropout_begin_deg must be less than dropout_end_deg";
 
-constexpr double kDegree = core::kPi / 180.0;
-constexpr double kMillimetre = 1e-3;
-constexpr double kMicrometre = 1e-6;
-
-const std::vector<Key>& Keys() {
-  static const std::vector<Key> keys = {
-      {"samples", &Options::samples, 1.0, 2, 8192},
-      {"profiles", &Options::profiles, 1.0, 1, 8192},
-      {"fan_deg", &Options::fan_rad, kDegree, 0.1, 120.0},
-      {"pan_range_deg", &Options::pan_range_rad, kDegree, 0.0, 180.0},
-      {"baseline_mm", &Options::baseline_m, kMillimetre, 1.0, 5000.0},
-      {"focal_length_mm", &Options::focal_length_m, kMillimetre, 0.5, 500.0},
-      {"pixel_pitch_um", &Options::pixel_pitch_m, kMicrometre, 0.1, 100.0},
-      {"sensor_pixels", &Options::sensor_pixels, 1.0, 8, 65536},
-      {"focus_distance_mm", &Options::focus_distance_m, kMillimetre, 10.0, 100000.0},
-      {"near_mm", &Options::near_m, kMillimetre, 0.0, 10000.0},
-      {"line_width_mm", &Options::line_width_m, kMillimetre, 0.0, 50.0},
-      {"blur_px", &Options::blur_px, 1.0, 0.0, 100.0},
-      {"centroid_sigma_px", &Options::centroid_sigma_px, 1.0, 0.0, 100.0},
-      {"speckle_sigma_mm", &Options::speckle_sigma_m, kMillimetre, 0.0, 100.0},
-      {"correlation_samples", &Options::correlation_samples, 1.0, 0.01, 10000.0},
-      {"quantisation_px", &Options::quantisation_px, 1.0, 0.0, 100.0},
-      {"pan_jitter_deg", &Options::pan_jitter_rad, kDegree, 0.0, 10.0},
-      {"dropout_begin_deg", &Options::dropout_begin_rad, kDegree, 0.0, 90.0},
-      {"dropout_end_deg", &Options::dropout_end_rad, kDegree, 0.0, 90.0},
-      {"saturation_angle_deg", &Options::saturation_angle_rad, kDegree, 0.0, 180.0},
-  };
-  return keys;
+template <typename Source, typename Options>
+void ReadSampling(Source& from, Options& o) {
+  from.Read("samples", o.samples, 2, 8192, "points of a profile, along the line");
+  from.Read("profiles", o.profiles, 1, 8192, "laser lines of a scan");
+  from.ReadScaled("fan_deg", o.fan_rad, kDeg, 0.1, 120.0,
+                  "opening of the laser's fan, and of the camera along the line");
+  from.ReadScaled("pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0,
+                  "angle from the first to the last profile, symmetric round straight ahead");
 }
 
-std::string Range(const Key& key) {
-  std::ostringstream text;
-  text << "from " << key.low << " to " << key.high;
-  return text.str();
+template <typename Source, typename Options>
+void ReadCamera(Source& from, Options& o) {
+  from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0,
+                  "distance from the laser to the camera");
+  from.ReadScaled("focal_length_mm", o.focal_length_m, kMm, 0.5, 500.0,
+                  "focal length of the camera's lens");
+  from.ReadScaled("pixel_pitch_um", o.pixel_pitch_m, kMicrometer, 0.1, 100.0,
+                  "distance of the camera's pixels");
+  from.Read("sensor_pixels", o.sensor_pixels, 8, 65536,
+            "pixels that are read across the line, which limits the depths that are seen");
+  from.ReadScaled("focus_distance_mm", o.focus_distance_m, kMm, 10.0, 100000.0,
+                  "depth at which the camera's axis meets the laser's plane");
+  from.ReadScaled("near_mm", o.near_m, kMm, 0.0, 10000.0,
+                  "what is nearer to the head is the head itself and neither shows nor hides");
 }
 
-double ValueOf(const Key& key, const Options& options) {
-  if (const auto* member = std::get_if<int Options::*>(&key.member)) return options.**member;
-  return options.*std::get<double Options::*>(key.member) / key.unit;
+template <typename Source, typename Options>
+void ReadNoise(Source& from, Options& o) {
+  from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0,
+                  "1/e^2 width of the line on a surface");
+  from.Read("blur_px", o.blur_px, 0.0, 100.0,
+            "1/e^2 width that lens and pixels add to the line's image");
+  from.Read("centroid_sigma_px", o.centroid_sigma_px, 0.0, 100.0,
+            "white noise of the peak's centroid");
+  from.ReadScaled("speckle_sigma_mm", o.speckle_sigma_m, kMm, 0.0, 100.0,
+                  "depth noise by speckle at a depth of 1 m, growing with the distance squared");
+  from.Read("correlation_samples", o.correlation_samples, 0.01, 10000.0,
+            "1/e length of the speckle along the line, in samples");
+  from.Read("quantisation_px", o.quantisation_px, 0.0, 100.0,
+            "step in which the centroid is given, 0 for none");
+  from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0,
+                  "standard deviation of the pan angle, one value a profile");
 }
 
-/// What is wrong with a key's value, if anything.
-std::optional<std::string> RangeFault(const Key& key, const Options& options) {
-  const double value = ValueOf(key, options);
-  // A relative slack, for a bound that went to SI units and back.
-  const double slack = 1e-9 * std::max(std::abs(key.low), std::abs(key.high));
-  if (value >= key.low - slack && value <= key.high + slack) return std::nullopt;
-  std::ostringstream text;
-  text << key.name << ": " << value << " is out of range, must be " << Range(key);
-  return text.str();
+template <typename Source, typename Options>
+void ReadDropouts(Source& from, Options& o) {
+  from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
+                  "angle of incidence from which samples are lost");
+  from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
+                  "angle of incidence from which all samples are lost");
+  from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
+                  "gloss blinds the camera when it is this near to the mirror direction");
 }
 
-/// What is wrong between keys, if anything.
-std::optional<std::string> RelationFault(const Options& options) {
-  if (options.dropout_begin_rad < options.dropout_end_rad) return std::nullopt;
-  return "dropout_begin_deg must be less than dropout_end_deg";
+template <typename Source, typename Options>
+void ReadKeys(Source& from, Options& options) {
+  ReadSampling(from, options);
+  ReadCamera(from, options);
+  ReadNoise(from, options);
+  ReadDropouts(from, options);
+}
+
+bool DropoutsBegin(const LineScannerOptions& options) {
+  return options.dropout_begin_rad < options.dropout_end_rad;
 }
 
 }  // namespace
 
-namespace internal {
-
-void CheckOptions(const LineScannerOptions& options) {
-  for (const Key& key : Keys()) {
-    if (const auto fault = RangeFault(key, options)) {
-      throw std::invalid_argument("line scanner: " + *fault);
-    }
+LineScannerOptions ReadLineScanner(core::YamlMap& map) {
+  std::string type = kType;
+  map.Read("type", type, "the kind of sensor: line_scanner");
+  if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
+  LineScannerOptions options;
+  ReadKeys(map, options);
+  map.Finish();
+  if (!DropoutsBegin(options)) {
+    map.Fail(map.Has("dropout_begin_deg") ? "dropout_begin_deg" : "dropout_end_deg",
+             kDropoutsDoNotBegin);
   }
-  if (const auto fault = RelationFault(options)) {
-    throw std::invalid_argument("line scanner: " + *fault);
-  }
+  return options;
 }
-
-}  // namespace internal
 
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file) {
   auto map = core::YamlMap::FromFile(file);
-  std::string type = "line_scanner";
-  map.Read("type", type);
-  if (type != "line_scanner") map.Fail("type", "'" + type + "' must be line_scanner");
-  LineScannerOptions options;
-  for (const Key& key : Keys()) {
-    const std::string name(key.name);
-    if (const auto* member = std::get_if<int Options::*>(&key.member)) {
-      map.Read(name, options.**member, static_cast<int>(key.low), static_cast<int>(key.high));
-    } else {
-      map.ReadScaled(name, options.*std::get<double Options::*>(key.member), key.unit, key.low,
-                     key.high);
-    }
-  }
-  map.Finish();
-  if (const auto fault = RelationFault(options)) {
-    const std::string name = map.Has("dropout_begin_deg") ? "dropout_begin_deg" : "dropout_end_deg";
-    map.Fail(name, *fault);
-  }
-  return options;
+  return ReadLineScanner(map);
+}
+
+void CheckOptions(const LineScannerOptions& options) {
+  const std::string what = "line scanner";
+  const core::RangeCheck check(what);
+  ReadKeys(check, options);
+  if (!DropoutsBegin(options)) throw std::invalid_argument(what + ": " + kDropoutsDoNotBegin);
 }
 
 }  // namespace rangegrasp::sensing

@@ -1,15 +1,16 @@
+#include "sensing/surface_state.h"
+
 #include <cmath>
 
 #include "sensing/internal/camera_model.h"
-#include "sensing/internal/options_check.h"
 #include "sensing/internal/ray_caster.h"
-#include "sensing/line_scanner.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
 using internal::Ray;
 
+// Surfaces nearer to a point than this hide it from nothing, so that it may lie on a mesh itself.
 constexpr float kLiftOff_m = 0.0005f;
 
 Ray Segment(const Eigen::Vector3d& from_W, const Eigen::Vector3d& to_W, double end_gap_m) {
@@ -26,10 +27,10 @@ SurfaceState StateOf(bool lit, bool open_to_camera) {
 }  // namespace
 
 std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
-                                          std::span<const geometry::VisualMesh> meshes,
+                                          std::span<const sim::VisualMesh> meshes,
                                           const core::Pose& X_WS,
                                           const LineScannerOptions& options) {
-  internal::CheckOptions(options);
+  CheckOptions(options);
   const internal::CameraModel camera(options);
   const internal::RayCaster caster(meshes);
   std::vector<SurfaceState> states(points_W.size(), SurfaceState::kOutOfView);

@@ -1,12 +1,15 @@
 #include "sim/execute.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
+#include "sim/internal/glove.h"
 #include "sim/internal/hand_controller.h"
+#include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
 #include "sim/internal/visual.h"
 
@@ -15,16 +18,23 @@ namespace {
 
 using internal::PoseInHand;
 
-constexpr double kPreshapeLimit_s = 2.0;
-constexpr double kApproachSettle_s = 0.10;
-constexpr double kCloseLimit_s = 2.5;
-constexpr double kClosedHold_s = 0.15;
-constexpr double kLiftSettle_s = 0.30;
-constexpr double kRest_s = 0.40;
-constexpr double kCarrySettle_s = 0.10;
+// Times of a trial, in simulated seconds. Limits end what does not end by itself: larger ones only
+// cost time.
+constexpr double kPreshapeLimit_s = 2.0;  // the whole range takes 0.35 s at the closing speed
+constexpr double kCloseLimit_s = 2.5;     // likewise, with the rise of the force (0.2 s)
 constexpr double kOpenLimit_s = 1.0;
-constexpr double kLost_s = 0.10;  // without a touch for this long on the way: lost
-constexpr double kRestLimit_s = 3.0;
+constexpr double kRestLimit_s = 3.0;  // of what was let go
+// Waits for the arm, which lags behind the end of a motion: shorter ones leave the hand moving when
+// it closes or lets go, and while what it holds is audited.
+constexpr double kApproachSettle_s = 0.10;
+constexpr double kClosedHold_s = 0.15;  // the coupled hand drags the object until both sides grip
+constexpr double kLiftSettle_s = 0.30;
+constexpr double kCarrySettle_s = 0.10;
+// The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
+constexpr double kRest_s = 0.40;
+// Without a touch for this long on the way the target is lost; contacts chatter for less.
+constexpr double kLost_s = 0.10;
+// What moves slower than this for this long rests (as in World::Settle).
 constexpr double kRestSpeed_m_s = 0.002;
 constexpr double kRestTime_s = 0.2;
 
@@ -226,8 +236,7 @@ ExecutionLog Execute(World& world, int target, const GraspProgram& program,
                      const HandControlOptions& hand, const AuditBounds& bounds,
                      const ExecutionObserver& observer) {
   if (target < 0 || target >= world.objects() || world.parked(target)) {
-    throw std::invalid_argument("Execute: object " + std::to_string(target) +
-                                " is not in the world");
+    throw std::invalid_argument(fmt::format("Execute: object {} is not in the world", target));
   }
   return Execution(world, target, program, hand, bounds, observer).Run();
 }

@@ -1,8 +1,11 @@
 #include "sim/friction.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/words.h"
 
 namespace rangegrasp::sim {
 
@@ -21,11 +24,10 @@ const SurfaceFriction& FrictionOf(std::string_view surface) {
   const auto row = std::find_if(table.begin(), table.end(),
                                 [&](const SurfaceFriction& r) { return r.surface == surface; });
   if (row != table.end()) return *row;
-  std::string known;
-  for (const SurfaceFriction& r : table)
-    known += (known.empty() ? "" : ", ") + std::string(r.surface);
-  throw core::InputError("surface \"" + std::string(surface) +
-                         "\" has no friction; known surfaces: " + known);
+  std::vector<std::string> known;
+  for (const SurfaceFriction& r : table) known.emplace_back(r.surface);
+  throw core::InputError(fmt::format("surface \"{}\" has no friction; known surfaces: {}", surface,
+                                     core::Join(known)));
 }
 
 FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options) {

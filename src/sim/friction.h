@@ -27,8 +27,9 @@ const SurfaceFriction& FrictionOf(std::string_view surface);
 /// one), and kinetic_only takes the kinetic one for both.
 FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options);
 
-/// Whether a contact slides, with hysteresis: it starts at 1 mm/s and sticks again below half of
-/// that. A contact that is lost for a moment (a sliding body chatters) has not stuck.
+/// Whether a contact slides, with hysteresis: it starts at 1 mm/s (above what held contacts creep,
+/// 0.016 mm/s, below what a dropped object reaches in one step, 20 mm/s) and sticks again below
+/// half of that. A contact that is lost for a moment (a sliding body chatters) has not stuck.
 struct SlipState {
   static constexpr double kSlides_m_s = 0.001;
   static constexpr double kSticks_m_s = 0.0005;

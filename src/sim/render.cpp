@@ -1,24 +1,20 @@
 #include "sim/render.h"
 
-#include <GL/osmesa.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "core/error.h"
 #include "core/units.h"
+#include "image/offscreen_context.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim {
 namespace {
 
-constexpr int kMaxGeoms = 20000;
-
-struct ContextDeleter {
-  void operator()(osmesa_context* context) const { OSMesaDestroyContext(context); }
-};
+constexpr int kMaxGeoms = 20000;         // of a picture, overlay and all; what is more is left out
+constexpr double kMinDistance_m = 1e-3;  // of a free camera from what it looks at
 
 bool ParseFreeView(const std::string& text, Eigen::Vector3d& eye, Eigen::Vector3d& look) {
   int used = 0;
@@ -33,7 +29,7 @@ mjvCamera FreeCamera(const Eigen::Vector3d& eye, const Eigen::Vector3d& look) {
   const Eigen::Vector3d view = look - eye;
   camera.type = mjCAMERA_FREE;
   std::copy_n(look.data(), 3, camera.lookat);
-  camera.distance = std::max(view.norm(), 1e-3);
+  camera.distance = std::max(view.norm(), kMinDistance_m);
   camera.azimuth = core::ToDeg(std::atan2(view.y(), view.x()));
   camera.elevation = core::ToDeg(std::asin(std::clamp(view.z() / camera.distance, -1.0, 1.0)));
   return camera;
@@ -73,57 +69,51 @@ void AddOverlay(const Overlay& overlay, mjvScene& scene) {
 }  // namespace
 
 struct Renderer::Impl {
-  std::unique_ptr<osmesa_context, ContextDeleter> gl;
-  std::vector<unsigned char> window;
+  // The context's own frame buffer is small: the engine draws into one of the wanted size.
+  image::OffscreenContext gl{16, 16};
   int width = 0;
   int height = 0;
   mjvScene scene;
   mjvOption option;
   mjrContext context;
 
-  // The window's buffer is small: pictures are made in an offscreen buffer of the wanted size.
-  void MakeCurrent() {
-    if (!OSMesaMakeCurrent(gl.get(), window.data(), GL_UNSIGNED_BYTE, 16, 16)) {
-      throw core::RunError("OSMesa's context cannot be made current");
-    }
+  Impl(const mjModel* model, int width_px, int height_px) : width(width_px), height(height_px) {
+    mjv_defaultScene(&scene);
+    mjv_defaultOption(&option);
+    mjr_defaultContext(&context);
+    internal::CallEngine(nullptr, [&] {
+      mjv_makeScene(model, &scene, kMaxGeoms);
+      mjr_makeContext(model, &context, mjFONTSCALE_100);
+      mjr_resizeOffscreen(width, height, &context);
+      mjr_setBuffer(mjFB_OFFSCREEN, &context);
+    });
+  }
+  ~Impl() {
+    gl.MakeCurrent();
+    mjr_freeContext(&context);
+    mjv_freeScene(&scene);
   }
 };
 
-Renderer::Renderer(const World& world, int width, int height) : impl_(std::make_unique<Impl>()) {
-  if (width <= 0 || height <= 0)
+Renderer::Renderer(const World& world, int width, int height) {
+  if (width <= 0 || height <= 0) {
     throw std::invalid_argument("Renderer: width and height must be above 0");
-  impl_->width = width;
-  impl_->height = height;
-  impl_->gl.reset(OSMesaCreateContextExt(GL_RGBA, 24, 8, 0, nullptr));
-  if (!impl_->gl) throw core::RunError("OSMesa makes no context");
-  impl_->window.resize(16 * 16 * 4);
-  impl_->MakeCurrent();
-  mjv_defaultScene(&impl_->scene);
-  mjv_defaultOption(&impl_->option);
-  mjr_defaultContext(&impl_->context);
-  internal::CallEngine(nullptr, [&] {
-    mjv_makeScene(world.model(), &impl_->scene, kMaxGeoms);
-    mjr_makeContext(world.model(), &impl_->context, mjFONTSCALE_100);
-    mjr_resizeOffscreen(width, height, &impl_->context);
-    mjr_setBuffer(mjFB_OFFSCREEN, &impl_->context);
-  });
-  if (impl_->context.currentBuffer != mjFB_OFFSCREEN)
+  }
+  impl_ = std::make_unique<Impl>(world.model(), width, height);
+  if (impl_->context.currentBuffer != mjFB_OFFSCREEN) {
     throw core::RunError("no offscreen buffer for pictures");
+  }
 }
 
-Renderer::~Renderer() {
-  if (!impl_ || !impl_->gl) return;
-  OSMesaMakeCurrent(impl_->gl.get(), impl_->window.data(), GL_UNSIGNED_BYTE, 16, 16);
-  mjr_freeContext(&impl_->context);
-  mjv_freeScene(&impl_->scene);
-}
+Renderer::~Renderer() = default;
 
-Image Renderer::Render(World& world, const std::string& camera_name, const Overlay& overlay) {
-  impl_->MakeCurrent();
+image::Image Renderer::Render(World& world, const std::string& camera_name,
+                              const Overlay& overlay) {
+  impl_->gl.MakeCurrent();
   mjvCamera camera = CameraOf(world.model(), camera_name);
   const mjrRect viewport = {0, 0, impl_->width, impl_->height};
-  const auto row = static_cast<std::size_t>(impl_->width) * 3;
-  std::vector<unsigned char> pixels(row * static_cast<std::size_t>(impl_->height));
+  const std::ptrdiff_t row = std::ptrdiff_t{3} * impl_->width;
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(row * impl_->height));
   internal::CallEngine(nullptr, [&] {
     mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
                     &impl_->scene);
@@ -131,13 +121,12 @@ Image Renderer::Render(World& world, const std::string& camera_name, const Overl
     mjr_render(viewport, &impl_->scene, &impl_->context);
     mjr_readPixels(pixels.data(), nullptr, viewport, &impl_->context);
   });
-  Image image{impl_->width, impl_->height, std::vector<std::uint8_t>(pixels.size())};
-  for (int y = 0; y < image.height; ++y) {
-    const auto from = static_cast<std::ptrdiff_t>(row) * (image.height - 1 - y);
-    std::copy_n(pixels.begin() + from, row,
-                image.rgb.begin() + static_cast<std::ptrdiff_t>(row) * y);
+  image::Image picture{impl_->width, impl_->height, {}};
+  picture.rgb.reserve(pixels.size());
+  for (auto end = pixels.end(); end != pixels.begin(); end -= row) {  // rows from the bottom
+    picture.rgb.insert(picture.rgb.end(), end - row, end);
   }
-  return image;
+  return picture;
 }
 
 }  // namespace rangegrasp::sim

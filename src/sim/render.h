@@ -1,23 +1,14 @@
 #pragma once
 
-#include <cstdint>
+#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "geometry/mesh.h"
+#include "image/image.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
-
-struct Image {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgb;  ///< rows from the top
-};
-
-/// Writes a PNG. @throws core::RunError naming the file if it cannot be written.
-void WritePng(const std::string& file, const Image& image);
 
 /// Coloured points and lines drawn into a picture.
 struct Overlay {
@@ -46,7 +37,7 @@ class Renderer {
   /// @param world   the one that the renderer was made for.
   /// @param camera  name after the last '/', or a free view "x,y,z,lookx,looky,lookz" [m].
   /// @throws core::InputError naming the camera and those that exist.
-  Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
+  image::Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
 
  private:
   struct Impl;

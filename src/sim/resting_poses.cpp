@@ -1,31 +1,48 @@
+#include "sim/resting_poses.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
-#include "core/error.h"
 #include "core/units.h"
 #include "geometry/hull.h"
+#include "sim/internal/kinematics.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/internal/visual.h"
-#include "sim/world.h"
 
 namespace rangegrasp::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSegments = 64;                // of round primitives
-constexpr double kCoplanarAngle_rad = 0.01;  // triangles of one face of the hull
+// Of round primitives: 5.6 deg each, which the classes below join again.
+constexpr int kSegments = 64;
+// Triangles of one face of the hull: within what modelled meshes are rounded to. Larger lumps the
+// flanks of rounded edges into the face, smaller splits a face in two.
+constexpr double kCoplanarAngle_rad = 0.01;
 constexpr double kCoplanar_m = 5e-5;
+// Triangles below this have no direction worth asking for [m^2, twice the area].
+constexpr double kSliver_m2 = 1e-8;
+// The foot of the center of mass may stand this far outside a face, for rounding.
 constexpr double kFootTolerance_m = 1e-5;
-constexpr double kTiltStep_rad = 0.5 * core::kPi / 180.0;
+// Directions and steps in which a body is tilted until it falls. They limit how well the margin is
+// known: to half a degree.
+constexpr double kTiltStep_rad = core::Deg(0.5);
 constexpr int kAzimuths = 24;
 // A face of a polygon that stands for a round surface is no valley of its own: rises below this
-// share of the height of the centre of mass are ripples.
+// share of the height of the center of mass are ripples (64 segments make 0.12 %, 16 make 2 %).
 constexpr double kRipple = 0.02;
+// Faces whose center of mass stands as high and that tip as late are one class; twins, as high and
+// as large, are known before they are tilted.
 constexpr double kSameHeight_m = 0.001;
+constexpr double kTwinHeight_m = 0.0002;
+constexpr double kTwinArea = 0.02;  // of the area
 constexpr double kSameTilt_rad = 0.05;
+constexpr double kLower_m = 1e-6;  // a member must be lower by this to stand for its class
 
 struct Facet {
   Vector3d normal;
@@ -34,11 +51,11 @@ struct Facet {
   double solid_angle = 0.0;
   // Where the foot of the centre of mass lies outside the most: the signed distance and the facet
   // beyond that edge.
-  double least_inside = 0.0;
+  double min_inside = 0.0;
   std::size_t beyond = 0;
   std::vector<Vector3d> edge_normals;  // in the facet's plane, outward
 
-  bool Stable() const { return least_inside > -kFootTolerance_m; }
+  bool Stable() const { return min_inside > -kFootTolerance_m; }
 };
 
 // Solid angle of a triangle seen from the origin (Van Oosterom and Strackee 1983).
@@ -66,7 +83,7 @@ class Hull {
     return height;
   }
 
-  // Smallest tilt from a stable facet over which the body falls on.
+  // Minimum tilt from a stable facet over which the body falls on.
   double Tipping(const Facet& facet) const {
     const Vector3d u = facet.normal.unitOrthogonal();
     const Vector3d v = facet.normal.cross(u);
@@ -104,7 +121,7 @@ class Hull {
     return (Vertex(t, 1) - Vertex(t, 0)).cross(Vertex(t, 2) - Vertex(t, 0));
   }
 
-  // Largest triangles first, so that slivers with noisy normals join a facet rather than found one.
+  // Big triangles first, so that slivers with noisy normals join a facet rather than found one.
   void BuildFacets() {
     std::vector<std::size_t> order(mesh_.triangles.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -134,7 +151,7 @@ class Hull {
       if (std::abs(facet.normal.dot(Vertex(t, k)) - facet.offset) > kCoplanar_m) return false;
     }
     return Cross(t).normalized().dot(facet.normal) > std::cos(kCoplanarAngle_rad) ||
-           Cross(t).norm() < 1e-8;
+           Cross(t).norm() < kSliver_m2;
   }
 
   void Measure(Facet& facet) {
@@ -145,7 +162,7 @@ class Hull {
         }
       }
     }
-    facet.least_inside = 1e9;
+    facet.min_inside = std::numeric_limits<double>::infinity();
     for (const std::size_t t : facet.triangles) {
       facet.solid_angle += SolidAngle(Vertex(t, 0), Vertex(t, 1), Vertex(t, 2));
       for (std::size_t k = 0; k < 3; ++k) {
@@ -156,8 +173,8 @@ class Hull {
             (Vertex(t, static_cast<int>(k) + 1) - a).cross(facet.normal).normalized();
         facet.edge_normals.push_back(outward);
         const double inside = outward.dot(a - facet.offset * facet.normal);
-        if (inside >= facet.least_inside) continue;
-        facet.least_inside = inside;
+        if (inside >= facet.min_inside) continue;
+        facet.min_inside = inside;
         facet.beyond = facet_of_[twin->second];
       }
     }
@@ -193,23 +210,16 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
     for (const Vector3d& v : internal::GeomSurface(model, geom, kSegments).vertices)
       points.push_back(X_WG * v);
   }
-  const core::Pose X_BW =
-      core::MakePose(
-          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * root),
-          Eigen::Map<const Vector3d>(data->xpos + 3 * root))
-          .inverse();
+  const core::Pose X_BW = internal::BodyPose(data, root).inverse();
   for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
 }
 
+// In the root body's frame.
 Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
-  Vector3d moment = Vector3d::Zero();
-  for (int body = root; body < model->nbody; ++body) {
-    moment += model->body_mass[body] * Eigen::Map<const Vector3d>(data->xipos + 3 * body);
-  }
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * root);
-  const Vector3d center_W = moment / model->body_subtreemass[root];
-  return R_WB.transpose() * (center_W - Eigen::Map<const Vector3d>(data->xpos + 3 * root));
+  const core::Pose X_WB = internal::BodyPose(data, root);
+  const Vector3d center_W = internal::CenterOfMass(model, data, root);
+  return X_WB.linear().transpose() * (center_W - X_WB.translation());
 }
 
 struct PoseClass {
@@ -226,8 +236,8 @@ PoseClass& ClassOf(const Hull& hull, std::size_t facet, std::vector<PoseClass>& 
   const double height = hull.facets()[facet].offset;
   const double area = hull.Area(hull.facets()[facet]);
   for (PoseClass& c : classes) {
-    if (std::abs(c.center_height_m - height) < 0.2 * kSameHeight_m &&
-        std::abs(c.area_m2 - area) < 0.02 * area) {
+    if (std::abs(c.center_height_m - height) < kTwinHeight_m &&
+        std::abs(c.area_m2 - area) < kTwinArea * area) {
       return c;
     }
   }
@@ -237,7 +247,7 @@ PoseClass& ClassOf(const Hull& hull, std::size_t facet, std::vector<PoseClass>& 
         std::abs(c.tipping_rad - tipping) > kSameTilt_rad) {
       continue;
     }
-    if (height < c.center_height_m - 1e-6) {
+    if (height < c.center_height_m - kLower_m) {
       c.facet = facet;
       c.center_height_m = height;
       c.area_m2 = area;
@@ -246,6 +256,21 @@ PoseClass& ClassOf(const Hull& hull, std::size_t facet, std::vector<PoseClass>& 
   }
   classes.push_back({facet, height, area, tipping});
   return classes.back();
+}
+
+// The classes that a body may end in, by descending solid angle.
+std::vector<PoseClass> StableClasses(const Hull& hull, double min_tipping_rad) {
+  std::vector<PoseClass> classes;
+  for (std::size_t f = 0; f < hull.facets().size(); ++f) {
+    const std::size_t rest = hull.RestsOn(f);
+    if (!hull.facets()[rest].Stable()) continue;
+    ClassOf(hull, rest, classes).solid_angle += hull.facets()[f].solid_angle;
+  }
+  std::erase_if(classes, [&](const PoseClass& c) { return c.tipping_rad < min_tipping_rad; });
+  std::stable_sort(classes.begin(), classes.end(), [](const PoseClass& a, const PoseClass& b) {
+    return a.solid_angle > b.solid_angle;
+  });
+  return classes;
 }
 
 }  // namespace
@@ -263,17 +288,7 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   });
   const Vector3d center_B = CenterOfMass(model, raw, root);
   const Hull hull(CollisionHull(model, raw, root), center_B);
-
-  std::vector<PoseClass> classes;
-  for (std::size_t f = 0; f < hull.facets().size(); ++f) {
-    const std::size_t rest = hull.RestsOn(f);
-    if (!hull.facets()[rest].Stable()) continue;
-    ClassOf(hull, rest, classes).solid_angle += hull.facets()[f].solid_angle;
-  }
-  std::erase_if(classes, [&](const PoseClass& c) { return c.tipping_rad < min_tipping_rad; });
-  std::stable_sort(classes.begin(), classes.end(), [](const PoseClass& a, const PoseClass& b) {
-    return a.solid_angle > b.solid_angle;
-  });
+  const std::vector<PoseClass> classes = StableClasses(hull, min_tipping_rad);
   double total = 0.0;
   for (const PoseClass& c : classes) total += c.solid_angle;
 
@@ -285,7 +300,7 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
     pose.height_m = facet.offset + facet.normal.dot(center_B);
     pose.probability = c.solid_angle / total;
     pose.tipping_rad = c.tipping_rad;
-    pose.label = "pose" + std::to_string(poses.size());
+    pose.label = fmt::format("pose{}", poses.size());
     poses.push_back(pose);
   }
   return poses;

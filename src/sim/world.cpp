@@ -1,10 +1,15 @@
 #include "sim/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <set>
+#include <stdexcept>
 
 #include "core/error.h"
+#include "core/words.h"
+#include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/internal/visual.h"
@@ -12,6 +17,7 @@
 namespace rangegrasp::sim {
 
 using internal::ObjectEntry;
+using internal::Vec3;
 
 namespace {
 
@@ -19,15 +25,8 @@ namespace {
 // weightless and asleep.
 constexpr double kParking_m = 1000.0;
 constexpr double kParkingSpacing_m = 5.0;
+// What fell further below the table than this has left it.
 constexpr double kLost_m = -1.0;
-
-Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) {
-  return Eigen::Map<const Eigen::Vector3d>(p);
-}
-
-Eigen::Matrix3d Mat3(const mjtNum* p) {
-  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
-}
 
 }  // namespace
 
@@ -55,8 +54,8 @@ struct World::Impl {
 
   void SetArm(const Eigen::VectorXd& q) {
     if (q.size() != static_cast<Eigen::Index>(arm_joints.size())) {
-      throw std::invalid_argument("SetArm: " + std::to_string(q.size()) + " joint positions for " +
-                                  std::to_string(arm_joints.size()) + " joints");
+      throw std::invalid_argument(
+          fmt::format("SetArm: {} joint positions for {} joints", q.size(), arm_joints.size()));
     }
     for (std::size_t i = 0; i < arm_joints.size(); ++i) {
       const double position = q[static_cast<Eigen::Index>(i)];
@@ -135,12 +134,7 @@ core::Pose World::ObjectPose(int object) const {
 }
 
 Eigen::Vector3d World::ObjectCenterOfMass(int object) const {
-  const int root = impl_->at(object).body;
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  for (int body = root; body < model()->nbody && model()->body_rootid[body] == root; ++body) {
-    moment += model()->body_mass[body] * Vec3(data()->xipos + 3 * body);
-  }
-  return moment / model()->body_subtreemass[root];
+  return internal::CenterOfMass(model(), data(), impl_->at(object).body);
 }
 
 double World::ObjectMass(int object) const {
@@ -217,13 +211,13 @@ bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
   return false;
 }
 
-std::vector<geometry::VisualMesh> World::VisualMeshes() const {
-  std::vector<geometry::VisualMesh> meshes;
+std::vector<VisualMesh> World::VisualMeshes() const {
+  std::vector<VisualMesh> meshes;
   meshes.push_back(internal::VisualOfScene(model(), data()));
   for (int object = 0; object < objects(); ++object) {
     const ObjectEntry& entry = impl_->at(object);
     if (entry.parked) continue;
-    geometry::VisualMesh mesh;
+    VisualMesh mesh;
     mesh.mesh_W = internal::VisualOfTree(model(), data(), entry.body);
     mesh.surface = entry.optical;
     mesh.label = static_cast<std::uint32_t>(object) + 1;
@@ -233,8 +227,7 @@ std::vector<geometry::VisualMesh> World::VisualMeshes() const {
 }
 
 core::Pose World::SitePose(const std::string& site) const {
-  const int id = internal::Find(model(), mjOBJ_SITE, site);
-  return core::MakePose(Mat3(data()->site_xmat + 9 * id), Vec3(data()->site_xpos + 3 * id));
+  return internal::SitePose(data(), internal::Find(model(), mjOBJ_SITE, site));
 }
 
 double World::SiteRadius(const std::string& site) const {
@@ -248,9 +241,7 @@ const mjData* World::data() const { return impl_->data.get(); }
 
 std::string World::Warnings() const {
   const std::set<std::string> kinds(impl_->warnings.begin(), impl_->warnings.end());
-  std::string text;
-  for (const std::string& kind : kinds) text += (text.empty() ? "" : "; ") + kind;
-  return text;
+  return core::Join({kinds.begin(), kinds.end()}, "; ");
 }
 
 int World::WarningCount() const {

@@ -1,11 +1,12 @@
 #include "stitching/closed_loop.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
+#include "core/quantile.h"
 #include "core/rng.h"
+#include "stitching/correction.h"
 #include "stitching/internal/control_unit.h"
 #include "stitching/internal/track_score.h"
 
@@ -17,8 +18,12 @@ using internal::HeadState;
 using internal::kControlPeriod_s;
 using internal::Point;
 
-// Columns on each side of the edge whose median height tells how far the edge is from the sensor.
+// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
+// half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
 constexpr int kHeightHalf = 6;
+// A head that takes this much longer than its track would at full speed makes no way.
+constexpr double kMaxSlowness = 20.0;
+constexpr double kMaxDelay_s = 60.0;
 
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("track: ") + what);
@@ -47,9 +52,7 @@ double HeightAround(const seam::Profile& profile, double column) {
     if (std::isfinite(height)) heights.push_back(height);
   }
   if (heights.empty()) return 0.0;
-  const auto half = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::nth_element(heights.begin(), half, heights.end());
-  return *half;
+  return core::UpperMedianOf(std::move(heights));
 }
 
 /// A line of the sensor with all that watches it.
@@ -174,11 +177,6 @@ bool AtRest(const HeadState& head) {
 
 }  // namespace
 
-const char* Name(TrackEnd end) {
-  constexpr std::array kNames = {"done", "mat_end", "obstacle", "lost"};
-  return kNames[static_cast<std::size_t>(end)];
-}
-
 TrackResult Track(const Mats& mats, const StripeSensor& sensor,
                   const seam::Calibration& calibration, const TrackOptions& options,
                   std::uint64_t seed) {
@@ -190,7 +188,7 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor,
   HeadState head;
   head.needle.x() = -options.wanted_distance_m;
   // A head that makes no way is lost, whatever the reason.
-  const double most_s = 60.0 + 20.0 * options.length_m / options.head.speed_m_s;
+  const double max_s = kMaxDelay_s + kMaxSlowness * options.length_m / options.head.speed_m_s;
   for (int step = 0;; ++step) {
     const double time_s = step * kControlPeriod_s;
     control.Record(head);
@@ -202,7 +200,7 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor,
       result.packets.push_back(std::move(xml));
     }
     const internal::HeadCommand command = control.Command();
-    if ((control.end() && AtRest(head)) || time_s > most_s) break;
+    if ((control.end() && AtRest(head)) || time_s > max_s) break;
     head = internal::Move(head, command, options.head);
   }
   result.end = control.end().value_or(TrackEnd::kLost);

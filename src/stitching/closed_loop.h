@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <functional>
-#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "seam/monitor.h"
@@ -13,14 +13,16 @@
 
 namespace rangegrasp::stitching {
 
+/// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), not what
+/// it does with a sewing head; these are far below it. Higher ones take corners better.
 struct HeadOptions {
   double speed_m_s = 0.03;              ///< of the needle along the track, > 0
   double max_lateral_speed_m_s = 0.03;  ///< of corrections
   double max_acceleration_m_s2 = 0.3;
   double max_rotation_rad_s = 0.5;
   double max_rotation_acceleration_rad_s2 = 2.0;
-  bool rotate = true;  ///< turn into the seam; false: only shift (section 3.5.2)
-  double correction_period_s = 0.1;
+  bool rotate = true;                ///< turn into the seam; false: only shift (section 3.5.2)
+  double correction_period_s = 0.1;  ///< (section 3.4)
 };
 
 struct TrackOptions {
@@ -39,7 +41,9 @@ struct TrackPoint {
 };
 
 enum class TrackEnd { kDone, kMatEnd, kObstacle, kLost };
-const char* Name(TrackEnd end);  ///< "done", "mat_end", "obstacle", "lost"
+constexpr std::array<std::string_view, 4> WordsOf(TrackEnd) {
+  return {"done", "mat_end", "obstacle", "lost"};
+}
 
 struct TrackResult {
   std::vector<TrackPoint> path;  ///< at every correction and every control step
@@ -49,11 +53,13 @@ struct TrackResult {
   std::vector<std::string> packets;  ///< XML, as sent
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
-  double mean_error_m = 0.0;    ///< |distance - wanted| over the path after settle_m
+  double mean_error_m = 0.0;    ///< |distance - wanted| over the path after kSettle_m
   double p95_error_m = 0.0;
   double max_error_m = 0.0;
-  double share_within_1mm = 0.0;  ///< of the path's length after settle_m
+  double share_within_1mm = 0.0;  ///< of the path's length after kSettle_m
 };
+/// The part of a track that errors leave out: the line is 80 mm ahead, so that the needle comes to
+/// where the line began only then.
 constexpr double kSettle_m = 0.1;
 
 /// Drives a head with its sensor ahead over mats that deviate from the track: scans at the sensor's
@@ -63,17 +69,5 @@ constexpr double kSettle_m = 0.1;
 TrackResult Track(const Mats& mats, const StripeSensor& sensor,
                   const seam::Calibration& calibration, const TrackOptions& options,
                   std::uint64_t seed);
-
-/// A correction as it is sent to the robot control unit, and its way back.
-struct Correction {
-  double time_s = 0.0;
-  bool valid = false;
-  double edge_x_m = 0.0;     ///< of the edge in the line's frame
-  double deviation_m = 0.0;  ///< of the edge from where CAD has it
-  std::optional<seam::StopReason> stop;
-};
-std::string ToXml(const Correction& correction);
-/// @throws core::InputError saying what is wrong.
-Correction FromXml(const std::string& xml);
 
 }  // namespace rangegrasp::stitching

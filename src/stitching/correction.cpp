@@ -1,3 +1,5 @@
+#include "stitching/correction.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -8,12 +10,10 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "stitching/closed_loop.h"
+#include "core/words.h"
 
 namespace rangegrasp::stitching {
 namespace {
-
-constexpr auto kReasons = {seam::StopReason::kMatEnd, seam::StopReason::kObstacle};
 
 [[noreturn]] void Fail(const std::string& what) {
   throw core::InputError("correction packet: " + what);
@@ -77,10 +77,7 @@ bool ReadBool(const pugi::xml_node& root, const char* name) {
 std::optional<seam::StopReason> ReadStop(const pugi::xml_node& root) {
   if (!root.child("stop")) return std::nullopt;
   const std::string text = ReadText(root, "stop");
-  for (const seam::StopReason reason : kReasons) {
-    if (text == seam::Name(reason)) return reason;
-  }
-  Fail("<stop>: '" + text + "' is neither 'mat_end' nor 'obstacle'");
+  return core::FromWord<seam::StopReason>(text, "correction packet: <stop>");
 }
 
 }  // namespace
@@ -92,7 +89,7 @@ std::string ToXml(const Correction& correction) {
   Append(root, "valid", correction.valid ? "true" : "false");
   Append(root, "edge_x_m", Text(correction.edge_x_m));
   Append(root, "deviation_m", Text(correction.deviation_m));
-  if (correction.stop) Append(root, "stop", seam::Name(*correction.stop));
+  if (correction.stop) Append(root, "stop", std::string(core::Word(*correction.stop)));
   std::ostringstream out;
   // One line a packet, so that a stream of packets can be cut at its line ends.
   document.save(out, "", pugi::format_raw | pugi::format_no_declaration);

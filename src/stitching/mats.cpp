@@ -1,7 +1,6 @@
 #include "stitching/mats.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -19,12 +18,22 @@ using internal::Mix;
 using internal::Ramp;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// The part of fray that varies three times as fast, against the slow part.
+// The looks of a frayed edge: a part that varies this much faster, and how strong it is against the
+// slow part.
+constexpr double kFastFrayRate = 3.0;
 constexpr double kFastFray = 0.5;
-// An obstacle's border rises over this width, which belongs to its footprint.
+// An obstacle's border rises over this width, which belongs to its footprint, or over this share of
+// its size if that is less.
 constexpr double kObstacleBorder_m = 0.2e-3;
+constexpr double kObstacleBorderShare = 0.25;
+// It is no fibre and is seen well.
 constexpr double kObstacleReturn = 0.9;
-constexpr double kSteepestTilt_rad = 1.0;
+// A surface that is tilted further is none that a sensor looks down on.
+constexpr double kMaxTilt_rad = 1.0;
+// From this share of the full height on a filament hides the mat below it.
+constexpr double kHidingShare = 0.25;
+// Filaments on a black mat return this much less light than on a bright one.
+constexpr double kFilamentDarkness = 0.9;
 
 void Check(bool good, const char* option, const char* what) {
   if (!good) throw std::invalid_argument(std::string("mats: ") + option + " must be " + what);
@@ -60,7 +69,7 @@ void CheckOptions(const MatOptions& o) {
   Check(o.double_share >= 0.0 && o.double_share <= 1.0, "double_share", "from 0 to 1");
   Check(o.radius_m > 0.0, "radius_m", positive);
   Check(std::isfinite(o.mould_x_m), "mould_x_m", "finite");
-  Check(std::abs(o.tilt_rad) <= kSteepestTilt_rad, "tilt_rad", "from -1 to 1");
+  Check(std::abs(o.tilt_rad) <= kMaxTilt_rad, "tilt_rad", "from -1 to 1");
   Check(!std::isnan(o.end_y_m), "end_y_m", "a number");
   Check(std::isfinite(o.course.offset_m), "course.offset_m", "finite");
   Check(std::isfinite(o.course.slope), "course.slope", "finite");
@@ -117,16 +126,10 @@ Rise RiseAt(const MatOptions& options, double across_m) {
 
 double ObstacleWindow(double from_middle_m, double size_m) {
   return Ramp((0.5 * size_m - std::abs(from_middle_m)) /
-              std::min(kObstacleBorder_m, 0.25 * size_m));
+              std::min(kObstacleBorder_m, kObstacleBorderShare * size_m));
 }
 
 }  // namespace
-
-const char* Name(EdgeShape shape) {
-  constexpr std::array<const char*, 6> kNames = {"step",   "double",  "slant",
-                                                 "convex", "concave", "none"};
-  return kNames[static_cast<std::size_t>(shape)];
-}
 
 double EdgeCourse::XAt(double y_m) const {
   double x = offset_m + slope * y_m;
@@ -157,7 +160,7 @@ struct Mats::Impl {
     const double t = y_m / options.texture.fray_length_m;
     return options.course.XAt(y_m) +
            fray_scale_m * (internal::Noise(fray_seed, t) +
-                           kFastFray * internal::Noise(fast_fray_seed, 3.0 * t));
+                           kFastFray * internal::Noise(fast_fray_seed, kFastFrayRate * t));
   }
 
   // How much of the upper mat there is: none beyond its end, which is cut no better than its edge.
@@ -188,8 +191,10 @@ struct Mats::Impl {
     if (filament.height_m <= 0.0) return;
     point.height_m += filament.height_m * presence;
     // Filaments are as dark as the mats; what they lack of the full height shows the mat between.
-    const double cover = Ramp(filament.height_m / (0.25 * options.texture.filament_height_m));
-    const double strength = filament.return_strength * (1.0 - 0.9 * options.texture.darkness);
+    const double cover =
+        Ramp(filament.height_m / (kHidingShare * options.texture.filament_height_m));
+    const double strength =
+        filament.return_strength * (1.0 - kFilamentDarkness * options.texture.darkness);
     point.return_strength = Mix(point.return_strength, strength, cover * presence);
   }
 

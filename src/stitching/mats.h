@@ -1,15 +1,18 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace rangegrasp::stitching {
 
 /// The kinds of edge of figure 3.15.
 enum class EdgeShape { kStep, kDouble, kSlant, kConvex, kConcave, kNone };
-const char* Name(EdgeShape shape);  ///< "step", "double", "slant", "convex", "concave", "none"
+constexpr std::array<std::string_view, 6> WordsOf(EdgeShape) {
+  return {"step", "double", "slant", "convex", "concave", "none"};
+}
 
 /// Where the upper mat's edge runs: x = offset + waves(y) + bump(y).
 /// Frame M of the mats: y along the track that CAD planned (x = 0), x across, z up, [m].
@@ -98,9 +101,5 @@ class Mats {
   struct Impl;
   std::shared_ptr<const Impl> impl_;  ///< copies share it
 };
-
-/// A random seam as a production would show them: shape, height 0.3 to 1.1 mm, course (straight or
-/// curved), mat type (texture scaled round `typical`), tilt. Depends on the seed alone.
-MatOptions RandomMats(EdgeShape shape, const MatTexture& typical, bool curved, std::uint64_t seed);
 
 }  // namespace rangegrasp::stitching

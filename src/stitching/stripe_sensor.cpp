@@ -6,8 +6,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "stitching/internal/stripe_sensor_check.h"
-
 namespace rangegrasp::stitching {
 namespace {
 
@@ -15,6 +13,7 @@ constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 // A spot's place along the line is known well enough when it moves by less than this, a tenth of
 // a column of the finer sensor.
 constexpr double kPlaceTolerance_m = 5e-6;
+// Steps towards it, at most: more would change a place only on faces nearly as steep as the rays.
 constexpr int kPlaceSteps = 4;
 
 /// Decides column after column whether a reflection is taken for the spot: a chain of two states
@@ -86,7 +85,7 @@ std::vector<double> BodyLevels(const seam::CalibrationBody& body, double base_m)
 }  // namespace
 
 StripeSensor::StripeSensor(const StripeSensorOptions& options) : options_(options) {
-  internal::CheckOptions(options);
+  CheckOptions(options);
   focal_px_ = options.line.columns_per_m * options.standoff_m;
   cos_ = std::cos(options.angle_rad);
   sin_ = std::sin(options.angle_rad);
@@ -124,7 +123,7 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
   double height = 0.0;
   for (std::size_t c = 0; c < columns; ++c) {
     // A column is a plane through the camera: where it meets the surface depends on the height
-    // there. The neighbour's height is near enough on all but steep places.
+    // there. The neighbor's height is near enough on all but steep places.
     double x = LateralAt(static_cast<double>(c), height);
     MatPoint point{};
     for (int step = 0; step < kPlaceSteps; ++step) {
@@ -177,11 +176,11 @@ std::vector<seam::CalibrationScan> StripeSensor::ScanBody(const seam::Calibratio
                                                           int distances, core::Rng& rng) const {
   if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
   const double top = *std::max_element(body.step_heights_m.begin(), body.step_heights_m.end());
-  const double lowest = -options_.range_below_m;
-  const double highest = std::max(lowest, options_.range_above_m - top);
+  const double low = -options_.range_below_m;
+  const double high = std::max(low, options_.range_above_m - top);
   std::vector<seam::CalibrationScan> scans;
   for (int i = 0; i < distances; ++i) {
-    const double base = lowest + (highest - lowest) * i / (distances - 1);
+    const double base = low + (high - low) * i / (distances - 1);
     scans.push_back(ScanBodyAt(body, base, rng));
   }
   return scans;

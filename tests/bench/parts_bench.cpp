@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/rng.h"
-#include "parts/baselines.h"
-#include "parts/embedding.h"
-#include "parts/improved.h"
-#include "parts/mirror.h"
+#include "parts/baselines/sdf.h"
+#include "parts/hierarchy/improved.h"
+#include "parts/shape/shape_file.h"
+#include "parts/stretched/pose_invariant.h"
 
 namespace rangegrasp {
 namespace {

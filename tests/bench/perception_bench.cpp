@@ -6,6 +6,8 @@
 #include <map>
 
 #include "core/stopwatch.h"
+#include "pcl_bridge/clusters.h"
+#include "pcl_bridge/local_convexity.h"
 #include "pcl_pipeline.h"
 #include "perception/perceive.h"
 #include "tabletop.h"
@@ -63,17 +65,19 @@ void PerceiveBesidePcl(benchmark::State& state) {
     filter += SecondsOf(scene, "filter");
     normals += SecondsOf(scene, "normals");
     segments += SecondsOf(scene, "segments");
-    const PclSeconds one = RunPcl(FiveObjectsCloud(), whole_cloud);
+    const PclSeconds one = RunPcl(FiveObjectsCloud(), SensorOrigin(), whole_cloud);
     pcl.plane += one.plane;
     pcl.filter += one.filter;
     pcl.normals += one.normals;
     pcl.clusters += one.clusters;
     pcl.points = one.points;
+    pcl.found_clusters = one.found_clusters;
   }
   const double ours = table + filter + normals + segments;
   auto& c = state.counters;
   c["ours_ms"] = Counter(ours * 1e3, Counter::kAvgIterations);
   c["pcl_ms"] = Counter(pcl.Sum() * 1e3, Counter::kAvgIterations);
+  c["pcl_segments"] = static_cast<double>(pcl.found_clusters);
   c["pcl_points"] = static_cast<double>(pcl.points);
   c["ratio"] = ours / pcl.Sum();
   c["ratio_plane"] = table / pcl.plane;
@@ -87,6 +91,49 @@ BENCHMARK(PerceiveBesidePcl)
     ->Arg(1)
     ->Unit(benchmark::kMillisecond)
     ->MinTime(2.0);
+
+enum class PclSegmentation { kEuclidean, kRegions, kLocalConvexity };
+
+std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cloud,
+                             const pcl_bridge::Normals& normals) {
+  switch (method) {
+    case PclSegmentation::kEuclidean:
+      return pcl_bridge::EuclideanClusters(cloud).size();
+    case PclSegmentation::kRegions:
+      return pcl_bridge::GrowRegions(cloud, normals).size();
+    case PclSegmentation::kLocalConvexity:
+      return static_cast<std::size_t>(pcl_bridge::SegmentByLocalConvexity(cloud).segments);
+  }
+  return 0;
+}
+
+// Segmentation alone, ours and one of PCL's in turn on the filtered points above the table.
+// Argument: PCL's Euclidean clusters, region growing, or local convexity (LCCP). Counters:
+// milliseconds and segments of each, and ours / PCL. The scene has five objects.
+void SegmentBesidePcl(benchmark::State& state) {
+  const auto method = static_cast<PclSegmentation>(state.range(0));
+  const geometry::PointCloud& points = FiveObjectsScene().cloud;
+  const pcl_bridge::Cloud cloud(points.points, SensorOrigin());
+  const pcl_bridge::Normals normals = pcl_bridge::EstimateNormals(cloud);
+  double ours_s = 0.0;
+  double pcl_s = 0.0;
+  std::size_t ours = 0;
+  std::size_t pcl = 0;
+  for (auto _ : state) {
+    core::Stopwatch watch;
+    ours = perception::Segment(points, Context().experiment.perception.segment).size();
+    ours_s += watch.Restart();
+    pcl = CountPclSegments(method, cloud, normals);
+    pcl_s += watch.Restart();
+  }
+  auto& c = state.counters;
+  c["ours_ms"] = Counter(ours_s * 1e3, Counter::kAvgIterations);
+  c["pcl_ms"] = Counter(pcl_s * 1e3, Counter::kAvgIterations);
+  c["ours_segments"] = static_cast<double>(ours);
+  c["pcl_segments"] = static_cast<double>(pcl);
+  c["ratio"] = ours_s / pcl_s;
+}
+BENCHMARK(SegmentBesidePcl)->ArgName("method")->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace rangegrasp::bench

@@ -9,14 +9,14 @@
 #include "seam/monitor.h"
 #include "seam/preprocess.h"
 #include "seam/tracker.h"
-#include "stitching/evaluation.h"
+#include "tasks/seam/seam_experiment.h"
 
 namespace rangegrasp {
 namespace {
 
 // Recorded rows of a seam, what pre-processing makes of them, and what is needed for that.
 struct Recorded {
-  stitching::Evaluation evaluation;
+  tasks::seam_task::SeamExperiment experiment;
   seam::Calibration calibration;
   std::vector<seam::RawProfile> raw;
   std::vector<seam::PreparedProfile> prepared;
@@ -26,11 +26,11 @@ const Recorded& Profiles() {
   static const Recorded recorded = [] {
     const std::filesystem::path root = RANGEGRASP_SOURCE_DIR;
     Recorded made;
-    made.evaluation = stitching::ReadEvaluation(root / "experiments/seam_base.yaml");
-    made.evaluation.seed = 1001;
-    const stitching::StripeSensor sensor(made.evaluation.sensor);
-    made.calibration = stitching::CalibrationOf(made.evaluation, sensor);
-    made.raw = stitching::Record(made.evaluation, sensor, 0).raw;
+    made.experiment = tasks::seam_task::ReadSeamExperiment(root / "experiments/seam_base.yaml");
+    made.experiment.seed = 1001;
+    const stitching::StripeSensor sensor(made.experiment.sensor);
+    made.calibration = tasks::seam_task::CalibrationOf(made.experiment, sensor);
+    made.raw = tasks::seam_task::RecordSeam(made.experiment, sensor, 0).raw;
     for (const auto& raw : made.raw) {
       made.prepared.push_back(seam::Prepare(seam::Calibrate(raw, made.calibration), {}));
     }
@@ -82,7 +82,7 @@ BENCHMARK(GradientAccumulation)->Unit(benchmark::kMicrosecond);
 // From the camera's rows to the decided position: the argument is the seam::DecisionMethod.
 void SumIncludingDecision(benchmark::State& state) {
   const Recorded& r = Profiles();
-  auto options = r.evaluation.track.tracker;
+  auto options = r.experiment.track.tracker;
   options.method = static_cast<seam::DecisionMethod>(state.range(0));
   seam::EdgeTracker tracker(options);
   double time_s = 0.0;
@@ -96,7 +96,7 @@ BENCHMARK(SumIncludingDecision)->DenseRange(0, 2)->Unit(benchmark::kMicrosecond)
 
 void SurfaceMonitorUpdate(benchmark::State& state) {
   const Recorded& r = Profiles();
-  seam::SurfaceMonitor monitor(r.evaluation.sensor.line, {});
+  seam::SurfaceMonitor monitor(r.experiment.sensor.line, {});
   seam::Reading reading;
   reading.status = seam::ProfileStatus::kEdge;
   reading.step_m = 1e-3;

@@ -15,6 +15,7 @@ sim::World PlaceFiveObjects() {
   for (const auto& name : names) {
     models.push_back(experiment::ObjectModelOf(context.experiment, name));
   }
+  constexpr double kDrop_m = 0.0005;  // above the resting height: nothing starts inside the table
   sim::World world(context.experiment.scene, models, context.experiment.physics);
   world.SetArm(context.robot.home);
   for (int i = 0; i < world.objects(); ++i) {
@@ -23,7 +24,7 @@ sim::World PlaceFiveObjects() {
     const Eigen::Vector3d place =
         context.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
     world.PlaceObject(i, core::MakePose(pose.R_WO.toRotationMatrix(),
-                                        {place.x(), place.y(), pose.height_m + 0.0005}));
+                                        {place.x(), place.y(), pose.height_m + kDrop_m}));
   }
   if (!world.Settle()) throw std::runtime_error("the five objects do not come to rest");
   return world;
@@ -48,9 +49,10 @@ const sensing::Scan& FiveObjectsScan() {
 }
 
 const geometry::Points& FiveObjectsCloud() {
+  constexpr double kArmMaxX_m = -0.3;  // of the arm at home and its pedestal; the table lies beyond
   static const geometry::Points points = [] {
     geometry::Points all = geometry::ToCloud(FiveObjectsScan().image).points;
-    std::erase_if(all, [](const Eigen::Vector3d& p_W) { return p_W.x() < -0.3; });
+    std::erase_if(all, [](const Eigen::Vector3d& p_W) { return p_W.x() < kArmMaxX_m; });
     return all;
   }();
   return points;

@@ -63,12 +63,6 @@ struct Lollipop {
     for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
     return out.str();
   }
-  // Ball and rod.
-  std::string Seg() const {
-    std::string text;
-    for (const auto& f : faces) text += points[f[0]][0] < 1.0 ? "0\n" : "1\n";
-    return text;
-  }
 };
 
 // The points of a binary PLY as `scan` writes it: x, y, z as floats and two whole numbers.
@@ -107,20 +101,9 @@ class PartsTest : public testing::Test {
     EXPECT_EQ(ran.out, "");
     EXPECT_THAT(ran.err, HasSubstr(says));
   }
-  void WriteBenchmark() {
-    for (const char* id : {"1", "2"}) {
-      folder_.Write(std::string("psb/off/") + id + ".off", Lollipop().Off());
-      folder_.Write(std::string("psb/seg/") + id + "/" + id + "_0.seg", Lollipop().Seg());
-    }
-    experiment_ = folder_
-                      .Write("e.yaml",
-                             "data: psb\nmethods: [mirror, kmeans, sdf]\nclasses: [lollipop]\n"
-                             "models: {lollipop: {tune: [1], report: [2]}}\n")
-                      .string();
-  }
 
   TempFolder folder_;
-  std::string mesh_, experiment_;
+  std::string mesh_;
 };
 
 TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
@@ -254,67 +237,11 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   }
 }
 
-TEST_F(PartsTest, EvaluateWritesRowsFiguresAndTables) {
-  WriteBenchmark();
-  const Ran ran = Parts({"evaluate", experiment_});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("1 - Rand index"));
-  EXPECT_THAT(ran.out, HasSubstr("Cut discrepancy"));
-  for (const char* name :
-       {"rows.csv", "tables.json", "rand_index.csv", "rand_index_by_class.svg",
-        "rand_index_overall.svg", "cut_discrepancy.csv", "cut_discrepancy_by_class.svg",
-        "cut_discrepancy_overall.svg", "rand_index_all_models.csv"}) {
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
-  }
-  EXPECT_NO_THROW(nlohmann::json::parse(core::ReadFile(folder_ / "out/tables.json")));
-}
-
-TEST_F(PartsTest, ARunThatWasCutShortGoesOnToTheSameRows) {
-  WriteBenchmark();
-  ASSERT_EQ(Parts({"evaluate", experiment_}).code, 0);
-  const std::string rows = core::ReadFile(folder_ / "out/rows.csv");
-  // Three whole lines, and half of the next.
-  std::size_t at = 0;
-  for (int i = 0; i < 3; ++i) at = rows.find('\n', at) + 1;
-  folder_.Write("out/rows.csv", rows.substr(0, at + 10));
-  const Ran ran = Parts({"evaluate", experiment_, "--resume", "--jobs", "1"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const std::string again = core::ReadFile(folder_ / "out/rows.csv");
-  // What was there is kept with its times; of the others all but the times is the same.
-  EXPECT_EQ(again.substr(0, at), rows.substr(0, at));
-  const auto without_times = [](const std::string& text) {
-    std::istringstream in(text);
-    std::string result;
-    for (std::string line; std::getline(in, line);) {
-      std::istringstream cells(line);
-      std::string cell;
-      for (int i = 0; std::getline(cells, cell, ','); ++i) result += i == 7 ? "" : cell + ",";
-      result += "\n";
-    }
-    return result;
-  };
-  EXPECT_EQ(without_times(again), without_times(rows));
-}
-
-TEST_F(PartsTest, EvaluateGoesOnPastAModelThatFails) {
-  WriteBenchmark();
-  folder_.Write("psb/off/2.off", "OFF\nrubbish\n");
-  const Ran ran = Parts({"evaluate", experiment_, "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto tables = nlohmann::json::parse(ran.out)["tables"];
-  EXPECT_EQ(tables.back()["title"], "Failed");
-  EXPECT_EQ(tables.back()["rows"].size(), 3U);
-}
-
-TEST_F(PartsTest, EvaluateRefusesWhatItCannotRead) {
-  WriteBenchmark();
-  ExpectRefused({"evaluate"}, "experiment");
-  ExpectRefused({"evaluate", (folder_ / "none.yaml").string()}, "none.yaml: no such file");
-  ExpectRefused({"evaluate", experiment_, "--data", Out()}, "has no folder 'off'");
-  ExpectRefused({"evaluate", experiment_, "--jobs", "0"}, "--jobs");
-  folder_.Write("out/rows.csv", "something else\n");
-  ExpectRefused({"evaluate", experiment_, "--resume"}, "rows.csv:1: ");
-  EXPECT_EQ(core::ReadFile(folder_ / "out/rows.csv"), "something else\n");
+// An old habit is told the new command, whatever follows it.
+TEST_F(PartsTest, EvaluateSaysThatExperimentsAreRun) {
+  ExpectRefused({"evaluate"}, "rangegrasp run EXPERIMENT.yaml");
+  ExpectRefused({"evaluate", "experiments/parts_psb.yaml", "--data", "psb", "--resume"},
+                "rangegrasp run EXPERIMENT.yaml");
 }
 
 }  // namespace

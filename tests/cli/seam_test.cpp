@@ -19,7 +19,6 @@ using testing_support::TempFolder;
 
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 const std::string kBase = (kSource / "experiments/seam_base.yaml").string();
-const std::string kTrack = (kSource / "experiments/seam_track.yaml").string();
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;
@@ -189,46 +188,27 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
   folder_.Write("bad.csv", "scan,base_mm\n1,low\n");
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},
-      "bad.csv:2: 'low'");
+      "bad.csv:2: column 'base_mm': 'low'");
   ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
                  "--step-heights-mm", "0,4,9", "-o", File("d")},
                 "body.csv: ");
 }
 
-TEST_F(SeamTest, EvaluatesTheSameForAnyNumberOfJobs) {
-  for (const char* jobs : {"1", "2"}) {
-    const Ran ran = RunProgram({"seam", "evaluate", kBase, "--seams", "3", "--seed", "4711",
-                                "--jobs", jobs, "-o", File(jobs), "--json"});
-    ASSERT_EQ(ran.code, 0) << ran.err;
-    const auto json = nlohmann::json::parse(ran.out);
-    EXPECT_EQ(json["stamp"]["seed"], 4711);
-    EXPECT_EQ(json["tables"].size(), 3U);
-  }
-  for (const char* name : {"rows.csv", "tables.json"}) {
-    EXPECT_EQ(core::ReadFile(folder_ / "1" / name), core::ReadFile(folder_ / "2" / name));
-  }
-}
-
-TEST_F(SeamTest, TrackWritesItsPathPacketsAndPicture) {
-  const Ran ran =
-      RunProgram({"seam", "track", kTrack, "--run", "2", "--seed", "4711", "-o", File("t")});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(core::ReadFile(folder_ / "t" / "path.csv"), StartsWith("time_s,x_mm,y_mm,"));
-  EXPECT_THAT(core::ReadFile(folder_ / "t" / "packets.xml"), StartsWith("<"));
-  EXPECT_THAT(core::ReadFile(folder_ / "t" / "path.svg"), HasSubstr("</svg>"));
-  ExpectRefused({"seam", "track", kBase, "-o", File("t")}, "'kind' is 'rates'");
+TEST_F(SeamTest, CommandsThatMovedSayWhereTo) {
+  ExpectRefused({"seam", "evaluate", kBase, "--seams", "3", "-o", File("x")},
+                "rangegrasp run EXPERIMENT.yaml");
+  ExpectRefused({"seam", "track", "--help"}, "rangegrasp trial DIR ID");
+  EXPECT_THAT(RunProgram({"seam", "--help"}).out, testing::Not(HasSubstr("evaluate")));
 }
 
 TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
   const std::string below = (folder_.Write("file", "") / "below").string();
-  ExpectRefused({"seam", "evaluate", kBase, "-o", below}, below);
-  ExpectRefused({"seam", "track", kTrack, "-o", below}, below);
   ExpectRefused({"seam", "generate", kBase, "-o", below + "/p.csv"}, below);
-  ExpectRefused({"seam", "evaluate", File("none.yaml")}, "none.yaml");
+  ExpectRefused({"seam", "generate", File("none.yaml"), "-o", File("p.csv")}, "none.yaml");
 }
 
 TEST(SeamHelp, EveryCommandHasAnExampleOfItself) {
-  for (const std::string command : {"generate", "calibrate", "detect", "evaluate", "track"}) {
+  for (const std::string command : {"generate", "calibrate", "detect"}) {
     const Ran ran = RunProgram({"seam", command, "--help"});
     EXPECT_EQ(ran.code, 0);
     EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp seam " + command));

@@ -21,7 +21,7 @@ Eigen::Vector2d Project(double x, double y) {
   return {0.5 * kWidth + x * PixelsPerMetre(), 0.5 * kHeight - y * PixelsPerMetre()};
 }
 
-Eigen::Vector3i Pixel(const sim::Image& image, int x, int y) {
+Eigen::Vector3i Pixel(const image::Image& image, int x, int y) {
   const auto at = static_cast<std::size_t>((y * image.width + x) * 3);
   return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
 }
@@ -32,7 +32,7 @@ struct Blob {
   double area = 0.0;
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
 };
-Blob NotWhite(const sim::Image& image) {
+Blob NotWhite(const image::Image& image) {
   Blob blob;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {

@@ -7,9 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "draw/bar_chart.h"
+#include "draw/internal/svg.h"
+
 namespace rangegrasp::draw {
 namespace {
 
+using internal::Ticks;
 using testing::HasSubstr;
 using testing::Not;
 

@@ -19,7 +19,7 @@ std::array<std::uint8_t, 3> RedOrBlue(std::int32_t label) {
 }
 
 // How many pixels are more red, and more blue, than anything else.
-std::pair<int, int> Count(const sim::Image& image) {
+std::pair<int, int> Count(const image::Image& image) {
   int red = 0, blue = 0;
   for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
     red += image.rgb[i] > image.rgb[i + 2] + 50 ? 1 : 0;

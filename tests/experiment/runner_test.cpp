@@ -20,7 +20,7 @@
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "experiment/child.h"
-#include "experiment/sample_result.h"
+#include "experiment/sample_record.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::experiment {
@@ -32,15 +32,14 @@ using testing_support::TempFolder;
 
 constexpr std::uint64_t kSeed = 42;
 
-TrialResult Good(const TrialSpec& spec) { return SampleResult(spec, kSeed); }
+using RunCase = std::function<Result(const Case&)>;
 
-RunPlan Plan(int trials, std::function<TrialResult(const TrialSpec&)> run = Good) {
-  RunPlan plan;
-  for (int i = 0; i < trials; ++i) plan.trials.push_back({i % 2 ? "mug" : "box", i});
-  plan.seed = kSeed;
-  plan.trial_limit_s = 30.0;
-  plan.run = std::move(run);
-  return plan;
+Result Good(const Case& which) { return SampleResult(which); }
+
+std::vector<Case> Cases(int count) {
+  std::vector<Case> cases;
+  for (int i = 0; i < count; ++i) cases.push_back(SampleCase(i % 2 ? "mug" : "box", i, kSeed));
+  return cases;
 }
 
 std::vector<std::string> Rows(const Store& store) {
@@ -49,65 +48,60 @@ std::vector<std::string> Rows(const Store& store) {
   return rows;
 }
 
-std::vector<std::string> RowsOfRun(const RunPlan& plan, const RunOptions& options) {
+std::vector<std::string> RowsOfRun(const std::vector<Case>& cases, const RunCase& run, int jobs) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  RunTrials(plan, store, options, {});
+  RunCases(cases, run, store, {.jobs = jobs}, {});
   return Rows(store);
 }
 
 bool NoChildIsLeft() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD; }
 
-// Runs three trials, the second of which is `bad`, two at a time.
-TrialResult RunBad(std::function<TrialResult(const TrialSpec&)> bad, double limit_s = 30.0) {
+// Runs three cases, the second of which is `bad`, two at a time.
+Record RunBad(const RunCase& bad, double limit_s = 30.0) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  RunPlan plan =
-      Plan(3, [&](const TrialSpec& spec) { return spec.index == 1 ? bad(spec) : Good(spec); });
-  plan.trial_limit_s = limit_s;
-  RunTrials(plan, store, {.jobs = 2}, {});
+  const auto run = [&](const Case& which) {
+    return which.position == 1 ? bad(which) : Good(which);
+  };
+  RunCases(Cases(3), run, store, {.jobs = 2, .case_limit_s = limit_s}, {});
   EXPECT_TRUE(NoChildIsLeft());
   const auto all = store.ReadAll();
   if (all.size() != 3) {
     ADD_FAILURE() << all.size() << " rows";
     return {};
   }
-  // By id: box-0000, box-0002, mug-0001.
-  EXPECT_EQ(Row(all[0]), Row(Good({"box", 0})));
-  EXPECT_EQ(Row(all[1]), Row(Good({"box", 2})));
-  EXPECT_EQ(all[2].id, "mug-0001");
-  EXPECT_EQ(all[2].object, "mug");
-  EXPECT_EQ(all[2].index, 1);
-  EXPECT_EQ(all[2].seed, TrialSeed(kSeed, {"mug", 1}));
-  EXPECT_FALSE(all[2].detected);
-  return all[2];
+  EXPECT_EQ(Row(all[0]), Row(SampleRecord("box", 0, kSeed)));
+  EXPECT_EQ(Row(all[2]), Row(SampleRecord("box", 2, kSeed)));
+  EXPECT_EQ(all[1].which.id, "mug-0001");
+  EXPECT_EQ(all[1].which.params, SampleCase("mug", 1).params);  // what it was stands in its row
+  return all[1];
 }
 
-// Later trials end earlier.
-TrialResult Staggered(const TrialSpec& spec) {
-  usleep(static_cast<useconds_t>(20000 - 1500 * spec.index));
-  return Good(spec);
+// Later cases end earlier.
+Result Staggered(const Case& which) {
+  usleep(static_cast<useconds_t>(20000 - 1500 * which.position));
+  return Good(which);
 }
 
-TEST(RunTrials, RowsDoNotDependOnTheNumberOfJobs) {
-  const auto one = RowsOfRun(Plan(12, Staggered), {.jobs = 1});
+TEST(RunCases, RowsDoNotDependOnTheNumberOfJobs) {
+  const auto one = RowsOfRun(Cases(12), Staggered, 1);
   ASSERT_EQ(one.size(), 12u);
-  for (const int jobs : {2, 3, 12, 100}) {
-    EXPECT_EQ(RowsOfRun(Plan(12, Staggered), {.jobs = jobs}), one) << jobs;
-  }
+  for (const int jobs : {2, 3, 12, 100})
+    EXPECT_EQ(RowsOfRun(Cases(12), Staggered, jobs), one) << jobs;
 }
 
-TEST(RunTrials, ShardsHoldEveryTrialOnce) {
-  const auto whole = RowsOfRun(Plan(11), {.jobs = 2});
+TEST(RunCases, ShardsHoldEveryCaseOnce) {
+  const auto whole = RowsOfRun(Cases(11), Good, 2);
   for (const int shards : {1, 2, 3, 11, 20}) {
     const TempFolder folder;
     std::size_t rows = 0;
     Store joined = Store::Create(folder / "joined");
     for (int shard = 1; shard <= shards; ++shard) {
       Store part = Store::Create(folder / std::to_string(shard));
-      RunTrials(Plan(11), part, {.jobs = 2, .shard = shard, .shards = shards}, {});
-      for (const auto& result : part.ReadAll()) {
-        joined.Write(result);
+      RunCases(ShardOf(Cases(11), shard, shards), Good, part, {.jobs = 2}, {});
+      for (const auto& record : part.ReadAll()) {
+        joined.Write(record);
         ++rows;
       }
     }
@@ -116,125 +110,112 @@ TEST(RunTrials, ShardsHoldEveryTrialOnce) {
   }
 }
 
-TEST(RunTrials, ResumeRunsOnlyWhatIsMissing) {
+TEST(Missing, IsWhatTheStoreDoesNotHoldFailedOnesIncluded) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  const RunPlan plan = Plan(8);
-  for (const int done : {0, 3, 4}) store.Write(Good(plan.trials[static_cast<std::size_t>(done)]));
-  std::set<int> ran;
-  RunTrials(plan, store, {.jobs = 2, .resume = true}, [&](int, int total, const TrialResult& last) {
-    EXPECT_EQ(total, 5);
-    ran.insert(last.index);
-  });
-  EXPECT_EQ(ran, (std::set<int>{1, 2, 5, 6, 7}));
-  EXPECT_EQ(Rows(store), RowsOfRun(plan, {}));
+  const auto cases = Cases(8);
+  for (const std::size_t done : {0u, 3u, 4u})
+    store.Write({cases[done], {kCrashed, "case", "", "{}", {}}});
+  std::vector<int> missing;
+  for (const Case& c : Missing(cases, store)) missing.push_back(c.position);
+  EXPECT_EQ(missing, (std::vector<int>{1, 2, 5, 6, 7}));
+  EXPECT_EQ(store.ReadAll().front().result.outcome, kCrashed);
 }
 
-TEST(RunTrials, ResumeLeavesAFailedTrialAsItIs) {
+TEST(RunCases, NothingToDoIsDone) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  const RunPlan plan = Plan(2);
-  TrialResult crashed = Good(plan.trials[0]);
-  crashed.outcome = Outcome::kCrashed;
-  store.Write(crashed);
-  RunTrials(plan, store, {.resume = true}, {});
-  EXPECT_EQ(store.ReadAll().front().outcome, Outcome::kCrashed);
-}
-
-TEST(RunTrials, NothingToDoIsDone) {
-  const TempFolder folder;
-  Store store = Store::Create(folder.path());
-  RunTrials(Plan(0), store, {}, [](int, int, const TrialResult&) { FAIL(); });
+  RunCases({}, Good, store, {}, [](int, int, const Record&) { FAIL(); });
   EXPECT_TRUE(store.ReadAll().empty());
 }
 
-TEST(RunTrials, ProgressCountsFromOneToTheTotalAfterTheRowIsWritten) {
+TEST(RunCases, ProgressCountsFromOneToTheTotalAfterTheRowIsWritten) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
   int expected = 0;
-  RunTrials(Plan(7, Staggered), store, {.jobs = 3},
-            [&](int done, int total, const TrialResult& last) {
-              EXPECT_EQ(done, ++expected);
-              EXPECT_EQ(total, 7);
-              const auto rows = Store::Open(folder.path()).ReadAll();
-              EXPECT_EQ(rows.size(), static_cast<std::size_t>(done));
-              EXPECT_TRUE(std::any_of(rows.begin(), rows.end(),
-                                      [&](const auto& row) { return row.id == last.id; }));
-            });
+  RunCases(Cases(7), Staggered, store, {.jobs = 3}, [&](int done, int total, const Record& last) {
+    EXPECT_EQ(done, ++expected);
+    EXPECT_EQ(total, 7);
+    const auto rows = Store::Open(folder.path()).ReadAll();
+    EXPECT_EQ(rows.size(), static_cast<std::size_t>(done));
+    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(),
+                            [&](const auto& row) { return row.which.id == last.which.id; }));
+  });
   EXPECT_EQ(expected, 7);
 }
 
-TEST(RunTrials, JobsRunAtTheSameTime) {
+TEST(RunCases, JobsRunAtTheSameTime) {
   const core::Stopwatch watch;
-  RowsOfRun(Plan(6,
-                 [](const TrialSpec& spec) {
-                   usleep(200000);
-                   return Good(spec);
-                 }),
-            {.jobs = 6});
+  RowsOfRun(
+      Cases(6),
+      [](const Case& which) {
+        usleep(200000);
+        return Good(which);
+      },
+      6);
   EXPECT_LT(watch.Seconds(), 1.0);  // one after the other: 1.2 s
 }
 
-TEST(RunTrials, ASegmentationFaultCostsOneTrial) {
-  const auto result = RunBad([](const TrialSpec& spec) {
+TEST(RunCases, ASegmentationFaultCostsOneTrial) {
+  const auto result = RunBad([](const Case& which) {
     std::signal(SIGSEGV, SIG_DFL);  // a sanitizer may have its own handler
     raise(SIGSEGV);
-    return Good(spec);
+    return Good(which);
   });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("Segmentation fault"));
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("Segmentation fault"));
 }
 
-TEST(RunTrials, AnAbortKeepsTheLastLineOfItsMessage) {
-  const auto result = RunBad([](const TrialSpec&) -> TrialResult {
+TEST(RunCases, AnAbortKeepsTheLastLineOfItsMessage) {
+  const auto result = RunBad([](const Case&) -> Result {
     std::fputs("first line\nassertion failed: x > 0\n", stderr);
     std::abort();
   });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("Aborted"));
-  EXPECT_THAT(result.detail, HasSubstr("assertion failed: x > 0"));
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("Aborted"));
+  EXPECT_THAT(result.result.detail, HasSubstr("assertion failed: x > 0"));
 }
 
-TEST(RunTrials, AnExceptionCostsOneTrialAndIsNamed) {
+TEST(RunCases, AnExceptionCostsOneTrialAndIsNamed) {
   const auto result =
-      RunBad([](const TrialSpec&) -> TrialResult { throw std::runtime_error("no such luck"); });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("no such luck"));
-  EXPECT_EQ(RunBad([](const TrialSpec&) -> TrialResult { throw 3; }).outcome, Outcome::kCrashed);
+      RunBad([](const Case&) -> Result { throw std::runtime_error("no such luck"); });
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("no such luck"));
+  EXPECT_EQ(RunBad([](const Case&) -> Result { throw 3; }).result.outcome, kCrashed);
 }
 
-TEST(RunTrials, AnExitWithoutAResultIsACrash) {
-  auto result = RunBad([](const TrialSpec&) -> TrialResult { _exit(0); });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("no result"));
-  result = RunBad([](const TrialSpec&) -> TrialResult { _exit(7); });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("code 7"));
+TEST(RunCases, AnExitWithoutAResultIsACrash) {
+  auto result = RunBad([](const Case&) -> Result { _exit(0); });
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("no result"));
+  result = RunBad([](const Case&) -> Result { _exit(7); });
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("code 7"));
 }
 
-TEST(RunTrials, AHangIsKilledAtItsLimit) {
+TEST(RunCases, AHangIsKilledAtItsLimit) {
   const core::Stopwatch watch;
   const auto result = RunBad(
-      [](const TrialSpec& spec) {
+      [](const Case& which) {
         for (;;) pause();
-        return Good(spec);
+        return Good(which);
       },
       0.3);
-  EXPECT_EQ(result.outcome, Outcome::kTimedOut);
+  EXPECT_EQ(result.result.outcome, kTimedOut);
   EXPECT_GE(watch.Seconds(), 0.3);
   EXPECT_LT(watch.Seconds(), 2.0);
 }
 
-TEST(RunTrials, ABusyLoopThatIgnoresSignalsIsKilledToo) {
+TEST(RunCases, ABusyLoopThatIgnoresSignalsIsKilledToo) {
   const auto result = RunBad(
-      [](const TrialSpec& spec) {
+      [](const Case& which) {
         std::signal(SIGTERM, SIG_IGN);
         std::signal(SIGINT, SIG_IGN);
         for (std::atomic<int> i = 0; i >= 0;) i = 0;
-        return Good(spec);
+        return Good(which);
       },
       0.3);
-  EXPECT_EQ(result.outcome, Outcome::kTimedOut);
+  EXPECT_EQ(result.result.outcome, kTimedOut);
 }
 
 // The writing ends of pipes among this process's files.
@@ -250,8 +231,8 @@ std::vector<int> PipesForWriting() {
   return pipes;
 }
 
-TEST(RunTrials, GarbageInPlaceOfAResultIsACrash) {
-  const auto result = RunBad([](const TrialSpec&) -> TrialResult {
+TEST(RunCases, GarbageInPlaceOfAResultIsACrash) {
+  const auto result = RunBad([](const Case&) -> Result {
     // The runner may stop reading before all is written.
     std::signal(SIGPIPE, SIG_IGN);
     for (const int fd : PipesForWriting()) {
@@ -261,55 +242,55 @@ TEST(RunTrials, GarbageInPlaceOfAResultIsACrash) {
     }
     _exit(0);
   });
-  EXPECT_EQ(result.outcome, Outcome::kCrashed);
-  EXPECT_THAT(result.detail, HasSubstr("no result"));
+  EXPECT_EQ(result.result.outcome, kCrashed);
+  EXPECT_THAT(result.result.detail, HasSubstr("no result"));
 }
 
-TEST(RunTrials, AProcessThatClosesItsPipeAndStaysIsKilled) {
+TEST(RunCases, AProcessThatClosesItsPipeAndStaysIsKilled) {
   const core::Stopwatch watch;
-  const auto result = RunBad([](const TrialSpec& spec) {
+  const auto result = RunBad([](const Case& which) {
     for (const int fd : PipesForWriting()) close(fd);
     for (;;) pause();
-    return Good(spec);
+    return Good(which);
   });
-  EXPECT_EQ(result.outcome, Outcome::kTimedOut);
+  EXPECT_EQ(result.result.outcome, kTimedOut);
   EXPECT_LT(watch.Seconds(), 10.0);
 }
 
-TEST(RunTrials, WhatATrialPrintsDoesNotMixWithResults) {
+TEST(RunCases, WhatATrialPrintsDoesNotMixWithResults) {
   testing::internal::CaptureStdout();
-  const auto result = RunBad([](const TrialSpec& spec) {
+  const auto result = RunBad([](const Case& which) {
     std::cout << "noise" << std::endl;
     std::puts("noise");
     std::fflush(stdout);
-    return Good(spec);
+    return Good(which);
   });
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-  EXPECT_EQ(Row(result), Row(Good({"mug", 1})));
+  EXPECT_EQ(Row(result), Row(SampleRecord("mug", 1, kSeed)));
 }
 
-TEST(RunTrials, AResultLargerThanAPipeComesThrough) {
-  const auto result = RunBad([](const TrialSpec& spec) {
-    TrialResult large = Good(spec);
-    large.log = std::string(3000000, 'x');
+TEST(RunCases, AResultLargerThanAPipeComesThrough) {
+  const auto result = RunBad([](const Case& which) {
+    Result large = Good(which);
+    large.data = std::string(3000000, 'x');
     return large;
   });
-  EXPECT_EQ(result.log.size(), 3000000u);
+  EXPECT_EQ(result.result.data.size(), 3000000u);
 }
 
-TEST(RunTrials, AFullDiskEndsTheRunAndLeavesNoProcessBehind) {
+TEST(RunCases, AFullDiskEndsTheRunAndLeavesNoProcessBehind) {
   const TempFolder folder;
   const int code = InChild([&] {
     Store store = Store::Create(folder.path());
     testing_support::LimitFileSize(400000);
     try {
-      RunTrials(Plan(100,
-                     [](const TrialSpec& spec) {
-                       TrialResult large = Good(spec);
-                       large.log = std::string(50000, 'x');
-                       return large;
-                     }),
-                store, {.jobs = 3}, {});
+      RunCases(Cases(100),
+               [](const Case& which) {
+                 Result large = Good(which);
+                 large.data = std::string(50000, 'x');
+                 return large;
+               },
+               store, {.jobs = 3}, {});
     } catch (const core::RunError&) {
       return NoChildIsLeft() ? 10 : 11;
     }
@@ -327,19 +308,19 @@ bool Lives(pid_t pid) {
   return line.substr(line.rfind(')') + 2, 1) != "Z";
 }
 
-TEST(RunTrials, AKilledRunTakesItsTrialsAlong) {
+TEST(RunCases, AKilledRunTakesItsTrialsAlong) {
   const TempFolder folder;
   const pid_t run = fork();
   if (run == 0) {
     Store store = Store::Create(folder.path());
-    RunTrials(Plan(1,
-                   [&](const TrialSpec& spec) {
-                     folder.Write("part", std::to_string(getpid()));
-                     std::filesystem::rename(folder / "part", folder / "pid");
-                     for (;;) pause();
-                     return Good(spec);
-                   }),
-              store, {}, {});
+    RunCases(Cases(1),
+             [&](const Case& which) {
+               folder.Write("part", std::to_string(getpid()));
+               std::filesystem::rename(folder / "part", folder / "pid");
+               for (;;) pause();
+               return Good(which);
+             },
+             store, {}, {});
     _exit(0);
   }
   const core::Stopwatch watch;

@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "experiment/child.h"
-#include "experiment/sample_result.h"
+#include "experiment/sample_record.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::experiment {
@@ -21,11 +21,11 @@ using testing_support::InChild;
 using testing_support::LimitFileSize;
 using testing_support::TempFolder;
 
-void ExpectSame(const std::vector<TrialResult>& a, const std::vector<TrialResult>& b) {
+void ExpectSame(const std::vector<Record>& a, const std::vector<Record>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(Row(a[i]), Row(b[i]));
-    EXPECT_EQ(a[i].seconds, b[i].seconds);
+    EXPECT_EQ(a[i].result.seconds, b[i].result.seconds);
   }
 }
 
@@ -45,12 +45,12 @@ std::string MessageOf(const std::function<void()>& action) {
 
 TEST(Store, RoundTripsEveryFieldExactly) {
   const TempFolder folder;
-  std::vector<TrialResult> written;
-  for (int i = 0; i < 30; ++i) written.push_back(SampleResult({"mug", i}));
-  written[3].seed = ~std::uint64_t{0};
-  written[4].detail = std::string("nul \0, quote ' and \" and \xff", 27);
-  written[5].seconds.clear();
-  written[6].log = std::string(200000, 'x');
+  std::vector<Record> written;
+  for (int i = 0; i < 30; ++i) written.push_back(SampleRecord("mug", i));
+  written[3].which.seed = ~std::uint64_t{0};
+  written[4].result.detail = std::string("nul \0, quote ' and \" and \xff", 27);
+  written[5].result.seconds.clear();
+  written[6].result.data = std::string(200000, 'x');
   {
     Store store = Store::Create(folder / "a/b");
     for (const auto& result : written) store.Write(result);
@@ -59,23 +59,24 @@ TEST(Store, RoundTripsEveryFieldExactly) {
   ExpectSame(Store::Open(folder / "a/b").ReadAll(), written);
 }
 
-TEST(Store, AllComeBackById) {
+TEST(Store, AllComeBackInTheOrderOfTheirPositions) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  for (const int i : {2, 0, 1}) store.Write(SampleResult({"mug", i}));
-  store.Write(SampleResult({"ball", 7}));
+  for (const int i : {2, 0, 1}) store.Write(SampleRecord("mug", i));
+  store.Write(SampleRecord("ball", 7));
   std::vector<std::string> ids;
-  for (const auto& result : store.ReadAll()) ids.push_back(result.id);
-  EXPECT_EQ(ids, (std::vector<std::string>{"ball-0007", "mug-0000", "mug-0001", "mug-0002"}));
+  for (const auto& record : store.ReadAll()) ids.push_back(record.which.id);
+  EXPECT_EQ(ids, (std::vector<std::string>{"mug-0000", "mug-0001", "mug-0002", "ball-0007"}));
+  EXPECT_EQ(store.Count(), 4);
 }
 
-TEST(Store, ATrialOfTheSameIdIsReplacedWhole) {
+TEST(Store, ACaseOfTheSameIdIsReplacedWhole) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  TrialResult result = SampleResult({"mug", 0});
+  Record result = SampleRecord("mug", 0);
   store.Write(result);
-  result.detail = "again";
-  result.seconds = {{"only", 2.0}};
+  result.result.detail = "again";
+  result.result.seconds = {{"only", 2.0}};
   store.Write(result);
   ExpectSame(store.ReadAll(), {result});
 }
@@ -83,20 +84,29 @@ TEST(Store, ATrialOfTheSameIdIsReplacedWhole) {
 TEST(Store, KeepsItsStamp) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
-  EXPECT_TRUE(store.ReadStamp().empty());
-  store.WriteStamp({{"seed", "1"}, {"reference", "a,b\n1,2\n"}});
-  store.WriteStamp({{"seed", "2"}});
-  EXPECT_EQ(Store::Open(folder.path()).ReadStamp(),
-            (std::map<std::string, std::string>{{"seed", "2"}, {"reference", "a,b\n1,2\n"}}));
+  EXPECT_EQ(store.ReadStamp(), Stamp{});
+  store.WriteStamp({{{"seed", "1"}, {"old", "x"}}, {{"version", "1"}}, {}});
+  const Stamp stamp{{{"seed", "2"}}, {{"seed", "x"}}, {{"reference", "a,b\n1,2\n"}}};
+  store.WriteStamp(stamp);
+  EXPECT_EQ(Store::Open(folder.path()).ReadStamp(), stamp);
+}
+
+TEST(Store, RemoveTakesTheResultsAndNothingElse) {
+  const TempFolder folder;
+  { Store::Create(folder.path()).Write(SampleRecord("mug", 0)); }
+  folder.Write("notes.txt", "mine");
+  Store::Remove(folder.path());
+  EXPECT_FALSE(Store::Exists(folder.path()));
+  EXPECT_TRUE(std::filesystem::exists(folder / "notes.txt"));
 }
 
 TEST(Store, MayBeReadWhileItIsWritten) {
   const TempFolder folder;
   Store writer = Store::Create(folder.path());
-  writer.Write(SampleResult({"mug", 0}));
+  writer.Write(SampleRecord("mug", 0));
   const Store reader = Store::Open(folder.path());
   EXPECT_EQ(reader.ReadAll().size(), 1u);
-  writer.Write(SampleResult({"mug", 1}));
+  writer.Write(SampleRecord("mug", 1));
   EXPECT_EQ(reader.ReadAll().size(), 2u);
 }
 
@@ -109,7 +119,7 @@ void KillWriterAfter(useconds_t delay_us, const std::filesystem::path& folder) {
   if (pid == 0) {
     Store store = Store::Create(folder);
     for (int i = 0; i < 9999; ++i) {
-      store.Write(SampleResult({"mug", i}));
+      store.Write(SampleRecord("mug", i));
       if (write(ends[1], "x", 1) != 1) _exit(1);
     }
     _exit(0);
@@ -131,12 +141,12 @@ void KillWriterAfter(useconds_t delay_us, const std::filesystem::path& folder) {
   const auto rows = store.ReadAll();
   EXPECT_GE(rows.size(), acknowledged);
   EXPECT_LE(rows.size(), acknowledged + 1);
-  std::vector<TrialResult> expected;
+  std::vector<Record> expected;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    expected.push_back(SampleResult({"mug", static_cast<int>(i)}));
+    expected.push_back(SampleRecord("mug", static_cast<int>(i)));
   }
   ExpectSame(rows, expected);
-  store.Write(SampleResult({"next", 0}));
+  store.Write(SampleRecord("next", 0));
   EXPECT_EQ(store.ReadAll().size(), rows.size() + 1);
 }
 
@@ -151,11 +161,11 @@ TEST(Store, AFullDiskIsARunErrorAndKeepsTheRowsBefore) {
   const TempFolder folder;
   const int code = InChild([&] {
     Store store = Store::Create(folder.path());
-    store.Write(SampleResult({"mug", 0}));
+    store.Write(SampleRecord("mug", 0));
     LimitFileSize(300000);
     for (int i = 1; i < 1000; ++i) {
-      TrialResult result = SampleResult({"mug", i});
-      result.log = std::string(10000, 'x');
+      Record result = SampleRecord("mug", i);
+      result.result.data = std::string(10000, 'x');
       try {
         store.Write(result);
       } catch (const core::RunError& e) {
@@ -168,8 +178,8 @@ TEST(Store, AFullDiskIsARunErrorAndKeepsTheRowsBefore) {
   EXPECT_EQ(code, 10);
   const auto rows = Store::Open(folder.path()).ReadAll();
   ASSERT_GT(rows.size(), 3u);
-  EXPECT_EQ(Row(rows[0]), Row(SampleResult({"mug", 0})));
-  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i].log.size(), 10000u);
+  EXPECT_EQ(Row(rows[0]), Row(SampleRecord("mug", 0)));
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i].result.data.size(), 10000u);
 }
 
 TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {

@@ -17,6 +17,7 @@
 #include <set>
 
 #include "core/units.h"
+#include "geometry/alpha_components.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
 

@@ -75,20 +75,5 @@ TEST(Hull, OfFlatPointsIsEmpty) {
   EXPECT_TRUE(ConvexHull(Points(10, Eigen::Vector3d(1.0, 1.0, 1.0))).triangles.empty());
 }
 
-TEST(Hull2, OfASquareWithPointsInItIsItsCornersCounterClockwise) {
-  const std::vector<Eigen::Vector2d> points = {{0.0, 0.0}, {0.5, 0.5}, {1.0, 1.0}, {0.0, 1.0},
-                                               {1.0, 0.0}, {0.5, 0.0}, {0.3, 0.8}, {1.0, 1.0}};
-  const auto hull = ConvexHull2(points);
-  ASSERT_EQ(hull.size(), 4u);
-  double area = 0.0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto& a = hull[i];
-    const auto& b = hull[(i + 1) % 4];
-    area += 0.5 * (a.x() * b.y() - a.y() * b.x());
-  }
-  EXPECT_NEAR(area, 1.0, 1e-12);
-  EXPECT_TRUE(ConvexHull2({}).empty());
-}
-
 }  // namespace
 }  // namespace rangegrasp::geometry

@@ -1,5 +1,3 @@
-#include "geometry/io.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pcl/io/pcd_io.h>
@@ -14,6 +12,8 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "geometry/cloud_file.h"
+#include "geometry/mesh_file.h"
 #include "geometry/random_points.h"
 #include "geometry/shape.h"
 

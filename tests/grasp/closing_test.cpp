@@ -18,16 +18,16 @@ SurfaceSamples BoxBetweenThePads(double width_m, double x_m) {
   return SampleSurface(geometry::Transformed(mesh, Move(x_m, 0.0, -0.015)), 10000);
 }
 
-TEST(StateAtGap, IsTheNearestOneAbove) {
+TEST(IndexAtGap, IsTheNearestOneAbove) {
   const auto hand = SensorHand();
   for (double gap = 0.005; gap < 0.1; gap += 0.007) {
-    const std::size_t s = StateAtGap(hand, gap);
+    const std::size_t s = hand.IndexAtGap(gap);
     EXPECT_GE(hand.states[s].gap_m, gap);
     if (s + 1 < hand.states.size()) {
       EXPECT_LT(hand.states[s + 1].gap_m, gap);
     }
   }
-  EXPECT_EQ(StateAtGap(hand, 0.5), 0u);
+  EXPECT_EQ(hand.IndexAtGap(0.5), 0u);
 }
 
 TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
@@ -150,12 +150,12 @@ TEST(Score, FallsWithEveryFlaw) {
   good.top_margin_m = 0.03;
   good.room_m = 0.03;
   good.contact_m2 = 4e-4;
-  const double best = Score(good, 0.46);
+  const double best = Score(good, 0.46, {});
   EXPECT_NEAR(best, 1.0 + ScoreWeights{}.tight, 1e-12);
   const auto with = [&](auto change) {
     Quality q = good;
     change(q);
-    return Score(q, 0.46);
+    return Score(q, 0.46, {});
   };
   EXPECT_LT(with([](Quality& q) { q.angles.thumb_rad = 0.1; }), best);
   EXPECT_LT(with([](Quality& q) { q.angles.finger_rad = 0.1; }), best);

@@ -2,10 +2,11 @@
 
 #include <set>
 
+#include "core/words.h"
+#include "geometry/support.h"
 #include "grasp/closing.h"
 #include "grasp/fixtures.h"
 #include "grasp/grasp.h"
-#include "grasp/hand_collider.h"
 #include "grasp/hand_profiles.h"
 #include "grasp/surface.h"
 
@@ -43,16 +44,17 @@ void ExpectSound(const SceneBuilder& builder, const std::vector<Grasp>& grasps) 
     EXPECT_LE(g.opening_m, hand.MaxGap());
     EXPECT_GE(g.opening_m, std::min(g.width_m, hand.MaxGap()) - 0.003);
     if (g.collides) continue;
-    const auto& open = hand.states[StateAtGap(hand, g.opening_m - 1e-6)];
+    const auto& open = hand.states[hand.IndexAtGap(g.opening_m - 1e-6)];
     for (const geometry::Shape& shape : open.shapes) {
-      geometry::Shape inner = Grown(shape, -0.0006);  // facets
+      geometry::Shape inner = geometry::Grown(shape, -0.0006);  // facets
       inner.X_BS = g.X_CH * shape.X_BS;
-      for (const Vector3d& p : dots) EXPECT_FALSE(Inside(inner, p));
+      for (const Vector3d& p : dots) EXPECT_FALSE(geometry::Inside(inner, p));
     }
     for (const auto& state : hand.states) {
       if (state.gap_m > g.opening_m + 1e-9 || state.gap_m < g.width_m) continue;
       for (const geometry::Shape& shape : state.shapes) {
-        EXPECT_GE(-Support(shape, g.X_CH, -Vector3d::UnitZ()), 0.004 - 2e-6) << "above the table";
+        EXPECT_GE(-geometry::Support(shape, g.X_CH, -Vector3d::UnitZ()), 0.004 - 2e-6)
+            << "above the table";
       }
     }
   }
@@ -121,8 +123,8 @@ TEST(PlanGrasps, StandsMidwayBetweenTheContacts) {
     geometry::Points points, normals;
     for (const Vector3d& p : surface.points) points.push_back(X_TC * p);
     for (const Vector3d& n : surface.normals) normals.push_back(X_TC.linear() * n);
-    const auto closing = CloseOn(profiles, g.pitch_rad, StateAtGap(hand, g.opening_m - 1e-6),
-                                 points, normals, surface.area_m2, Vector3d::Zero());
+    const auto closing = CloseOn(profiles, g.pitch_rad, hand.IndexAtGap(g.opening_m - 1e-6), points,
+                                 normals, surface.area_m2, Vector3d::Zero());
     ASSERT_TRUE(closing);
     EXPECT_LT(std::abs(closing->drag_m), 0.002);
   }
@@ -224,7 +226,7 @@ TEST(PlanGrasps, HoldsACupByItsWallToo) {
       const auto radius = [&](const Vector3d& p_H) {
         return (g.X_CH * p_H - X_WO.translation()).head<2>().norm();
       };
-      const auto& open = hand.states[StateAtGap(hand, g.opening_m - 1e-6)];
+      const auto& open = hand.states[hand.IndexAtGap(g.opening_m - 1e-6)];
       const double thumb = radius(open.thumb_pad_H);
       const double finger = radius(open.finger_pad_H);
       EXPECT_LT(std::min(thumb, finger), 0.037);
@@ -351,10 +353,10 @@ TEST(PlanGrasps, RejectsBadArguments) {
   EXPECT_THROW(Plan(builder), std::invalid_argument);
 }
 
-TEST(Name, SaysTheType) {
-  EXPECT_STREQ(Name(GraspType::kCylindrical), "cylindrical");
-  EXPECT_STREQ(Name(GraspType::kRim), "rim");
-  EXPECT_STREQ(Name(GraspType::kPower), "power");
+TEST(GraspType, HasWords) {
+  EXPECT_EQ(core::Word(GraspType::kCylindrical), "cylindrical");
+  EXPECT_EQ(core::Word(GraspType::kRim), "rim");
+  EXPECT_EQ(core::Word(GraspType::kPower), "power");
 }
 
 }  // namespace

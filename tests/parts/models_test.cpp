@@ -8,12 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "parts/embedding.h"
-#include "parts/files.h"
-#include "parts/improved.h"
-#include "parts/metrics.h"
-#include "parts/mirror.h"
+#include "parts/hierarchy/improved.h"
+#include "parts/metrics/cut_discrepancy.h"
+#include "parts/metrics/rand_error.h"
+#include "parts/mirror/inside.h"
+#include "parts/mirror/mirroring.h"
+#include "parts/mirror/spherical_mirror.h"
+#include "parts/shape/segmentation.h"
+#include "parts/shape/shape_file.h"
 #include "parts/solids.h"
+#include "parts/stretched/pose_invariant.h"
 
 namespace rangegrasp::parts {
 namespace {

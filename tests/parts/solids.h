@@ -11,7 +11,7 @@
 #include <set>
 #include <vector>
 
-#include "parts/shape.h"
+#include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts::testing {
 

@@ -9,7 +9,6 @@
 #include "geometry/normals.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
-#include "perception/preprocess.h"
 
 namespace rangegrasp::perception {
 namespace {

@@ -5,7 +5,9 @@
 #include <set>
 
 #include "core/units.h"
+#include "core/words.h"
 #include "planning/planning.h"
+#include "robot/ik.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::planning {
@@ -143,7 +145,7 @@ class OnePlan : public ::testing::TestWithParam<std::filesystem::path> {
 TEST_P(OnePlan, MotionsFollowOneAnotherFromTheStartToTheRetreat) {
   const Pick pick = AtWorkspace(0.0, 0.03, 0.1, 0.4);
   const PlanResult result = Plan(pick);
-  ASSERT_TRUE(result.plan) << Name(result.failure);
+  ASSERT_TRUE(result.plan) << core::Word(result.failure);
   const auto motions = Motions(*result.plan);
   EXPECT_EQ(motions.front()->positions.front(), robot_.home);
   for (std::size_t i = 1; i < motions.size(); ++i) {
@@ -158,7 +160,7 @@ TEST_P(OnePlan, MotionsFollowOneAnotherFromTheStartToTheRetreat) {
 TEST_P(OnePlan, ObjectIsLiftedStraightCarriedUprightAndLaidOnTheDeliveryPlace) {
   const Pick pick = AtWorkspace(0.02, -0.03, 0.12, 1.3);
   const PlanResult result = Plan(pick);
-  ASSERT_TRUE(result.plan) << Name(result.failure);
+  ASSERT_TRUE(result.plan) << core::Word(result.failure);
   const Eigen::Vector3d center_H =
       robot_.HandPose(result.plan->lift.positions.front()).inverse() * pick.target.center_W;
   const Eigen::Vector3d up_H = pick.request.X_WH.linear().transpose() * Eigen::Vector3d::UnitZ();
@@ -192,7 +194,7 @@ TEST_P(OnePlan, SameStreamSameBytesAndAPlannerKeepsNoMemory) {
   planner.Plan(AtWorkspace(0.05, 0.0, 0.1, 0.0).scene, pick.request, other);
   const PlanResult again = planner.Plan(pick.scene, pick.request, b);
   ASSERT_EQ(first.plan.has_value(), again.plan.has_value());
-  ASSERT_TRUE(first.plan) << Name(first.failure);
+  ASSERT_TRUE(first.plan) << core::Word(first.failure);
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(Motions(*first.plan)[i]->positions, Motions(*again.plan)[i]->positions);
   }
@@ -214,6 +216,16 @@ TEST_P(OnePlan, FailuresNameTheirStage) {
   delivery_full.Add(
       {robot_.X_WDelivery.translation() + Eigen::Vector3d(0.0, 0.0, 0.05), {0.05, 0.05, 0.05}});
   EXPECT_EQ(Plan(delivery_full).failure, PlanFailure::kNoCarry);
+}
+
+// The approach is free and the grasp within reach, but something holds the hand where it starts.
+TEST_P(OnePlan, NoReachMeansThatTheStartIsShutIn) {
+  Pick pick = AtWorkspace(0.0, 0.0, 0.1, 0.0);
+  ASSERT_TRUE(Plan(pick).plan);
+  pick.Add({robot_.HandPose(robot_.home).translation(), {0.02, 0.02, 0.02}});
+  const PlanResult result = Plan(pick);
+  EXPECT_FALSE(result.plan);
+  EXPECT_EQ(result.failure, PlanFailure::kNoReach) << core::Word(result.failure);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cells, OnePlan, ::testing::ValuesIn(Cells()),
@@ -279,6 +291,30 @@ TEST(AroundAWall, MotionsTouchNothingAsMujocoSeesIt) {
   }
   EXPECT_GE(plans, 18);
   EXPECT_GE(detours, 6);
+}
+
+// Without iterations no tree grows: what needs a detour is not reached, though a plan exists.
+TEST(AroundAWall, NoReachMeansThatTheSearchFoundNoWay) {
+  const robot::Robot robot = robot::Robot::Load(SmallCell());
+  PlanOptions no_search;
+  no_search.planning_iterations = 0;
+  int detours = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    core::Rng rng(seed);
+    const Pick pick = BehindAWall(robot, rng);
+    core::Rng again = rng;
+    const PlanResult result = Planner(robot, {}).Plan(pick.scene, pick.request, rng);
+    if (!result.plan || !IsDetour(result.plan->reach)) continue;
+    ++detours;
+    const PlanResult none = Planner(robot, no_search).Plan(pick.scene, pick.request, again);
+    if (none.plan) {
+      // Another configuration at the grasp was reached on a straight line.
+      EXPECT_FALSE(IsDetour(none.plan->reach));
+    } else {
+      EXPECT_EQ(none.failure, PlanFailure::kNoReach);
+    }
+  }
+  EXPECT_GT(detours, 1);
 }
 
 }  // namespace

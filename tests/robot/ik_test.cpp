@@ -1,7 +1,10 @@
+#include "robot/ik.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "robot/straight_line.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {
@@ -24,12 +27,13 @@ class Ik : public ::testing::TestWithParam<std::filesystem::path> {
 
 TEST_P(Ik, SolvesNearlyEveryReachablePoseWithinToleranceAndLimits) {
   core::Rng rng(11);
-  const IkOptions options;
+  IkOptions options;
+  options.max_solutions = 1;
   int solved = 0;
   constexpr int kPoses = 1000;
   for (int n = 0; n < kPoses; ++n) {
     const core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
-    const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng, 1);
+    const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng);
     solved += !solutions.empty();
     for (const auto& q : solutions) ExpectSolves(X_WH, q, options);
   }
@@ -38,9 +42,11 @@ TEST_P(Ik, SolvesNearlyEveryReachablePoseWithinToleranceAndLimits) {
 
 TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
   core::Rng rng(12);
+  IkOptions options;
+  options.max_solutions = 6;
   for (int n = 0; n < 50; ++n) {
     const core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
-    const auto solutions = SolveIk(robot_, X_WH, robot_.home, {}, rng, 6);
+    const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng);
     EXPECT_LE(solutions.size(), 6u);
     for (std::size_t i = 0; i < solutions.size(); ++i) {
       ExpectSolves(X_WH, solutions[i], {});

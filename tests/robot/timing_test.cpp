@@ -1,3 +1,5 @@
+#include "robot/timing.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -5,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "robot/straight_line.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {

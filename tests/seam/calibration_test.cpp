@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/rng.h"
+#include "seam/calibration_body.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::seam {

@@ -216,5 +216,26 @@ TEST(StepHeight, MeasuresAStepAndNotAFilament) {
   EXPECT_EQ(StepHeight(f, 41, {}), 0.0);
 }
 
+// Each column takes the highest of all bells, of which none reaches further than three deviations.
+TEST(SpreadWeights, IsTheHighestOfTheBellsOfAllColumns) {
+  Rng rng(5);
+  for (const double sigma : {0.5, 2.0, 6.0}) {
+    std::vector<float> weight(100, 0.0F);
+    for (int k = 0; k < 8; ++k) weight[rng.Index(100)] = static_cast<float>(rng.Uniform());
+    const auto spread = SpreadWeights(weight, sigma);
+    ASSERT_EQ(spread.size(), weight.size());
+    for (int i = 0; i < 100; ++i) {
+      double highest = 0.0;
+      for (int j = 0; j < 100; ++j) {
+        if (std::abs(i - j) > std::ceil(3.0 * sigma)) continue;
+        const double bell = std::exp(-0.5 * (i - j) * (i - j) / (sigma * sigma));
+        highest =
+            std::max(highest, static_cast<double>(weight[static_cast<std::size_t>(j)]) * bell);
+      }
+      EXPECT_NEAR(static_cast<double>(spread[static_cast<std::size_t>(i)]), highest, 1e-6);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::seam

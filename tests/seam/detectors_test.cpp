@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/rng.h"
+#include "core/words.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -312,7 +313,7 @@ TEST(Detectors, WeightsLieBetweenZeroAndOne) {
       EXPECT_LE(*high, 1.0F);
       if (!results[d].column) continue;
       EXPECT_EQ(results[d].weight[static_cast<std::size_t>(*results[d].column)], *high)
-          << "seed " << seed << " " << Name(static_cast<Detector>(d));
+          << "seed " << seed << " " << core::Word(static_cast<Detector>(d));
     }
   }
 }
@@ -401,9 +402,9 @@ TEST(Detectors, OptionsOutOfRangeAreRefused) {
 }
 
 TEST(Detectors, AreNamedAsInTheTables) {
-  EXPECT_STREQ(Name(Detector::kModelFitting), "Model-Fitting");
-  EXPECT_STREQ(Name(Detector::kLocalWeightedVoting), "Local Weighted-Voting");
-  EXPECT_STREQ(Name(Detector::kGradientAccumulation), "Gradient-Accumulation");
+  EXPECT_EQ(core::Word(Detector::kModelFitting), "Model-Fitting");
+  EXPECT_EQ(core::Word(Detector::kLocalWeightedVoting), "Local Weighted-Voting");
+  EXPECT_EQ(core::Word(Detector::kGradientAccumulation), "Gradient-Accumulation");
 }
 
 }  // namespace

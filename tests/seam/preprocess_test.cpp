@@ -73,7 +73,7 @@ std::vector<float> DirectFilter(const std::vector<float>& z, const FilterOptions
       if (j == i || std::abs(j - i) > options.half_width_columns) continue;
       if (std::abs(z[static_cast<std::size_t>(j)] - height) <= half_height) ++others;
     }
-    if (others >= options.min_neighbours) kept[static_cast<std::size_t>(i)] = height;
+    if (others >= options.min_neighbors) kept[static_cast<std::size_t>(i)] = height;
   }
   return kept;
 }
@@ -242,8 +242,8 @@ TEST(Prepare, IsFilterThenNormalisationThenFilling) {
     FilterOptions filter = Options().filter;
     const auto there = std::count_if(profile.height_m.begin(), profile.height_m.end(),
                                      [](float height) { return std::isfinite(height); });
-    filter.min_neighbours =
-        static_cast<int>(std::ceil(filter.min_neighbours * static_cast<double>(there) / 400.0));
+    filter.min_neighbors =
+        static_cast<int>(std::ceil(filter.min_neighbors * static_cast<double>(there) / 400.0));
     const auto filtered = FilterGeometric(profile.height_m, filter);
     const auto prepared = Prepare(profile, Options());
     ASSERT_TRUE(prepared.Usable()) << seed;
@@ -324,7 +324,7 @@ TEST(Prepare, OptionsOutOfRangeAreRefused) {
   refused([](PreprocessOptions& o) { o.filter.half_width_columns = 0; });
   refused([](PreprocessOptions& o) { o.filter.half_height_m = 0.0; });
   refused([](PreprocessOptions& o) { o.filter.half_height_m = std::nan(""); });
-  refused([](PreprocessOptions& o) { o.filter.min_neighbours = -1; });
+  refused([](PreprocessOptions& o) { o.filter.min_neighbors = -1; });
   refused([](PreprocessOptions& o) { o.min_columns = 7; });
 }
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "sensing/line_scanner.h"
+
 namespace rangegrasp::sensing::internal {
 namespace {
 

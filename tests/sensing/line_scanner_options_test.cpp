@@ -1,3 +1,5 @@
+#include "sensing/line_scanner_options.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -126,6 +128,29 @@ TEST_F(SensorFile, ASyntaxErrorIsNamedWithItsLine) {
 
 TEST_F(SensorFile, AMissingFileIsAnError) {
   EXPECT_THROW(ReadLineScanner(file_ / "missing.yaml"), core::InputError);
+}
+
+TEST(LineScannerKeys, EachHasASentence) {
+  auto map = core::YamlMap::ForDocumentation();
+  ReadLineScanner(map);
+  EXPECT_EQ(map.Keys().size(), 21u);  // the options, and the type
+  for (const core::KeyDoc& key : map.Keys()) {
+    EXPECT_GT(key.doc.size(), 10u) << key.path;
+    EXPECT_NE(key.doc.back(), '.') << key.path;
+  }
+}
+
+TEST(LineScannerOptionsCheck, NamesTheKeyInItsUnit) {
+  LineScannerOptions options;
+  EXPECT_NO_THROW(CheckOptions(options));
+  options.fan_rad = core::Deg(200.0);
+  try {
+    CheckOptions(options);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "line scanner: fan_deg: 200 is out of range, must be from 0.1 to 120");
+  }
 }
 
 TEST(LineScannerOptionsCheck, AScanWithOptionsOutOfRangeIsRefused) {

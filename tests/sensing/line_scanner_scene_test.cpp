@@ -11,12 +11,13 @@
 #include "core/units.h"
 #include "sensing/line_scanner.h"
 #include "sensing/shapes.h"
+#include "sensing/surface_state.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
 using Eigen::Vector3d;
-using Meshes = std::vector<geometry::VisualMesh>;
+using Meshes = std::vector<sim::VisualMesh>;
 
 /// At (0.80, 0, 0.62), looking to -x, pitch -37 degrees.
 core::Pose ScannerPose() {
@@ -56,7 +57,8 @@ Scan ScanOf(const Meshes& meshes, std::uint64_t seed = 1) {
 std::vector<Vector3d> Measured(const Scan& scan) {
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < scan.truth.state.size(); ++i) {
-    if (scan.truth.state[i] == SampleState::kMeasured) points.push_back(scan.image.points_C[i]);
+    if (scan.truth.state[i] == SampleState::kMeasured)
+      points.push_back(scan.view.image.points_C[i]);
   }
   return points;
 }

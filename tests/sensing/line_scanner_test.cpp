@@ -17,7 +17,7 @@ namespace rangegrasp::sensing {
 namespace {
 
 using Eigen::Vector3d;
-using Meshes = std::vector<geometry::VisualMesh>;
+using Meshes = std::vector<sim::VisualMesh>;
 
 // In these tests W = S: the laser in the origin looks along z.
 const core::Pose kHead = core::Pose::Identity();
@@ -39,8 +39,8 @@ Scan ScanOf(const Meshes& meshes, const LineScannerOptions& options, std::uint64
 /// Calls f(index, profile, sample) for every sample.
 template <typename F>
 void ForEach(const Scan& scan, F f) {
-  for (int p = 0; p < scan.image.profiles; ++p) {
-    for (int s = 0; s < scan.image.samples; ++s) f(scan.image.Index(p, s), p, s);
+  for (int p = 0; p < scan.view.image.profiles; ++p) {
+    for (int s = 0; s < scan.view.image.samples; ++s) f(scan.view.image.Index(p, s), p, s);
   }
 }
 
@@ -52,8 +52,9 @@ bool SameBytes(const Scan& a, const Scan& b) {
   const auto equal = [](const auto& x, const auto& y) {
     return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
   };
-  return equal(a.image.points_C, b.image.points_C) && equal(a.truth.state, b.truth.state) &&
-         equal(a.truth.label, b.truth.label) && equal(a.truth.true_range_m, b.truth.true_range_m);
+  return equal(a.view.image.points_C, b.view.image.points_C) &&
+         equal(a.truth.state, b.truth.state) && equal(a.truth.label, b.truth.label) &&
+         equal(a.truth.true_range_m, b.truth.true_range_m);
 }
 
 TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
@@ -62,9 +63,36 @@ TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
   const Scan scan = ScanOf(Wall(1.0), options);
   EXPECT_EQ(Count(scan, SampleState::kMeasured), scan.truth.state.size());
   ForEach(scan, [&](std::size_t i, int, int) {
-    EXPECT_NEAR(scan.image.points_C[i].z(), 1.0, 2e-6);  // single-precision rays
-    EXPECT_NEAR(scan.image.points_C[i].norm(), scan.truth.true_range_m[i], 2e-6);
+    EXPECT_NEAR(scan.view.image.points_C[i].z(), 1.0, 2e-6);  // single-precision rays
+    EXPECT_NEAR(scan.view.image.points_C[i].norm(), scan.truth.true_range_m[i], 2e-6);
   });
+}
+
+// The pose as calibrated, and by it the pan axis of every profile.
+TEST(LineScanner, TheViewStandsWhereTheScannerDoes) {
+  const core::Pose X_WS = core::MakePose(
+      Eigen::AngleAxisd(0.3, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0.1, 0.2, 0.3});
+  core::Rng rng(1);
+  const Scan scan = ScanScene({}, X_WS, Noiseless(), rng);
+  EXPECT_TRUE(scan.view.X_CV.isApprox(X_WS, 0.0));
+  ASSERT_EQ(scan.view.image.origins_C.size(), 1u);
+  EXPECT_EQ(scan.view.image.origins_C[0], X_WS.translation());
+  EXPECT_EQ(scan.view.spacing_m, 0.0);
+}
+
+// On a wall straight ahead, a sample's length is the slopes' step, and profiles are the pan's step
+// apart. Off the middle both grow: over +-2 degrees by less than 2 (1 / cos^2(2 deg) - 1) = 0.25 %.
+TEST(LineScanner, SpacingIsThatOfTheRaysOnAWall) {
+  LineScannerOptions options = Noiseless();
+  options.fan_rad = options.pan_range_rad = core::Deg(4.0);
+  options.samples = 101;
+  options.profiles = 41;
+  for (const double depth_m : {0.8, 1.2}) {
+    const double along_m = 2.0 * depth_m * std::tan(core::Deg(2.0)) / 100.0;
+    const double across_m = depth_m * core::Deg(4.0) / 40.0;
+    EXPECT_NEAR(ScanOf(Wall(depth_m), options).view.spacing_m / (0.5 * (along_m + across_m)), 1.0,
+                0.0025);
+  }
 }
 
 class PlaneNoise : public ::testing::TestWithParam<double> {};
@@ -80,7 +108,7 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
   ForEach(scan, [&](std::size_t i, int p, int) {
     ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
     const double cosine = std::cos(internal::PanAngle(options, p));
-    const double error = (scan.image.points_C[i].z() - GetParam()) / cosine;
+    const double error = (scan.view.image.points_C[i].z() - GetParam()) / cosine;
     const double normalised = error / DepthSigma(options, GetParam() / cosine);
     sum += normalised;
     squares += normalised * normalised;
@@ -92,6 +120,29 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
   EXPECT_NEAR(squares / n, 1.0, 5.0 * std::sqrt(2.0 * 2.0 / n));
 }
 
+// What the scan says about its own noise, against the truth: the spread of the errors along the
+// rays, in units of noise_m, is one at the fan's middle and at its ends, where rays are longer.
+TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
+  LineScannerOptions options;
+  options.pan_jitter_rad = 0.0;
+  options.pan_range_rad = core::Deg(20.0);
+  options.profiles = 150;
+  const Scan scan = ScanOf(Wall(GetParam()), options);
+  std::array<double, 2> squares{};  // the fan's middle half, the rest
+  std::array<double, 2> count{};
+  ForEach(scan, [&](std::size_t i, int, int s) {
+    const Vector3d& p = scan.view.image.points_C[i];
+    const double error = p.norm() * (1.0 - GetParam() / p.z());  // to where the ray meets the wall
+    const double normalised = error / static_cast<double>(scan.view.noise_m[i]);
+    const std::size_t part = std::abs(s - 255.5) < 128.0 ? 0 : 1;
+    squares[part] += normalised * normalised;
+    count[part] += 1.0;
+  });
+  for (const std::size_t part : {0U, 1U}) {  // five standard errors, as above
+    EXPECT_NEAR(squares[part] / count[part], 1.0, 5.0 * std::sqrt(2.0 * 2.0 / count[part])) << part;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Depths, PlaneNoise, ::testing::Values(0.7, 1.0, 1.4));
 
 TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
@@ -100,11 +151,11 @@ TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
   const Scan scan = ScanOf(Wall(1.0), options);
   std::array<double, 3> product{};  // same sample, next sample, next profile
   ForEach(scan, [&](std::size_t i, int p, int s) {
-    if (p + 1 == scan.image.profiles || s + 1 == scan.image.samples) return;
-    const double e = scan.image.points_C[i].z() - 1.0;
+    if (p + 1 == scan.view.image.profiles || s + 1 == scan.view.image.samples) return;
+    const double e = scan.view.image.points_C[i].z() - 1.0;
     product[0] += e * e;
-    product[1] += e * (scan.image.points_C[i + 1].z() - 1.0);
-    product[2] += e * (scan.image.points_C[scan.image.Index(p + 1, s)].z() - 1.0);
+    product[1] += e * (scan.view.image.points_C[i + 1].z() - 1.0);
+    product[2] += e * (scan.view.image.points_C[scan.view.image.Index(p + 1, s)].z() - 1.0);
   });
   // 76,000 samples, 19,000 independent ones: five standard errors are 0.036.
   EXPECT_NEAR(product[1] / product[0], std::exp(-0.5), 0.036);
@@ -123,7 +174,7 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   const Vector3d view = -center.normalized();
   ForEach(scan, [&](std::size_t i, int, int) {
-    const Vector3d d = scan.image.points_C[i] - center;
+    const Vector3d d = scan.view.image.points_C[i] - center;
     if (scan.truth.state[i] != SampleState::kMeasured) return;
     if (d.normalized().dot(view) < std::cos(core::Deg(50.0))) return;
     const Eigen::Vector4d row(d.normalized().x(), d.normalized().y(), d.normalized().z(), 1.0);
@@ -167,7 +218,7 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
     if (on_plate == 1) {
       EXPECT_EQ(scan.truth.label[i], 7u);
       EXPECT_EQ(scan.truth.state[i], SampleState::kMeasured);
-      EXPECT_NEAR(scan.image.points_C[i].z(), plate_z, 2e-6);
+      EXPECT_NEAR(scan.view.image.points_C[i].z(), plate_z, 2e-6);
     } else if (on_plate == 0 && hidden >= 0) {
       EXPECT_EQ(scan.truth.label[i], 0u);
       EXPECT_EQ(scan.truth.state[i],
@@ -181,9 +232,11 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
 TEST(LineScanner, WhatIsNotMeasuredIsNaN) {
   const Scan scan = ScanOf(PlateBeforeWall(0.8), {});
   ForEach(scan, [&](std::size_t i, int, int) {
-    EXPECT_EQ(scan.image.points_C[i].allFinite(), scan.truth.state[i] == SampleState::kMeasured);
-    EXPECT_EQ(std::isnan(scan.image.points_C[i].x()),
+    EXPECT_EQ(scan.view.image.points_C[i].allFinite(),
+              scan.truth.state[i] == SampleState::kMeasured);
+    EXPECT_EQ(std::isnan(scan.view.image.points_C[i].x()),
               scan.truth.state[i] != SampleState::kMeasured);
+    EXPECT_EQ(std::isnan(scan.view.noise_m[i]), scan.truth.state[i] != SampleState::kMeasured);
   });
 }
 
@@ -205,7 +258,7 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
     const Scan scan = ScanOf(meshes, options);
     ForEach(scan, [&](std::size_t i, int, int) {
       if (scan.truth.state[i] != SampleState::kMeasured) return;
-      const Vector3d& p = scan.image.points_C[i];
+      const Vector3d& p = scan.view.image.points_C[i];
       const double off = std::min(std::abs(p.z() - plate_z), std::abs(p.z() - 1.0));
       if (off < 1e-5) return;
       // Rays reach 0.6 line widths across and a third of a sample (0.5 mm) along; the camera's
@@ -228,7 +281,7 @@ TEST(LineScanner, NothingHangsBetweenSurfacesWhoseImagesAreApart) {
     const Scan scan = ScanOf(meshes, Noiseless());
     ForEach(scan, [&](std::size_t i, int, int) {
       if (scan.truth.state[i] != SampleState::kMeasured) return;
-      const double z = scan.image.points_C[i].z();
+      const double z = scan.view.image.points_C[i].z();
       // Part of a line 1 mm wide moves the centroid by less than 0.6 mm, the depth by z / b of it.
       EXPECT_LT(std::min(std::abs(z - 0.9), std::abs(z - 1.0)), 0.0006 / 0.3);
     });
@@ -246,7 +299,7 @@ TEST(LineScanner, AReflectanceStepPullsTheCentroidToTheBrighterSide) {
     const Scan scan = ScanOf(meshes, options);
     ForEach(scan, [&](std::size_t i, int, int) {
       ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
-      const Vector3d& p = scan.image.points_C[i];
+      const Vector3d& p = scan.view.image.points_C[i];
       const double error = p.z() - 1.0;
       if (std::abs(error) < 1e-5) return;
       ++bent;
@@ -330,13 +383,13 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   // 1 / (cos a + sin a).
   const Scan scan = ScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
   double squares = 0.0;
-  for (int p = 0; p < scan.image.profiles; ++p) {
+  for (int p = 0; p < scan.view.image.profiles; ++p) {
     const double pan = internal::PanAngle(options, p);
     std::vector<double> jitter;
-    for (int s = 0; s < scan.image.samples; ++s) {
-      const std::size_t i = scan.image.Index(p, s);
+    for (int s = 0; s < scan.view.image.samples; ++s) {
+      const std::size_t i = scan.view.image.Index(p, s);
       if (scan.truth.state[i] != SampleState::kMeasured) continue;
-      const Vector3d& q = scan.image.points_C[i];
+      const Vector3d& q = scan.view.image.points_C[i];
       const double depth = std::hypot(q.x(), q.z());
       EXPECT_NEAR(std::atan2(q.x(), q.z()), pan, 1e-12);  // the nominal angle is what is known
       // cos a + sin a = sqrt(2) sin(a + 45 deg)
@@ -346,7 +399,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
     for (const double j : jitter) EXPECT_NEAR(j, jitter[0], 1e-5);
     squares += jitter[0] * jitter[0];
   }
-  const double n = scan.image.profiles;
+  const double n = scan.view.image.profiles;
   const double sigma = std::sqrt(squares / n);
   EXPECT_NEAR(sigma / options.pan_jitter_rad, 1.0, 5.0 / std::sqrt(2.0 * n));
 }
@@ -361,15 +414,15 @@ TEST(LineScanner, AnObjectElsewhereDoesNotChangeTheNoiseHere) {
   const Scan with = ScanOf(PlateBeforeWall(0.8), {});
   ForEach(with, [&](std::size_t i, int, int) {
     if (with.truth.label[i] != 0 || with.truth.state[i] != SampleState::kMeasured) return;
-    if (std::abs(without.image.points_C[i].x()) < 0.2) return;
-    EXPECT_EQ(with.image.points_C[i], without.image.points_C[i]);
+    if (std::abs(without.view.image.points_C[i].x()) < 0.2) return;
+    EXPECT_EQ(with.view.image.points_C[i], without.view.image.points_C[i]);
   });
 }
 
 TEST(LineScanner, AnEmptySceneIsOutOfView) {
   const Scan scan = ScanOf({}, {});
-  EXPECT_EQ(scan.image.points_C.size(), 150u * 512u);
-  EXPECT_EQ(scan.image.origins_C.size(), 1u);
+  EXPECT_EQ(scan.view.image.points_C.size(), 150u * 512u);
+  EXPECT_EQ(scan.view.image.origins_C.size(), 1u);
   EXPECT_EQ(Count(scan, SampleState::kOutOfView), scan.truth.state.size());
   for (const double range : scan.truth.true_range_m) EXPECT_TRUE(std::isnan(range));
 }

@@ -29,8 +29,8 @@ Vector3d Point(core::Rng& rng) {
   return {x, y, z};
 }
 
-std::vector<geometry::VisualMesh> RandomTriangles(core::Rng& rng) {
-  std::vector<geometry::VisualMesh> meshes(5);
+std::vector<sim::VisualMesh> RandomTriangles(core::Rng& rng) {
+  std::vector<sim::VisualMesh> meshes(5);
   for (auto& mesh : meshes) {
     for (std::uint32_t t = 0; t < 20; ++t) {
       const Vector3d center = Point(rng);
@@ -64,7 +64,7 @@ struct Reference {
   bool doubtful = false;  ///< passes a triangle's edge or the near end within rounding
 };
 
-Reference BruteForce(std::span<const geometry::VisualMesh> meshes, const Ray& ray) {
+Reference BruteForce(std::span<const sim::VisualMesh> meshes, const Ray& ray) {
   Reference best;
   const Vector3d o = ray.origin_W.cast<double>();
   const Vector3d d = ray.direction_W.cast<double>();

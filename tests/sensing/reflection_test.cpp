@@ -37,7 +37,7 @@ TEST(GlossLoss, OnlyNearTheMirrorDirection) {
 
 TEST(DropoutProbability, CausesAreIndependent) {
   const LineScannerOptions options;
-  const geometry::OpticalSurface surface{.albedo = 0.05, .gloss = 0.4, .clarity = 0.2};
+  const sim::OpticalSurface surface{.albedo = 0.05, .gloss = 0.4, .clarity = 0.2};
   EXPECT_NEAR(DropoutProbability(options, surface, {Deg(70.0), Deg(1.0)}),
               1.0 - 0.5 * 0.5 * 0.6 * 0.8, 1e-12);
   EXPECT_EQ(DropoutProbability(options, {}, {}), 0.0);

@@ -6,14 +6,14 @@
 #include <cstdint>
 
 #include "core/units.h"
-#include "geometry/visual_mesh.h"
+#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing::test {
 
 /// A parallelogram with a corner and two edges.
-inline geometry::VisualMesh Plate(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
-                                  const Eigen::Vector3d& edge_v, std::uint32_t label = 0) {
-  geometry::VisualMesh mesh;
+inline sim::VisualMesh Plate(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
+                             const Eigen::Vector3d& edge_v, std::uint32_t label = 0) {
+  sim::VisualMesh mesh;
   mesh.label = label;
   mesh.mesh_W.vertices = {corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v};
   mesh.mesh_W.triangles = {{0, 1, 2}, {1, 3, 2}};
@@ -21,14 +21,14 @@ inline geometry::VisualMesh Plate(const Eigen::Vector3d& corner, const Eigen::Ve
 }
 
 /// The rectangle x0..x1, y0..y1 at a height z.
-inline geometry::VisualMesh Level(double z, double x0, double x1, double y0, double y1,
-                                  std::uint32_t label = 0) {
+inline sim::VisualMesh Level(double z, double x0, double x1, double y0, double y1,
+                             std::uint32_t label = 0) {
   return Plate({x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0}, label);
 }
 
-inline geometry::VisualMesh Box(const Eigen::Vector3d& center, const Eigen::Vector3d& half,
-                                std::uint32_t label = 0) {
-  geometry::VisualMesh mesh;
+inline sim::VisualMesh Box(const Eigen::Vector3d& center, const Eigen::Vector3d& half,
+                           std::uint32_t label = 0) {
+  sim::VisualMesh mesh;
   mesh.label = label;
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d sign((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1);
@@ -40,9 +40,9 @@ inline geometry::VisualMesh Box(const Eigen::Vector3d& center, const Eigen::Vect
 }
 
 /// A sphere of rings x 2 rings quads, its vertices on the surface.
-inline geometry::VisualMesh Sphere(const Eigen::Vector3d& center, double radius, int rings,
-                                   std::uint32_t label = 0) {
-  geometry::VisualMesh mesh;
+inline sim::VisualMesh Sphere(const Eigen::Vector3d& center, double radius, int rings,
+                              std::uint32_t label = 0) {
+  sim::VisualMesh mesh;
   mesh.label = label;
   const auto id = [rings](int i, int j) {
     return static_cast<std::uint32_t>(i * (2 * rings + 1) + j);

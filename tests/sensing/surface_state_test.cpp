@@ -1,10 +1,11 @@
+#include "sensing/surface_state.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "sensing/line_scanner.h"
 #include "sensing/shapes.h"
 
 namespace rangegrasp::sensing {
@@ -16,7 +17,7 @@ constexpr double kWall = 1.0;
 constexpr double kPlate = 0.8;
 constexpr double kHalf = 0.04;
 
-std::vector<geometry::VisualMesh> PlateBeforeWall() {
+std::vector<sim::VisualMesh> PlateBeforeWall() {
   return {test::Level(kWall, -2, 2, -2, 2), test::Level(kPlate, -kHalf, kHalf, -0.1, 0.1, 1)};
 }
 

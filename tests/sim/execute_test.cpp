@@ -10,6 +10,7 @@
 
 #include "core/units.h"
 #include "sim/grasp_program.h"
+#include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {

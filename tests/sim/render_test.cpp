@@ -12,7 +12,7 @@
 namespace rangegrasp::sim {
 namespace {
 
-int Reds(const Image& image) {
+int Reds(const image::Image& image) {
   int reds = 0;
   for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
     reds += image.rgb[i] > 150 && image.rgb[i + 1] < 60 && image.rgb[i + 2] < 60;
@@ -23,7 +23,7 @@ int Reds(const Image& image) {
 TEST(Renderer, ShowsTheSceneAndWhatIsDrawnOverIt) {
   World world(testing::Tabletop(), {testing::RepositoryObject("dextrose")}, {});
   Renderer renderer(world, 160, 120);
-  const Image plain = renderer.Render(world, "overview");
+  const image::Image plain = renderer.Render(world, "overview");
   EXPECT_EQ(plain.rgb.size(), 160u * 120u * 3u);
   EXPECT_GT(std::set<std::uint8_t>(plain.rgb.begin(), plain.rgb.end()).size(), 30u);
   EXPECT_EQ(renderer.Render(world, "overview").rgb, plain.rgb);
@@ -40,12 +40,12 @@ TEST(Renderer, FreeViewLooksWhereItIsTold) {
   Renderer renderer(world, 120, 120);
   Overlay overlay;
   overlay.dots.push_back({{0, 0, 0.15}, {1, 0, 0, 1}, 0.02});
-  const Image image = renderer.Render(world, "0,-0.8,0.1,0,0,0.1", overlay);
+  const image::Image picture = renderer.Render(world, "0,-0.8,0.1,0,0,0.1", overlay);
   double row = 0.0, column = 0.0;
   int n = 0;
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 120; ++x) {
-      const std::uint8_t* p = &image.rgb[static_cast<std::size_t>(3 * (120 * y + x))];
+      const std::uint8_t* p = &picture.rgb[static_cast<std::size_t>(3 * (120 * y + x))];
       if (p[0] < 120 || p[1] > 60 || p[2] > 60) continue;
       row += y;
       column += x;
@@ -66,22 +66,6 @@ TEST(Renderer, NamesTheCamerasThatExist) {
   } catch (const core::InputError& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("backyard"));
     EXPECT_THAT(error.what(), ::testing::HasSubstr("overview"));
-  }
-}
-
-TEST(WritePng, WritesOrNamesTheFile) {
-  const Image image{2, 2, std::vector<std::uint8_t>(12, 200)};
-  const auto file = testing::WriteFile("dot.png", "");
-  WritePng(file.string(), image);
-  EXPECT_GT(std::filesystem::file_size(file), 50u);
-  try {
-    WritePng("no/such/folder/a.png", image);
-    FAIL();
-  } catch (const core::RunError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("no/such/folder/a.png"));
-  }
-  if (std::filesystem::exists("/dev/full")) {
-    EXPECT_THROW(WritePng("/dev/full", image), core::RunError);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 #include "sim/world.h"
 

@@ -1,10 +1,11 @@
+#include "sim/resting_poses.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/units.h"
 #include "sim/scene_files.h"
-#include "sim/world.h"
 
 namespace rangegrasp::sim {
 namespace {

@@ -11,6 +11,9 @@
 #include <vector>
 
 #include "core/rng.h"
+#include "core/words.h"
+#include "stitching/correction.h"
+#include "stitching/random_mats.h"
 
 namespace rangegrasp::stitching {
 namespace {
@@ -319,10 +322,10 @@ TEST(ClosedLoop, OptionsOutOfRangeAreRefused) {
 }
 
 TEST(ClosedLoop, EndsHaveNames) {
-  EXPECT_STREQ(Name(TrackEnd::kDone), "done");
-  EXPECT_STREQ(Name(TrackEnd::kMatEnd), "mat_end");
-  EXPECT_STREQ(Name(TrackEnd::kObstacle), "obstacle");
-  EXPECT_STREQ(Name(TrackEnd::kLost), "lost");
+  EXPECT_EQ(core::Word(TrackEnd::kDone), "done");
+  EXPECT_EQ(core::Word(TrackEnd::kMatEnd), "mat_end");
+  EXPECT_EQ(core::Word(TrackEnd::kObstacle), "obstacle");
+  EXPECT_EQ(core::Word(TrackEnd::kLost), "lost");
 }
 
 }  // namespace

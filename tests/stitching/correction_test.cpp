@@ -1,3 +1,5 @@
+#include "stitching/correction.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "core/error.h"
 #include "core/rng.h"
-#include "stitching/closed_loop.h"
 
 namespace rangegrasp::stitching {
 namespace {

@@ -10,6 +10,8 @@
 
 #include "core/rng.h"
 #include "core/units.h"
+#include "core/words.h"
+#include "stitching/random_mats.h"
 
 namespace rangegrasp::stitching {
 namespace {
@@ -179,7 +181,7 @@ TEST(Mats, AreContinuousAlongY) {
         // A whole number of steps, so that the boundaries of cells are met as well.
         const double y = static_cast<double>(rng.Index(100)) * 1e-3 - 0.5 * kStep_m;
         ASSERT_NEAR(HeightAt(mats, x, y), HeightAt(mats, x, y + kStep_m), kSteepest * kStep_m)
-            << Name(shape) << " at " << x << ", " << y;
+            << core::Word(shape) << " at " << x << ", " << y;
       }
     }
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "stitching/random_mats.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::stitching {

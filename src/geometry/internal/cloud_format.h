@@ -1,16 +1,25 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "geometry/io.h"
+#include "geometry/point_cloud.h"
 
-/// What the readers of PCD and PLY share.
+/// What the readers and writers of PCD and PLY share.
 namespace rangegrasp::geometry::internal {
+
+/// No count or size in a header may reach this: it keeps sums and products of them far from
+/// overflow, and no cloud of 2^31 points fits into memory.
+constexpr std::size_t kEndOfCounts = std::size_t{1} << 31;
+/// A header with more lines is none: written ones have about ten, and comments some more.
+constexpr std::size_t kMaxHeaderLines = 1000;
 
 /// Splits a text into lines and counts them for messages.
 class LineReader {
@@ -22,10 +31,15 @@ class LineReader {
   std::optional<std::string_view> Next();
   /// Bytes consumed so far.
   std::size_t position() const { return position_; }
-  /// @throws core::InputError "file:line: message".
-  [[noreturn]] void Fail(const std::string& message) const;
+  /// @throws core::InputError "file:line: message", the message formatted as fmt::format does.
+  template <class... Args>
+  [[noreturn]] void Fail(fmt::format_string<Args...> message, Args&&... args) const {
+    Throw(fmt::format(message, std::forward<Args>(args)...));
+  }
 
  private:
+  [[noreturn]] void Throw(const std::string& message) const;
+
   std::string_view text_;
   std::filesystem::path file_;
   std::size_t position_ = 0;
@@ -58,16 +72,12 @@ Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate 
 Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
                    const Coordinate (&xyz)[3]);
 
-/// What stands before the data of a PLY, in full. @return how many faces it declares.
-/// @throws core::InputError naming file and line: an unknown key or type, no x, y and z, no end,
-/// more elements than the data can hold.
-std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
-
-CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes);
-CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes);
-
-/// Expands LZF data (Lehmann's liblzf format, as PCD's binary_compressed has it) to exactly `size`
-/// bytes; nullopt if the data are broken.
-std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size);
+/// Appends the bytes of a number as they are in memory.
+template <class T>
+void AppendRaw(const T& value, std::string& bytes) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+/// Appends x, y and z in single precision.
+void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);
 
 }  // namespace rangegrasp::geometry::internal

@@ -3,7 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "planning/internal/collision.h"
+#include "planning/internal/motion_check.h"
+#include "planning/planning.h"
 
 namespace rangegrasp::planning::internal {
 
@@ -17,13 +18,12 @@ struct Task {
   Eigen::Vector3d delivered_W;  ///< the same point when it is let go
   Eigen::Vector3d base_W;       ///< the arm's, that carries turn about
   double approach_m = 0.0, lift_m = 0.0;
-  const robot::HandModel::State* open = nullptr;
-  const robot::HandModel::State* closed = nullptr;
+  std::size_t open_state = 0, closed_state = 0;  ///< of HandModel::states
 };
 
 /// Where everything goes: the object's middle, and how deep it may be lowered.
 Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickRequest& request,
-              const PlanOptions& options, CollisionModel& model);
+              const PlanOptions& options, const collision::RobotCollider& collider);
 
 /// The turns about the vertical [rad] that a delivery may have, least turning of the wrist first:
 /// the object turns as it goes round the base, plus k * 2 pi / count.
@@ -42,9 +42,9 @@ struct Branch {
 /// Builds and checks the motions of a branch, one after the other.
 class BranchBuilder {
  public:
-  BranchBuilder(const robot::Robot& robot, const PlanOptions& options, CollisionModel& model,
+  BranchBuilder(const robot::Robot& robot, const PlanOptions& options, MotionCheck& check,
                 const Task& task)
-      : robot_(robot), options_(options), model_(model), task_(task) {}
+      : robot_(robot), options_(options), check_(check), task_(task) {}
 
   /// From approach_m above the grasp straight down to it.
   bool Approach(Branch& branch) const;
@@ -61,10 +61,11 @@ class BranchBuilder {
 
  private:
   Stage HeldStage() const;
+  std::vector<core::Pose> ArcPoses(double yaw_rad, const core::Pose& X_WLifted) const;
 
   const robot::Robot& robot_;
   const PlanOptions& options_;
-  CollisionModel& model_;
+  MotionCheck& check_;
   const Task& task_;
 };
 

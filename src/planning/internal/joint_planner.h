@@ -17,7 +17,7 @@ struct JointQuery {
   std::function<void(Eigen::VectorXd&)> project;
   double resolution_rad = 0.04;
   int iterations = 1500;
-  double seconds = 2.0;
+  double seconds = 2.0;  ///< wall time
 };
 
 /// Waypoints from start to goal, start and goal among them: the straight line where it is free,

@@ -1,9 +1,15 @@
 #include "sensing/internal/camera_model.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
-namespace rangegrasp::sensing {
-namespace internal {
+namespace rangegrasp::sensing::internal {
+namespace {
+
+// Below this the camera's ray and the fan are parallel: they meet beyond 300 km.
+constexpr double kParallel = 1e-6;
+
+}  // namespace
 
 double PanAngle(const LineScannerOptions& options, int profile) {
   if (options.profiles < 2) return 0.0;
@@ -39,7 +45,7 @@ std::optional<double> CameraModel::Depth(double column_px) const {
   const double q = column_px / scale_px_;
   const double numerator = baseline_m_ * (cos_ + q * sin_);
   const double denominator = sin_ - q * cos_;
-  if (numerator <= 0.0 || denominator <= 1e-6) return std::nullopt;
+  if (numerator <= 0.0 || denominator <= kParallel) return std::nullopt;
   return numerator / denominator;
 }
 
@@ -56,14 +62,12 @@ double SpeckleSigma(const LineScannerOptions& options) {
   return options.speckle_sigma_m / CameraModel(options).DepthPerPixel(1.0);
 }
 
-}  // namespace internal
-
-double DepthSigma(const LineScannerOptions& options, double depth_m) {
-  const double speckle_px = internal::SpeckleSigma(options);
+double CentroidSigma(const LineScannerOptions& options) {
+  const double speckle_px = SpeckleSigma(options);
   const double variance_px2 = options.centroid_sigma_px * options.centroid_sigma_px +
                               speckle_px * speckle_px +
                               options.quantisation_px * options.quantisation_px / 12.0;
-  return internal::CameraModel(options).DepthPerPixel(depth_m) * std::sqrt(variance_px2);
+  return std::sqrt(variance_px2);
 }
 
-}  // namespace rangegrasp::sensing
+}  // namespace rangegrasp::sensing::internal

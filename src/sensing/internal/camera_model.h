@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "sensing/line_scanner.h"
+#include "sensing/line_scanner_options.h"
 
 namespace rangegrasp::sensing::internal {
 
@@ -58,5 +58,9 @@ class CameraModel {
 /// Standard deviation [px] of the centroid by speckle: constant in the image, as a speckle's size
 /// there is, hence growing with the square of the distance in depth (Dorsch et al. 1994).
 double SpeckleSigma(const LineScannerOptions& options);
+
+/// Standard deviation [px] of the centroid by all that disturbs it: white noise, speckle and
+/// quantisation.
+double CentroidSigma(const LineScannerOptions& options);
 
 }  // namespace rangegrasp::sensing::internal

@@ -1,6 +1,7 @@
 #include "sensing/internal/ray_caster.h"
 
 #include <embree3/rtcore.h>
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -13,21 +14,18 @@
 namespace rangegrasp::sensing::internal {
 namespace {
 
-constexpr std::size_t kPacket = 16;
+constexpr std::size_t kPacket = 16;  // rays that are traced together
 
 void CheckMesh(const geometry::TriangleMesh& mesh, std::size_t index) {
-  const std::string name = "mesh " + std::to_string(index);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!mesh.vertices[v].allFinite()) {
-      throw std::invalid_argument(name + ": vertex " + std::to_string(v) + " is not finite");
-    }
+    if (mesh.vertices[v].allFinite()) continue;
+    throw std::invalid_argument(fmt::format("mesh {}: vertex {} is not finite", index, v));
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v < mesh.vertices.size()) continue;
-      throw std::invalid_argument(name + ": triangle " + std::to_string(t) + " uses vertex " +
-                                  std::to_string(v) + " of " +
-                                  std::to_string(mesh.vertices.size()));
+      throw std::invalid_argument(fmt::format("mesh {}: triangle {} uses vertex {} of {}", index, t,
+                                              v, mesh.vertices.size()));
     }
   }
 }
@@ -73,11 +71,19 @@ void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPa
   for (std::size_t i = rays.size(); i < kPacket; ++i) valid[i] = 0;
 }
 
-RTCIntersectContext CoherentContext() {
+/// Calls trace(index of the first, rays, which of 16 slots hold one, context) for one packet of
+/// rays after the other.
+template <typename Trace>
+void ForPackets(std::span<const Ray> rays, RTCRay16& packet, Trace trace) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
+  alignas(64) std::array<int, kPacket> valid;
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const auto part = rays.subspan(begin, std::min(kPacket, rays.size() - begin));
+    FillPacket(part, packet, valid);
+    trace(begin, part, valid, context);
+  }
 }
 
 }  // namespace
@@ -119,7 +125,7 @@ struct RayCaster::Embree {
   }
 };
 
-RayCaster::RayCaster(std::span<const geometry::VisualMesh> meshes) {
+RayCaster::RayCaster(std::span<const sim::VisualMesh> meshes) {
   for (std::size_t i = 0; i < meshes.size(); ++i) CheckMesh(meshes[i].mesh_W, i);
   embree_ = std::make_unique<Embree>();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -132,16 +138,12 @@ RayCaster::~RayCaster() = default;
 
 void RayCaster::FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const {
   hits.resize(rays.size());
-  RTCIntersectContext context = CoherentContext();
   alignas(64) RTCRayHit16 packet;
-  alignas(64) std::array<int, kPacket> valid;
-  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
-    const std::size_t count = std::min(kPacket, rays.size() - begin);
-    FillPacket(rays.subspan(begin, count), packet.ray, valid);
+  ForPackets(rays, packet.ray, [&](std::size_t begin, auto part, auto& valid, auto& context) {
     std::ranges::fill(packet.hit.geomID, RTC_INVALID_GEOMETRY_ID);
     std::ranges::fill(packet.hit.instID[0], RTC_INVALID_GEOMETRY_ID);
     rtcIntersect16(valid.data(), embree_->scene, &context, &packet);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
       Hit& hit = hits[begin + i];
       hit = Hit{};
       if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -149,25 +151,21 @@ void RayCaster::FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) con
       hit.mesh = packet.hit.geomID[i];
       hit.normal_W =
           Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
-      if (hit.normal_W.dot(rays[begin + i].direction_W) > 0.0f) hit.normal_W = -hit.normal_W;
+      if (hit.normal_W.dot(part[i].direction_W) > 0.0f) hit.normal_W = -hit.normal_W;
     }
-  }
+  });
 }
 
 void RayCaster::Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& blocked) const {
   blocked.resize(rays.size());
-  RTCIntersectContext context = CoherentContext();
   alignas(64) RTCRay16 packet;
-  alignas(64) std::array<int, kPacket> valid;
-  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
-    const std::size_t count = std::min(kPacket, rays.size() - begin);
-    FillPacket(rays.subspan(begin, count), packet, valid);
+  ForPackets(rays, packet, [&](std::size_t begin, auto part, auto& valid, auto& context) {
     rtcOccluded16(valid.data(), embree_->scene, &context, &packet);
     // Embree marks an occluded ray by a negative far end.
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
       blocked[begin + i] = valid[i] != 0 && packet.tfar[i] < 0.0f ? 1 : 0;
     }
-  }
+  });
 }
 
 }  // namespace rangegrasp::sensing::internal

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "geometry/visual_mesh.h"
+#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing::internal {
 
@@ -29,13 +29,13 @@ struct Hit {
 };
 
 /// Ray queries on a set of meshes. Owns an Embree device of its own that uses the calling thread
-/// only, so that it may be made in a forked process. Neighbouring rays should be neighbours in
+/// only, so that it may be made in a forked process. Neighboring rays should be neighbors in
 /// space: they are traced 16 at a time.
 class RayCaster {
  public:
   /// @throws std::invalid_argument naming the mesh and the vertex that is not finite or the
   /// triangle that has no such vertex.
-  explicit RayCaster(std::span<const geometry::VisualMesh> meshes);
+  explicit RayCaster(std::span<const sim::VisualMesh> meshes);
   ~RayCaster();
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;

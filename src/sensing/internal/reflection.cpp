@@ -51,8 +51,8 @@ double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_
 
 double ClarityLoss(double clarity) { return clarity; }
 
-double DropoutProbability(const LineScannerOptions& options,
-                          const geometry::OpticalSurface& surface, const Encounter& encounter) {
+double DropoutProbability(const LineScannerOptions& options, const sim::OpticalSurface& surface,
+                          const Encounter& encounter) {
   const double kept = (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
                       (1.0 - AlbedoLoss(surface.albedo)) *
                       (1.0 - GlossLoss(options, surface.gloss, encounter.mirror_offset_rad)) *

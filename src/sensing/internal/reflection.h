@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "geometry/visual_mesh.h"
-#include "sensing/line_scanner.h"
+#include "sensing/line_scanner_options.h"
+#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing::internal {
 
@@ -25,8 +25,8 @@ double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_
 /// The clarity itself: that share of the light goes through or is mirrored away inside.
 double ClarityLoss(double clarity);
 /// All causes, independent of each other.
-double DropoutProbability(const LineScannerOptions& options,
-                          const geometry::OpticalSurface& surface, const Encounter& encounter);
+double DropoutProbability(const LineScannerOptions& options, const sim::OpticalSurface& surface,
+                          const Encounter& encounter);
 
 /// Light of a part of the line as the camera sees it.
 struct Glint {
@@ -44,7 +44,7 @@ struct Blob {
   std::size_t source = 0;   ///< of its brightest glint
 };
 
-/// Splits glints where neighbours in the image lie further apart than `width_px` and returns the
+/// Splits glints where neighbors in the image lie further apart than `width_px` and returns the
 /// brightest group's centroid; of equals the one with the smaller column. Sorts `glints`.
 /// @return brightness 0 if there is no light.
 Blob BrightestBlob(std::span<Glint> glints, double width_px);

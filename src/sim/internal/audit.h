@@ -25,10 +25,10 @@ class AuditRecorder {
   void RestStep(bool slides);
   void EndRest();
 
-  /// @param held  the object was held after the lift and to the end of the carry; without that,
-  /// what describes a hold
-  ///              is reported but not judged.
-  Audit Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry);
+  /// What was gathered, with the first figure that is out of bounds. What describes a hold is
+  /// reported but has no bound where the object was not held after the lift; creep neither where it
+  /// was lost in the carry.
+  Audit Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry) const;
 
  private:
   double Energy() const;  ///< of the target, kinetic and potential [J]

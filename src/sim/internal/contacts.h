@@ -24,7 +24,7 @@ class HandGeoms {
   const std::vector<int>& all() const { return all_; }
   int body() const { return body_; }  ///< root body of the hand
 
-  /// Smallest distance between the thumb's and the fingers' tips [m] at the geoms' present poses.
+  /// Minimum distance between the thumb's and the fingers' tips [m] at the geoms' present poses.
   double Gap(const mjModel* model, mjData* data) const;
 
  private:

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/visual_mesh.h"
 #include "sim/internal/engine.h"
+#include "sim/visual_mesh.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim::internal {
@@ -14,7 +14,7 @@ namespace rangegrasp::sim::internal {
 struct ObjectEntry {
   std::string name;
   std::string surface;  ///< of the friction table
-  geometry::OpticalSurface optical;
+  OpticalSurface optical;
   int body = -1;          ///< root body
   int tree = -1;          ///< kinematic tree
   int qpos = -1;          ///< address of the free joint's 7 coordinates

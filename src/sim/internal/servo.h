@@ -22,7 +22,7 @@ class ArmServo {
  public:
   explicit ArmServo(const mjModel* model);
   void Command(const mjModel* model, mjData* data, const JointCommand& command) const;
-  /// Largest |torque| / limit over the arm's joints.
+  /// Maximum of |torque| / limit over the arm's joints.
   double TorqueRatio(const mjModel* model, const mjData* data) const;
 
  private:

@@ -3,7 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include "geometry/shape.h"
-#include "geometry/visual_mesh.h"
+#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -12,8 +12,6 @@ bool Collides(const mjModel* model, int geom);
 /// The surface of a geom in the geom's frame; a plane is cut at its size, or at 10 m where it is
 /// infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
-/// Pose of a geom in W as of the last kinematics.
-core::Pose GeomPose(const mjData* data, int geom);
 /// Highest point of a geom [m].
 double TopOfGeom(const mjModel* model, const mjData* data, int geom);
 
@@ -22,6 +20,6 @@ geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, in
 /// Visible geoms of everything that is no object (no tree with a free joint), without the body that
 /// holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
 /// of the blue laminate.
-geometry::VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
+VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
 
 }  // namespace rangegrasp::sim::internal

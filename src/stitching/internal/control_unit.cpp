@@ -8,12 +8,18 @@ namespace {
 
 // Over this share of the distance from needle to line the needle moves from CAD to the edge.
 constexpr double kJoinShare = 0.75;
+// The needle rests this far before a mat's end, or before where nothing is known any more.
 constexpr double kStopMargin_m = 5e-3;
 constexpr double kBehind_m = 5e-3;     // the route's part behind the needle
 constexpr double kSmoothed_m = 40e-3;  // the edge's part behind the needle that smoothing sees
-constexpr double kAhead_m = 30e-3;     // by which the route goes beyond what is known
+// By which the route goes beyond what is known: more than twice the wanted distance, so that the
+// offset curve is whole up to where the head may come.
+constexpr double kAhead_m = 30e-3;
+// Between the points at which the offset curve is computed; the route resamples it.
 constexpr double kPathSpacing_m = 0.5e-3;
+// A head that is this near to where it must stop is there: a twentieth of what counts as good.
 constexpr double kAtRest_m = 0.05e-3;
+// How fast the needle returns to its route: a tenth of a second, the period of corrections.
 constexpr double kFollowGain_1_s = 10.0;
 
 double SmoothStep(double t) {

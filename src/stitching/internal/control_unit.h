@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stitching/closed_loop.h"
+#include "stitching/correction.h"
 #include "stitching/internal/head.h"
 
 namespace rangegrasp::stitching::internal {

@@ -7,19 +7,28 @@
 namespace rangegrasp::stitching::internal {
 namespace {
 
+// Between points of a route: the needle moves by 0.3 mm in a control period at 30 mm/s.
 constexpr double kSpacing_m = 0.25e-3;
-// Half of the length over which corners are rounded, twice.
+// Points on each side over which corners are rounded, twice: wider cuts corners, narrower makes the
+// head stop at them.
 constexpr int kRoundHalf = 6;
+// Points on each side from which the curvature is taken: within the rounding.
 constexpr int kCurvatureHalf = 4;
-// How a route spends the acceleration: what is left serves corrections.
+// How a route spends the acceleration: 0.5^2 + 0.6^2 < 0.8^2, what is left serves corrections.
 constexpr double kAlong = 0.5;
 constexpr double kAcross = 0.6;
+// And the lateral speed.
 constexpr double kLateralShare = 0.95;
+// How fast the heading follows: a third of a second, against the 2.7 s that the line is ahead.
 constexpr double kHeadingGain_1_s = 3.0;
+// The share of the rotational acceleration that braking counts on.
+constexpr double kBrakingShare = 0.8;
+// Keeps divisions by a curvature or slope of 0 finite.
+constexpr double kTiny = 1e-9;
 
-Point Limited(const Point& v, double most) {
+Point Limited(const Point& v, double max) {
   const double norm = v.norm();
-  return norm > most ? Point(v * (most / norm)) : v;
+  return norm > max ? Point(v * (max / norm)) : v;
 }
 
 // Both limits hold for every point between two points that keep them.
@@ -30,10 +39,10 @@ Point LimitedVelocity(const Point& wanted, const HeadOptions& options) {
 }
 
 double WantedRotation(double error_rad, const HeadOptions& options) {
-  const double brakes =
-      std::sqrt(2.0 * 0.8 * options.max_rotation_acceleration_rad_s2 * std::abs(error_rad));
-  const double most = std::min(brakes, options.max_rotation_rad_s);
-  return std::clamp(kHeadingGain_1_s * error_rad, -most, most);
+  const double brakes = std::sqrt(2.0 * kBrakingShare * options.max_rotation_acceleration_rad_s2 *
+                                  std::abs(error_rad));
+  const double max = std::min(brakes, options.max_rotation_rad_s);
+  return std::clamp(kHeadingGain_1_s * error_rad, -max, max);
 }
 
 // Curvature of the circle through three points [1/m].
@@ -50,11 +59,12 @@ double SpeedAt(const std::vector<Point>& p, std::size_t i, const HeadOptions& op
   const Point along = p[c] - p[a];
   if (along.norm() > 0.0) {
     const double across = std::abs(along.x()) / along.norm();
-    speed = std::min(speed, kLateralShare * options.max_lateral_speed_m_s / std::max(across, 1e-9));
+    speed =
+        std::min(speed, kLateralShare * options.max_lateral_speed_m_s / std::max(across, kTiny));
   }
   const double curvature = a < i && i < c ? Curvature(p[a], p[i], p[c]) : 0.0;
   return std::min(speed,
-                  std::sqrt(kAcross * options.max_acceleration_m_s2 / std::max(curvature, 1e-9)));
+                  std::sqrt(kAcross * options.max_acceleration_m_s2 / std::max(curvature, kTiny)));
 }
 
 }  // namespace
@@ -75,8 +85,8 @@ HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOpti
   next.needle += next.velocity * dt;
   if (!options.rotate) return next;
   const double rotation = WantedRotation(command.heading_rad - head.heading_rad, options);
-  const double most = options.max_rotation_acceleration_rad_s2 * dt;
-  next.rotation_rad_s += std::clamp(rotation - head.rotation_rad_s, -most, most);
+  const double max = options.max_rotation_acceleration_rad_s2 * dt;
+  next.rotation_rad_s += std::clamp(rotation - head.rotation_rad_s, -max, max);
   next.heading_rad += next.rotation_rad_s * dt;
   return next;
 }

@@ -9,6 +9,7 @@
 
 namespace rangegrasp::stitching::internal {
 
+/// A tenth of the period of corrections, so that a correction is carried out in small steps.
 constexpr double kControlPeriod_s = 0.01;
 
 /// The stitching head over the mats, in frame M. Its own frame H has the needle at its origin, x

@@ -15,15 +15,28 @@ constexpr std::array kWindows_m = {15e-3, 8e-3};
 constexpr double kPointsASide = 5.0;
 // Sensed points are good to a tenth of a millimetre, or else off by anything.
 constexpr double kNoise_m = 0.1e-3;
-constexpr double kNoiseWorth = 2.0;  // points
-constexpr double kInlier_m = 0.2e-3;
-constexpr std::size_t kMostBasis = 12;
-// Edges are not steeper across the track or rounder than this where a parabola is to be trusted.
-constexpr double kSteepest = 2.5;
-constexpr double kRoundest_1_m = 200.0;
-// Any three points lie on a parabola; of the others this share has to support it.
+// What that is worth beside the residuals that are seen, in points: few residuals may be small by
+// chance.
+constexpr double kNoiseWorth = 2.0;
+// Residual at which a point counts half: twice the noise.
+constexpr double kInlier_m = 2.0 * kNoise_m;
+// A parabola has three terms; a fit needs two points more to tell how good it is.
+constexpr std::size_t kMinPoints = 5;
+// Points of a window of which all threes are tried: more take more time, by the third power, fewer
+// may miss the edge among outliers.
+constexpr std::size_t kMaxBasis = 12;
+// Nearer points [windows] do not determine a parabola.
+constexpr double kMinApart = 1e-3;
+// Edges are not steeper across the track or rounder than this where a parabola is to be trusted:
+// 68 degrees, a radius of 5 mm.
+constexpr double kMaxSteepness = 2.5;
+constexpr double kMaxCurvature_1_m = 200.0;
+// Any three points lie on a parabola; of the others this share has to support it: more loses edges
+// in noise of 40 %, less follows chance.
 constexpr double kSupportShare = 0.3;
+// Rounds of reweighted least squares, from a start that outliers cannot pull.
 constexpr int kRefinements = 4;
+// The stretch whose direction carries an edge on, and the steepest such direction (45 degrees).
 constexpr double kExtendFrom_m = 12e-3;
 constexpr double kMaxSlope = 1.0;
 
@@ -43,15 +56,15 @@ double RowWeight(double residual) {
 
 std::optional<Parabola> Through(const Seen& a, const Seen& b, const Seen& c) {
   const double ab = b.u - a.u, bc = c.u - b.u, ac = c.u - a.u;
-  if (std::min({std::abs(ab), std::abs(bc), std::abs(ac)}) < 1e-3) return std::nullopt;
+  if (std::min({std::abs(ab), std::abs(bc), std::abs(ac)}) < kMinApart) return std::nullopt;
   const double first = (b.v - a.v) / ab;
   const double second = ((c.v - b.v) / bc - first) / ac;
   return Parabola(a.v - first * a.u + second * a.u * b.u, first - second * (a.u + b.u), second);
 }
 
 bool Plausible(const Parabola& c, double window_m) {
-  return std::abs(c[1]) <= kSteepest * window_m &&
-         std::abs(c[2]) <= 0.5 * kRoundest_1_m * window_m * window_m;
+  return std::abs(c[1]) <= kMaxSteepness * window_m &&
+         std::abs(c[2]) <= 0.5 * kMaxCurvature_1_m * window_m * window_m;
 }
 
 // The parabola through three points that most points support; all threes of a dozen are tried, so
@@ -59,8 +72,8 @@ bool Plausible(const Parabola& c, double window_m) {
 std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_m) {
   std::optional<Parabola> best;
   const auto others = static_cast<double>(seen.size() - 3);
-  double most = 3.0 + kSupportShare * others;
-  const std::size_t stride = (seen.size() + kMostBasis - 1) / kMostBasis;
+  double max_support = 3.0 + kSupportShare * others;
+  const std::size_t stride = (seen.size() + kMaxBasis - 1) / kMaxBasis;
   for (std::size_t i = 0; i < seen.size(); i += stride) {
     for (std::size_t j = i + stride; j < seen.size(); j += stride) {
       for (std::size_t k = j + stride; k < seen.size(); k += stride) {
@@ -68,8 +81,8 @@ std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_
         if (!c || !Plausible(*c, window_m)) continue;
         double support = 0.0;
         for (const Seen& p : seen) support += RowWeight(p.v - p.Row().dot(*c));
-        if (support > most) {
-          most = support;
+        if (support > max_support) {
+          max_support = support;
           best = c;
         }
       }
@@ -85,7 +98,7 @@ struct LocalFit {
 
 // Least squares with weights that fall with the residuals, from a start that outliers cannot pull.
 std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
-  if (seen.size() < 5) return std::nullopt;
+  if (seen.size() < kMinPoints) return std::nullopt;
   auto c = MostSupported(seen, window_m);
   if (!c) return std::nullopt;
   Eigen::Matrix3d normal;
@@ -158,7 +171,7 @@ double SlopeOf(const Point& a, const Point& b) {
 
 std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
   std::vector<Point> smooth;
-  if (sensed.size() < 5) return smooth;
+  if (sensed.size() < kMinPoints) return smooth;
   const double spacing =
       (sensed.back().y() - sensed.front().y()) / static_cast<double>(sensed.size() - 1);
   const double reach = std::max(kWindows_m.front(), kPointsASide * spacing);

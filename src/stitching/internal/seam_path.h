@@ -10,7 +10,7 @@ namespace rangegrasp::stitching::internal {
 using Point = Eigen::Vector2d;
 
 /// Sensed points, of which many may be gross outliers, smoothed: each point moves to a local
-/// parabola that most of its neighbours support, over the window round or beside it that promises
+/// parabola that most of its neighbors support, over the window round or beside it that promises
 /// the smallest variance, or is dropped if none is well supported. No window has to reach across a
 /// jump of the edge, so corners stay sharp. O(n w^4) for w <= 12 points in a window.
 /// @param sensed  ascending in y.
@@ -29,7 +29,7 @@ double OffsetX(std::span<const Point> edge, double distance_m, double y_m);
 std::vector<Point> Resample(std::span<const Point> line, double spacing_m);
 
 /// Rounds a polyline of equal distances: each point becomes the mean of itself and `half` (fewer at
-/// the ends) neighbours on each side. Ends stay where they are.
+/// the ends) neighbors on each side. Ends stay where they are.
 std::vector<Point> RoundCorners(std::span<const Point> line, int half);
 
 }  // namespace rangegrasp::stitching::internal

@@ -10,9 +10,13 @@ namespace rangegrasp::stitching::internal {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// Of the true edge as a polyline: its fray varies over millimetres, so that between points it is
+// off by micrometres.
 constexpr double kEdgeSpacing_m = 0.1e-3;
-constexpr double kReach_m = 20e-3;  // beyond the wanted distance, along y
-constexpr double kGood_m = 1e-3;
+// Beyond the wanted distance, along y: within it the nearest point of an edge is looked for.
+constexpr double kReach_m = 20e-3;
+constexpr double kGood_m = 1e-3;  // what the seam needs (section 3.7.1)
+constexpr double kQuantile = 0.95;
 
 double ToSegment(const Point& p, const Point& a, const Point& b) {
   const Point along = b - a;
@@ -81,7 +85,7 @@ void Summarise(std::vector<Piece> pieces, TrackResult& result) {
   if (total <= 0.0) return;
   double done = 0.0, sum = 0.0, good = 0.0;
   for (const Piece& piece : pieces) {
-    if (done < 0.95 * total) result.p95_error_m = piece.error_m;
+    if (done < kQuantile * total) result.p95_error_m = piece.error_m;
     done += piece.length_m;
     sum += piece.error_m * piece.length_m;
     if (piece.error_m <= kGood_m) good += piece.length_m;

@@ -1,0 +1,40 @@
+# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes rangegrasp_*.deb (the program and all it needs to run)
+# and librangegrasp-dev_*.deb (the modules to build with) in the current folder.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME rangegrasp)
+set(CPACK_PACKAGE_VENDOR "the rangegrasp authors")
+set(CPACK_PACKAGE_CONTACT "the rangegrasp authors <authors@rangegrasp.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL Runtime Development)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME rangegrasp)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+# libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
+get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
+"A simulated arm with a hand and a range sensor picks unknown objects from a
+table: scan, segmentation, completion, grasps, motion, physics. The program
+runs whole experiments and prints their tables beside the published ones.")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME librangegrasp-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
+"The modules of rangegrasp as static libraries, with their headers and the
+files by which CMake finds them: find_package(rangegrasp).")
+# What rangegraspConfig.cmake looks for; libmujoco is in the other package.
+set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev libosmesa6-dev
+  libpng-dev libpugixml-dev libsqlite3-dev libtbb-dev libyaml-cpp-dev pkg-config)
+list(JOIN development_packages ", " development_packages)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "rangegrasp (= ${PROJECT_VERSION}), ${development_packages}")
+
+include(CPack)

@@ -1,0 +1,190 @@
+#include "cli/results_commands.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <set>
+
+#include "cli/output.h"
+#include "core/error.h"
+#include "experiment/compare.h"
+#include "experiment/experiment.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Record;
+using experiment::Stamp;
+using experiment::Store;
+
+void AddTable(CLI::App& app) {
+  struct Arguments {
+    std::string folder, format = "text", out;
+    bool files = false;
+  };
+  auto* command = app.add_subcommand("table", "Print the tables of a results folder again.");
+  auto a = std::make_shared<Arguments>();
+  command->add_option("folder", a->folder, "results folder")->required();
+  AddFormatOption(*command, a->format);
+  command->add_flag_callback(
+      "--json", [a] { a->format = "json"; }, "same as --format json");
+  command->add_option("--out", a->out, "file instead of stdout");
+  command->add_flag("--files", a->files, "write the rows and figures into the folder again, too");
+  command->footer("Example: rangegrasp table results/laser_single --format markdown");
+  command->callback([a] {
+    const Store store = Store::Open(a->folder);
+    const auto report = experiment::ReportOf(store, tasks::AllKinds());
+    WriteResult(experiment::Format(report, store.ReadStamp(), TableFormatFrom(a->format)), a->out);
+    if (!a->files) return;
+    for (const auto& [name, text] : report.files) {
+      WriteResult(text, std::filesystem::path(a->folder) / name);
+    }
+  });
+}
+
+// ---- trial ----
+
+struct TrialArguments {
+  std::string folder, id, video, camera;
+  bool snapshots = false;
+};
+
+// The experiment as it was run; what has changed since is told.
+experiment::Experiment ReopenExperiment(const Stamp& stamp, const std::string& folder) {
+  try {
+    auto e = experiment::OpenAgain(stamp, tasks::AllKinds());
+    for (const auto& [name, value] : e.stamp.identity) {
+      const auto was = stamp.identity.find(name);
+      if (was != stamp.identity.end() && was->second != value) {
+        spdlog::warn("the {} has changed since the run: results may differ", name);
+      }
+    }
+    return e;
+  } catch (const core::InputError& error) {
+    throw core::InputError(folder + ": " + error.what());
+  }
+}
+
+void Replay(const TrialArguments& arguments) {
+  const Store store = Store::Open(arguments.folder);
+  const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder);
+  const experiment::Case& which = CaseOf(e, arguments.id);
+  experiment::ReplayOptions options;
+  options.folder = std::filesystem::path(arguments.folder) / "snapshots";
+  options.snapshots = arguments.snapshots;
+  options.video = arguments.video;
+  options.camera = arguments.camera;
+  const Record replayed{which, e.task->Replay(which, options)};
+  WriteResult(experiment::ToJson(replayed) + "\n");
+  for (const Record& stored : store.ReadAll()) {
+    if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
+    spdlog::warn(
+        "the replay differs from the stored result: was the program or a model changed since?");
+  }
+  if (arguments.snapshots) spdlog::info("pictures in {}", options.folder.string());
+}
+
+void AddTrial(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "trial", "Replay one case of a run by its id and print its record as JSON.");
+  auto a = std::make_shared<TrialArguments>();
+  command->add_option("folder", a->folder, "results folder")->required();
+  command->add_option("id", a->id, "e.g. coffee_cup-0003; `table DIR --json` or SQL list them")
+      ->required();
+  command->add_flag("--snapshots", a->snapshots,
+                    "pictures and files of every stage into <folder>/snapshots");
+  command->add_option("--video", a->video,
+                      "film of the execution, 25 frames a second (needs ffmpeg)");
+  command->add_option("--camera", a->camera, "camera of the scene");
+  command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
+  command->callback([a] { Replay(*a); });
+}
+
+// ---- compare ----
+
+void Compare(const std::string& first, const std::string& second) {
+  const Store one = Store::Open(first);
+  const Store two = Store::Open(second);
+  const auto& kind = KindOf(one.ReadStamp(), tasks::AllKinds());
+  if (KindOf(two.ReadStamp(), tasks::AllKinds()).name != kind.name) {
+    throw core::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
+  }
+  const auto c = experiment::Compare(one.ReadAll(), two.ReadAll(), kind.success);
+  if (c.pairs == 0) {
+    throw core::InputError(first + ", " + second + ": no case of the same id and seed in both");
+  }
+  WriteResult(fmt::format(
+      "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
+      "same outcome {}\nMcNemar exact p {:g}\n",
+      c.pairs, kind.success, c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
+}
+
+void AddCompare(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "compare", "Compare two runs on the same seeds, case by case (McNemar's exact test).");
+  auto first = std::make_shared<std::string>();
+  auto second = std::make_shared<std::string>();
+  command->add_option("first", *first, "results folder")->required();
+  command->add_option("second", *second, "results folder")->required();
+  command->footer(
+      "Example: rangegrasp compare results/laser_single results/laser_single_published");
+  command->callback([first, second] { Compare(*first, *second); });
+}
+
+// ---- merge ----
+
+void Merge(const std::vector<std::string>& folders, const std::string& out) {
+  if (Store::Exists(out)) {
+    throw core::InputError(out + ": holds results already; name a new folder");
+  }
+  const Stamp stamp = Store::Open(folders.front()).ReadStamp();
+  const auto expected = std::stoull(experiment::Need(stamp.identity, "cases"));
+  std::set<std::string> ids;
+  std::vector<Record> all;
+  for (const std::string& folder : folders) {
+    const Store shard = Store::Open(folder);
+    CheckSameRun(shard.ReadStamp(), stamp, folder);
+    for (Record& record : shard.ReadAll()) {
+      if (!ids.insert(record.which.id).second) {
+        throw core::InputError(folder + ": case " + record.which.id +
+                               " is in another of the folders too");
+      }
+      all.push_back(std::move(record));
+    }
+  }
+  // A shard that was forgotten, or whose run was killed.
+  if (all.size() < expected) {
+    spdlog::warn("{} of the experiment's {} cases are in these folders; is a shard missing?",
+                 all.size(), expected);
+  }
+  Store merged = Store::Create(out);
+  merged.WriteStamp(stamp);
+  for (const Record& record : all) merged.Write(record);
+}
+
+void AddMerge(CLI::App& app) {
+  auto* command = app.add_subcommand("merge", "Join the results of shards into one folder.");
+  auto folders = std::make_shared<std::vector<std::string>>();
+  auto out = std::make_shared<std::string>();
+  command->add_option("folders", *folders, "results folders")->required();
+  command->add_option("-o,--out", *out, "new results folder")->required();
+  command->footer("Example: rangegrasp merge results/shard1 results/shard2 -o results/all");
+  command->callback([folders, out] {
+    Merge(*folders, *out);
+    spdlog::info("{} folders joined in {}", folders->size(), *out);
+  });
+}
+
+}  // namespace
+
+void AddResultsCommands(CLI::App& app) {
+  AddTable(app);
+  AddTrial(app);
+  AddCompare(app);
+  AddMerge(app);
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,169 @@
+#include "cli/run_command.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <memory>
+#include <thread>
+
+#include "cli/output.h"
+#include "core/data_folder.h"
+#include "core/error.h"
+#include "core/stopwatch.h"
+#include "core/words.h"
+#include "experiment/experiment.h"
+#include "experiment/runner.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Experiment;
+using experiment::Stamp;
+using experiment::Store;
+
+// Of the progress bar, in characters.
+constexpr int kBarWidth = 30;
+
+// A progress line on a terminal; nothing elsewhere.
+class ProgressBar {
+ public:
+  void operator()(int done, int total, const experiment::Record& last) {
+    ++outcomes_[last.result.outcome];
+    if (!isatty(STDERR_FILENO)) return;
+    const double left_s = watch_.Seconds() / done * (total - done);
+    const int filled = kBarWidth * done / total;
+    std::string counts;
+    for (const auto& [outcome, count] : outcomes_) counts += fmt::format(", {} {}", count, outcome);
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.0f} s left \033[K", "", filled, "",
+               kBarWidth - filled, done, total, counts, left_s);
+    if (done == total) fmt::print(stderr, "\n");
+    std::fflush(stderr);
+  }
+
+ private:
+  core::Stopwatch watch_;
+  std::map<std::string, int> outcomes_;
+};
+
+struct RunArguments {
+  std::string experiment;
+  std::string out;
+  std::string groups;
+  std::string shard = "1/1";
+  std::string format = "text";
+  experiment::Changes changes;
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  bool resume = false;
+  bool overwrite = false;
+  bool json = false;
+};
+
+std::pair<int, int> ParseShard(const std::string& text) {
+  int shard = 0;
+  int shards = 0;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, shard);
+  const bool slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
+  const auto second = std::from_chars(slash ? first.ptr + 1 : end, end, shards);
+  if (!slash || second.ec != std::errc() || second.ptr != end || shard < 1 || shard > shards) {
+    throw core::InputError("--shard '" + text + "' must be I/N with 1 <= I <= N, e.g. 2/8");
+  }
+  return {shard, shards};
+}
+
+// Rows that one commit made and rows of another must not look as if they were of one.
+Stamp Resumed(Stamp stored, const Stamp& now) {
+  const std::string& was = stored.build["commit"];
+  const std::string is = now.build.at("commit");
+  if (was == is) return stored;
+  spdlog::warn("the run was begun by commit {}, this program is {}: its rows may differ", was, is);
+  std::string& others = stored.build["resumed_with"];
+  if (others.find(is) == std::string::npos) others += (others.empty() ? "" : ",") + is;
+  return stored;
+}
+
+Store OpenForRun(const std::filesystem::path& folder, const RunArguments& arguments,
+                 const Stamp& stamp) {
+  Stamp wanted = stamp;
+  if (Store::Exists(folder)) {
+    if (arguments.overwrite) {
+      Store::Remove(folder);
+    } else if (!arguments.resume) {
+      throw core::InputError(folder.string() +
+                             ": holds results already; --resume goes on with them, "
+                             "--overwrite starts anew, --out DIR writes elsewhere");
+    } else if (const Stamp stored = Store::Open(folder).ReadStamp(); !stored.identity.empty()) {
+      // A run killed before its stamp was written has no cases either.
+      CheckSameRun(stored, stamp, folder.string());
+      wanted = Resumed(stored, stamp);
+    }
+  }
+  Store store = Store::Create(folder);
+  store.WriteStamp(wanted);
+  return store;
+}
+
+void Run(RunArguments arguments) {
+  if (!arguments.groups.empty()) arguments.changes.groups = core::Split(arguments.groups, ',');
+  const auto [shard, shards] = ParseShard(arguments.shard);
+  const Experiment e = experiment::OpenExperiment(core::FindExperiment(arguments.experiment),
+                                                  tasks::AllKinds(), arguments.changes);
+  e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
+  const std::filesystem::path folder = arguments.out.empty()
+                                           ? std::filesystem::path("results") / e.common.name
+                                           : std::filesystem::path(arguments.out);
+  Store store = OpenForRun(folder, arguments, e.stamp);
+  auto cases = ShardOf(e.cases, shard, shards);
+  if (arguments.resume) cases = Missing(cases, store);
+  const core::Stopwatch watch;
+  RunCases(
+      cases, [&](const experiment::Case& which) { return e.task->Run(which); }, store,
+      {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s}, ProgressBar());
+  const auto report = experiment::ReportOf(store, tasks::AllKinds());
+  for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
+  const auto format =
+      arguments.json ? experiment::TableFormat::kJson : TableFormatFrom(arguments.format);
+  WriteResult(experiment::Format(report, store.ReadStamp(), format));
+  spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}", cases.size(), watch.Seconds(),
+               arguments.jobs, store.file().string());
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "run", "Run an experiment of any kind and print its tables beside the published ones.");
+  auto a = std::make_shared<RunArguments>();
+  command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
+  command->add_option("-o,--out", a->out, "results folder (default: results/<experiment name>)");
+  command
+      ->add_option("--trials", a->changes.trials,
+                   "trials of each object, seams, or models of each class, instead of the file's")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--objects", a->groups,
+                      "only these objects, shapes or classes, e.g. coffee_cup,cleaner");
+  command->add_option("--jobs", a->jobs, "cases at the same time (default: the number of cores)")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--seed", a->changes.seed, "instead of the file's")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--set", a->changes.set,
+                      "KEY=VALUE, instead of what the file says, e.g. physics.timestep_ms=1; "
+                      "may stand several times");
+  command->add_flag("--resume", a->resume, "go on with a run that was stopped");
+  command->add_flag("--overwrite", a->overwrite, "throw away results that are in the folder");
+  command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
+  AddFormatOption(*command, a->format);
+  command->add_flag("--json", a->json, "same as --format json");
+  command->footer(
+      "Example: rangegrasp run experiments/laser_single.yaml --objects coffee_cup --trials 3 "
+      "--jobs 2");
+  command->callback([a] { Run(*a); });
+}
+
+}  // namespace rangegrasp::cli

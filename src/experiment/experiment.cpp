@@ -1,0 +1,230 @@
+#include "experiment/experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/version.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using core::YamlMap;
+
+// A case may take a day; a second is less than any takes to start.
+constexpr double kMinLimit_s = 1.0;
+constexpr double kMaxLimit_s = 86400.0;
+
+std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
+  std::string word = "grasping";
+  std::string words;
+  for (const TaskKind& kind : kinds) words += (words.empty() ? "" : ", ") + kind.name;
+  map.Read("task", word, "the kind of experiment: " + words);
+  return word;
+}
+
+const TaskKind* FindKind(const std::string& word, std::span<const TaskKind> kinds) {
+  const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&](const TaskKind& kind) { return kind.name == word; });
+  return found == kinds.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> NamesOf(std::span<const TaskKind> kinds) {
+  std::vector<std::string> names;
+  for (const TaskKind& kind : kinds) names.push_back(kind.name);
+  return names;
+}
+
+void ReadCommon(YamlMap& map, Common& common) {
+  map.Read("name", common.name, "names the results folder; letters, digits, '_' and '-'");
+  if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
+    map.Fail("name",
+             "'" + common.name + "' must be letters, digits, '_' and '-': it names a folder");
+  }
+  map.Read("seed", common.seed, "what every random stream is derived from");
+  map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
+           "wall time after which one trial, seam or model is killed");
+}
+
+// Seed, number of trials and groups stand in the stamp by themselves and may be set on the command
+// line: the hash leaves them out, so that runs that differ in nothing else can be recognised.
+std::string HashOf(const std::string& text, const std::vector<std::string>& set,
+                   const TaskKind& kind) {
+  std::uint64_t hash = core::Fnv1a("");
+  const auto add = [&](const std::string& line, const std::string& after) {
+    for (const std::string& key : {std::string("seed"), kind.trials_key}) {
+      if (line.starts_with(key + after)) return;
+    }
+    hash = core::Fnv1a(line + "\n", hash);
+  };
+  for (const std::string& line : core::Split(text, '\n')) add(line, ":");
+  for (const std::string& one : set) add(one, "=");
+  return core::Hex(hash);
+}
+
+std::vector<std::string> GroupsOf(const std::vector<Case>& cases) {
+  std::vector<std::string> groups;
+  for (const Case& c : cases) {
+    if (std::find(groups.begin(), groups.end(), c.group) == groups.end()) groups.push_back(c.group);
+  }
+  return groups;
+}
+
+void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::path& file,
+                std::vector<Case>& cases) {
+  if (wanted.empty()) return;
+  const auto known = GroupsOf(cases);
+  for (const std::string& group : wanted) {
+    if (std::find(known.begin(), known.end(), group) != known.end()) continue;
+    throw core::InputError("--objects: '" + group + "' is not in " + file.string() +
+                           "; nearest: '" + core::NearestWord(group, known) + "'; there are " +
+                           core::Join(known));
+  }
+  std::erase_if(cases, [&](const Case& c) {
+    return std::find(wanted.begin(), wanted.end(), c.group) == wanted.end();
+  });
+}
+
+void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file) {
+  std::set<std::string> seen;
+  for (const Case& c : cases) {
+    if (!seen.insert(c.id).second) {
+      throw core::InputError(file.string() + ": case '" + c.id + "' stands twice");
+    }
+  }
+}
+
+Experiment Open(const std::string& text, const std::filesystem::path& file,
+                std::span<const TaskKind> kinds, const std::vector<std::string>& set,
+                const std::vector<std::string>& groups) {
+  YamlMap map = YamlMap::FromText(text, file, set);
+  const std::string word = TaskWord(map, kinds);
+  Experiment e;
+  e.kind = FindKind(word, kinds);
+  if (!e.kind) {
+    map.Fail("task", "'" + word + "' must be one of " + core::Join(NamesOf(kinds)) +
+                         "; nearest: " + core::NearestWord(word, NamesOf(kinds)));
+  }
+  e.common.file = file;
+  e.common.name = file.stem().string();
+  ReadCommon(map, e.common);
+  e.task = e.kind->read(map, e.common);
+  e.cases = e.task->Cases();
+  CheckIds(e.cases, file);
+  for (std::size_t i = 0; i < e.cases.size(); ++i) e.cases[i].position = static_cast<int>(i);
+  KeepGroups(groups, file, e.cases);
+  e.stamp.identity = {{"experiment", e.common.name},
+                      {"task", e.kind->name},
+                      {"experiment_hash", HashOf(text, set, *e.kind)},
+                      {"seed", fmt::format("{}", e.common.seed)},
+                      {"cases", fmt::format("{}", e.cases.size())},
+                      {"groups", core::Join(GroupsOf(e.cases), ",")}};
+  e.stamp.build = {{"version", core::Version()}, {"commit", core::Commit()}};
+  e.stamp.data = {{"experiment_file", std::filesystem::absolute(file).lexically_normal().string()},
+                  {"experiment_text", text},
+                  {"set", core::Join(set, "\n")}};
+  e.task->AddTo(e.stamp);
+  return e;
+}
+
+}  // namespace
+
+Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
+                          const Changes& changes) {
+  const std::string text = core::ReadFile(file);
+  YamlMap map = YamlMap::FromText(text, file, changes.set);
+  const TaskKind* kind = FindKind(TaskWord(map, kinds), kinds);
+  std::vector<std::string> set = changes.set;
+  if (kind && changes.trials)
+    set.push_back(fmt::format("{}={}", kind->trials_key, *changes.trials));
+  if (kind && changes.seed) {
+    if (!kind->uses_seed) {
+      throw core::InputError("--seed: nothing is drawn in an experiment of task '" + kind->name +
+                             "', so that there is no use for it");
+    }
+    set.push_back(fmt::format("seed={}", *changes.seed));
+  }
+  return Open(text, file, kinds, set, changes.groups);
+}
+
+Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
+  const std::string& set = Need(stamp.data, "set");
+  return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"), kinds,
+              set.empty() ? std::vector<std::string>() : core::Split(set, '\n'),
+              core::Split(Need(stamp.identity, "groups"), ','));
+}
+
+const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds) {
+  const std::string& word = Need(stamp.identity, "task");
+  const TaskKind* kind = FindKind(word, kinds);
+  if (kind) return *kind;
+  throw core::InputError("the results are of task '" + word +
+                         "', which this program does not know; " + "it knows " +
+                         core::Join(NamesOf(kinds)));
+}
+
+const Case& CaseOf(const Experiment& experiment, const std::string& id) {
+  std::vector<std::string> ids;
+  for (const Case& c : experiment.cases) {
+    if (c.id == id) return c;
+    ids.push_back(c.id);
+  }
+  throw core::InputError("no trial '" + id + "' in experiment " + experiment.common.name +
+                         "; nearest: '" + core::NearestWord(id, ids) + "'");
+}
+
+Report ReportOf(const Store& store, std::span<const TaskKind> kinds) {
+  const Stamp stamp = store.ReadStamp();
+  const auto records = store.ReadAll();
+  Report report = KindOf(stamp, kinds).report(stamp, records);
+  const auto wanted = std::stoull(Need(stamp.identity, "cases"));
+  if (records.size() < wanted) {
+    report.notes.push_back(
+        fmt::format("{} of {} cases are missing: the run was stopped, or it is a "
+                    "shard",
+                    wanted - records.size(), wanted));
+  }
+  return report;
+}
+
+namespace {
+
+std::string KeyTable(const std::vector<core::KeyDoc>& keys, std::size_t first) {
+  std::string text = "| key | means | default | values |\n| --- | --- | --- | --- |\n";
+  for (std::size_t i = first; i < keys.size(); ++i) {
+    const core::KeyDoc& key = keys[i];
+    const std::string values = key.type == "mapping" ? "keys below"
+                               : key.range.empty()   ? key.type
+                                                     : key.range;
+    text += fmt::format("| `{}` | {} | {} | {} |\n", key.path, key.doc,
+                        key.required                ? "**needed**"
+                        : key.default_value.empty() ? ""
+                                                    : "`" + key.default_value + "`",
+                        values);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string KeysAsMarkdown(std::span<const TaskKind> kinds) {
+  auto common_map = YamlMap::ForDocumentation();
+  Common common;
+  TaskWord(common_map, kinds);
+  ReadCommon(common_map, common);
+  std::string text = "## Every experiment\n\n" + KeyTable(common_map.Keys(), 0);
+  for (const TaskKind& kind : kinds) {
+    auto map = YamlMap::ForDocumentation();
+    kind.read_keys(map);
+    text += fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n{}", kind.name,
+                        kind.description, kind.trials_key, KeyTable(map.Keys(), 0));
+  }
+  return text;
+}
+
+}  // namespace rangegrasp::experiment

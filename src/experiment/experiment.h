@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiment/store.h"
+#include "experiment/task.h"
+
+namespace rangegrasp::experiment {
+
+/// What the command line changes of an experiment file.
+struct Changes {
+  std::vector<std::string> set = {};  ///< "key.inner=value", in place of what the file says
+  std::optional<int> trials = {};     ///< of the key that the kind names
+  std::optional<std::uint64_t> seed = {};
+  std::vector<std::string> groups = {};  ///< only their cases; empty: all
+};
+
+/// An experiment that is ready to run.
+struct Experiment {
+  const TaskKind* kind = nullptr;
+  Common common;
+  std::unique_ptr<Task> task;
+  std::vector<Case> cases;  ///< of the groups that were chosen, in the task's order
+  Stamp stamp;
+};
+
+/// Reads an experiment file with what the command line changes of it, and makes everything ready.
+/// @throws core::InputError naming file, line, key, value and the nearest valid word.
+Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
+                          const Changes& changes);
+
+/// The experiment that a store's stamp tells of, from the text that it keeps; relative paths are
+/// those of the experiment file's folder.
+/// @throws core::InputError also if the stamp is not whole.
+Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
+
+/// The kind that made a store. @throws core::InputError if there is none of its name.
+const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds);
+
+/// The tables of a store; they say how many cases are missing.
+Report ReportOf(const Store& store, std::span<const TaskKind> kinds);
+
+/// The case of an id. @throws core::InputError naming the nearest one.
+const Case& CaseOf(const Experiment& experiment, const std::string& id);
+
+/// The keys of every experiment file and those of each kind, as a Markdown page made from the code
+/// that reads them.
+std::string KeysAsMarkdown(std::span<const TaskKind> kinds);
+
+}  // namespace rangegrasp::experiment

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/point_cloud.h"
+#include "geometry/range_image.h"
+
+namespace rangegrasp::geometry {
+
+/// A cloud as read from a file: organised if height > 1. Points that are not finite are kept (NaN)
+/// so that rows stay whole.
+struct CloudFile {
+  int width = 0;
+  int height = 1;
+  Points points;  ///< row-major, scaled to metres
+  /// Where the sensor stood [m], from PCD's VIEWPOINT; absent where the file has none.
+  std::optional<Eigen::Vector3d> sensor_origin;
+};
+
+/// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), told
+/// apart by their first line. x, y and z must be float or double. `unit_m` is the file's unit in
+/// metres (0.001 for mm).
+/// @throws core::InputError naming the file, the line or key, the value and what would be right:
+///         missing, a folder, not readable, truncated, no x/y/z, no points, no finite point, ...
+/// @throws std::invalid_argument if unit_m is not a finite number > 0.
+CloudFile ReadCloud(const std::filesystem::path& file, double unit_m = 1.0);
+
+/// Extra per-point columns of a cloud file, e.g. "label".
+struct CloudField {
+  std::string name;
+  std::vector<std::uint32_t> values;  ///< one a point of the image
+};
+/// Writes binary PCD (organised as the image is, with the sensor's mean place as its viewpoint) or,
+/// by the ending .ply, binary PLY of the measured points alone. Coordinates are single precision.
+/// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws std::invalid_argument if a column's length is not the image's.
+void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
+                const std::vector<CloudField>& fields = {});
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,122 @@
+#include "geometry/internal/cloud_format.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace rangegrasp::geometry::internal {
+namespace {
+
+template <class T>
+double Load(const char* bytes, bool swap_bytes) {
+  char copy[sizeof(T)];
+  std::memcpy(copy, bytes, sizeof(T));
+  if (swap_bytes) std::reverse(copy, copy + sizeof(T));
+  T value;
+  std::memcpy(&value, copy, sizeof(T));
+  return static_cast<double>(value);
+}
+
+}  // namespace
+
+std::optional<std::string_view> LineReader::Next() {
+  if (position_ >= text_.size()) return std::nullopt;
+  ++line_;
+  const std::size_t end = std::min(text_.find('\n', position_), text_.size());
+  std::string_view line = text_.substr(position_, end - position_);
+  position_ = std::min(end + 1, text_.size());
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+void LineReader::Throw(const std::string& message) const {
+  throw core::InputError(fmt::format("{}:{}: {}", file_.string(), line_, message));
+}
+
+std::vector<std::string_view> Words(std::string_view line) {
+  std::vector<std::string_view> words;
+  constexpr std::string_view kSpace = " \t\r\v\f";
+  std::size_t begin = line.find_first_not_of(kSpace);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = std::min(line.find_first_of(kSpace, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kSpace, end);
+  }
+  return words;
+}
+
+std::optional<std::size_t> ParseCount(std::string_view word) {
+  std::size_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<double> ParseNumber(std::string_view word) {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+  if (error == std::errc::result_out_of_range) return value;
+  if (error != std::errc()) return std::nullopt;
+  return value;
+}
+
+std::string Quoted(std::string_view word) {
+  constexpr std::size_t kMaxLength = 40;  // a message stays on one line
+  std::string text = "\"";
+  for (const char c : word.substr(0, kMaxLength)) {
+    text += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
+  }
+  return text + (word.size() > kMaxLength ? "...\"" : "\"");
+}
+
+Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate (&xyz)[3],
+                    bool swap_bytes) {
+  Points decoded(points);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Coordinate& c = xyz[axis];
+    const char* at = data.data() + c.start + c.offset;
+    for (std::size_t i = 0; i < points; ++i) {
+      const char* value = at + i * c.stride;
+      decoded[i][axis] =
+          c.size == 4 ? Load<float>(value, swap_bytes) : Load<double>(value, swap_bytes);
+    }
+  }
+  return decoded;
+}
+
+Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
+                   const Coordinate (&xyz)[3]) {
+  Points decoded;
+  decoded.reserve(points);
+  while (decoded.size() < points) {
+    const auto line = lines.Next();
+    if (!line) {
+      lines.Fail("the data end after {} points; the header says {}", decoded.size(), points);
+    }
+    const auto words = Words(*line);
+    if (words.empty()) continue;
+    if (words.size() < columns) {
+      lines.Fail("a point has {} values; the header names {}", words.size(), columns);
+    }
+    Eigen::Vector3d p;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const std::string_view word = words[xyz[axis].column];
+      const auto value = ParseNumber(word);
+      if (!value) lines.Fail("{} is not a number", Quoted(word));
+      p[axis] = *value;
+    }
+    decoded.push_back(p);
+  }
+  return decoded;
+}
+
+void AppendPoint(const Eigen::Vector3d& p, std::string& bytes) {
+  for (const double value : p) AppendRaw(static_cast<float>(value), bytes);
+}
+
+}  // namespace rangegrasp::geometry::internal

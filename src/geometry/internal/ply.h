@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "geometry/cloud_file.h"
+
+namespace rangegrasp::geometry::internal {
+
+/// Whether the bytes start as a PLY file does.
+bool IsPly(std::string_view bytes);
+
+/// The header of a binary little-endian PLY up to its vertices' x, y and z (float); further
+/// properties and end_header are the caller's.
+std::string PlyVertexHeader(std::size_t vertices);
+
+/// Checks what stands before the data of a PLY, in full. @return how many faces it declares.
+/// @throws core::InputError naming file and line: an unknown key or type, no x, y and z, no end,
+/// more elements than the data can hold.
+std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the vertices of a PLY file (ascii, binary of either byte order).
+/// @throws core::InputError naming file and line.
+CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes);
+
+}  // namespace rangegrasp::geometry::internal

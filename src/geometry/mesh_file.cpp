@@ -1,0 +1,147 @@
+#include "geometry/mesh_file.h"
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "geometry/internal/cloud_format.h"
+#include "geometry/internal/ply.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+core::Pose ToPose(const aiMatrix4x4& m) {
+  core::Pose pose = core::Pose::Identity();
+  pose.matrix() << static_cast<double>(m.a1), static_cast<double>(m.a2), static_cast<double>(m.a3),
+      static_cast<double>(m.a4), static_cast<double>(m.b1), static_cast<double>(m.b2),
+      static_cast<double>(m.b3), static_cast<double>(m.b4), static_cast<double>(m.c1),
+      static_cast<double>(m.c2), static_cast<double>(m.c3), static_cast<double>(m.c4), 0.0, 0.0,
+      0.0, 1.0;
+  return pose;
+}
+
+// The readers' flags do not always say what a mesh's faces are, and triangulation, which trusts
+// them, aborts the program. The importer owns the scene; it is const to others only.
+// @return whether there are polygons to be cut.
+bool CorrectFlags(const aiScene& scene) {
+  bool polygons = false;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    aiMesh& mesh = *scene.mMeshes[m];
+    mesh.mPrimitiveTypes = 0;
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const unsigned corners = mesh.mFaces[i].mNumIndices;
+      if (corners > 0) mesh.mPrimitiveTypes |= AI_PRIMITIVE_TYPE_FOR_N_INDICES(corners);
+    }
+    polygons = polygons || (mesh.mPrimitiveTypes & aiPrimitiveType_POLYGON) != 0;
+  }
+  return polygons;
+}
+
+TriangleMesh ToMesh(const aiMesh& source) {
+  TriangleMesh mesh;
+  for (unsigned i = 0; i < source.mNumVertices; ++i) {
+    const aiVector3D& p = source.mVertices[i];
+    mesh.vertices.emplace_back(static_cast<double>(p.x), static_cast<double>(p.y),
+                               static_cast<double>(p.z));
+  }
+  for (unsigned i = 0; i < source.mNumFaces; ++i) {
+    const aiFace& face = source.mFaces[i];
+    if (face.mNumIndices != 3) continue;  // points and lines
+    mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+  }
+  return mesh;
+}
+
+void Collect(const aiScene& scene, const aiNode& node, const core::Pose& X_WP, TriangleMesh& mesh) {
+  const core::Pose X_WN = X_WP * ToPose(node.mTransformation);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    Append(Transformed(ToMesh(*scene.mMeshes[node.mMeshes[i]]), X_WN), mesh);
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+    Collect(scene, *node.mChildren[i], X_WN, mesh);
+  }
+}
+
+// Post-processing trusts faces and vertices.
+void Check(const std::filesystem::path& file, const aiMesh& mesh) {
+  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
+    const aiVector3D& p = mesh.mVertices[i];
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+    throw core::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
+  }
+  for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+    const aiFace& face = mesh.mFaces[i];
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      if (face.mIndices[k] < mesh.mNumVertices) continue;
+      throw core::InputError(fmt::format("{}: a face names vertex {}; there are {}", file.string(),
+                                         face.mIndices[k], mesh.mNumVertices));
+    }
+  }
+}
+
+}  // namespace
+
+bool PlyHoldsMesh(const std::filesystem::path& file) {
+  const std::string bytes = core::ReadNonEmptyFile(file);
+  return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
+}
+
+TriangleMesh ReadMesh(const std::filesystem::path& file) {
+  const std::string bytes = core::ReadNonEmptyFile(file);
+  // The reader of PLY does not end on some broken headers.
+  if (internal::IsPly(bytes)) internal::CheckPlyHeader(file, bytes);
+  std::string ending = file.extension().string();
+  if (!ending.empty()) ending.erase(0, 1);
+  Assimp::Importer importer;
+  // Only positions count: vertices that differ in nothing else are joined.
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
+                                                          aiComponent_COLORS |
+                                                          aiComponent_TANGENTS_AND_BITANGENTS);
+  const auto check = [&](const aiScene* scene) {
+    if (scene != nullptr && scene->mRootNode != nullptr) return scene;
+    throw core::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL or PLY ({})",
+                                       file.string(), importer.GetErrorString()));
+  };
+  const aiScene* scene =
+      check(importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, ending.c_str()));
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) Check(file, *scene->mMeshes[m]);
+  if (CorrectFlags(*scene)) check(importer.ApplyPostProcessing(aiProcess_Triangulate));
+  scene = check(
+      importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
+  TriangleMesh mesh;
+  Collect(*scene, *scene->mRootNode, core::Pose::Identity(), mesh);
+  if (mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
+  return mesh;
+}
+
+void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
+                     const std::vector<std::array<std::uint8_t, 3>>& colors) {
+  if (colors.size() != mesh.vertices.size()) {
+    throw std::invalid_argument(fmt::format("WriteColoredPly: {} colours for {} vertices",
+                                            colors.size(), mesh.vertices.size()));
+  }
+  std::string bytes = internal::PlyVertexHeader(mesh.vertices.size()) +
+                      fmt::format(
+                          "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                          "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                          mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    internal::AppendPoint(mesh.vertices[i], bytes);
+    for (const std::uint8_t channel : colors[i]) internal::AppendRaw(channel, bytes);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    internal::AppendRaw(std::uint8_t{3}, bytes);
+    for (const std::uint32_t vertex : triangle) {
+      internal::AppendRaw(static_cast<std::int32_t>(vertex), bytes);
+    }
+  }
+  core::WriteFile(file, bytes);
+}
+
+}  // namespace rangegrasp::geometry

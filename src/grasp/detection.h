@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/mesh.h"
+#include "geometry/observation.h"
+#include "geometry/plane.h"
+#include "grasp/grasp.h"
+#include "perception/scene.h"
+
+/// What a detector hands over, whether it is the dissertation's method or any other program: plain
+/// values, from which motions are planned and by which detection is scored. Nothing in it is truth.
+/// C is the observation's frame (in a trial W).
+namespace rangegrasp::grasp {
+
+struct DetectedObject {
+  std::vector<geometry::SampleId> samples;  ///< those that belong to it
+  geometry::TriangleMesh surface_C;         ///< completed; may be empty
+  bool rotational = false;
+  bool open = false;  ///< a container
+};
+
+struct DetectedGrasp {
+  std::size_t object = 0;                      ///< position in Detection::objects
+  core::Pose X_CH = core::Pose::Identity();    ///< the hand's root body
+  double opening_m = 0.0;                      ///< gap of the pads before closing
+  double width_m = 0.0;                        ///< what the pads are expected to close on
+  Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the way of the hand towards the object
+  double score = 0.0;                          ///< higher is better, within a type
+  GraspType type = GraspType::kPower;
+  double pitch_rad = 0.0;
+  bool collides = false;  ///< the detector's own verdict; such a grasp counts but is not tried
+};
+
+struct Detection {
+  geometry::Plane table_C;              ///< normal away from the table; z = 0 where none was found
+  std::vector<DetectedObject> objects;  ///< in the order in which they should be taken
+  std::vector<DetectedGrasp> grasps;    ///< best first
+};
+
+/// What the dissertation's method hands over.
+/// @param grasps  of one object, best first (PlanGrasps)
+/// @param object  position in scene.objects; its grasps take it along
+Detection DetectionFrom(const perception::Scene& scene, std::span<const Grasp> grasps,
+                        std::size_t object = 0);
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,160 @@
+#pragma once
+
+#include <array>
+
+#include "core/units.h"
+
+/// Lengths are for a hand of a person's size and objects that it can hold; where no source is
+/// given, the comment says what a value trades off.
+namespace rangegrasp::grasp {
+
+/// Weights and scales of Score(), in one place for tuning against physics. A weight is what the
+/// worst counts against the best, 1; the antipodal angles weigh most, since a grip beyond the
+/// friction cone slips whatever else is right.
+struct ScoreWeights {
+  double antipodal = 1.0;
+  double pitch = 0.4;
+  double lever = 0.5;
+  double height = 0.25;
+  double drag = 0.2;
+  double slope = 0.1;
+  double shallow = 0.5;
+  double tight = 0.3;
+  double room = 0.2;
+  double arm = 0.1;
+
+  double pitch_scale_rad = 0.1745;  ///< 10 deg
+  double lever_scale_m = 0.020;     ///< the pads are about 20 mm wide
+  double above_scale_m = 0.030;
+  double below_scale_m = 0.050;  ///< gripped below its middle an object tips less readily
+  double drag_scale_m = 0.016;   ///< what the coupled hand was seen to drag and still hold
+  double slope_scale_m = 0.020;
+  double margin_m = 0.012;         ///< contacts this far below the top are deep enough
+  double contact_scale_m2 = 4e-4;  ///< two pads of 10 x 20 mm
+  double room_scale_m = 0.015;
+
+  /// One bad term may outweigh several good ones, but not without bound: squares and multiples of
+  /// their scales count at most this.
+  double max_square = 4.0;
+  double max_multiple = 2.0;
+};
+
+/// How the hand is placed on an object from one direction.
+struct PlacingOptions {
+  /// Half width of the strip that the pads may meet: they and a little more. The middles of the
+  /// SensorHand's outer pads are 16 mm apart, their radius is 8 mm.
+  double contact_band_m = 0.022;
+  /// Half width in which the object's extent across is taken: both fingers and the thumb lie in it.
+  double hand_band_m = 0.018;
+  /// Samples further below the object's top than any finger reaches are no contacts.
+  double max_reach_m = 0.15;
+  /// The object's extent counts as deep as the hand from the palm's front, and by this deeper: the
+  /// thumb swings down while it closes.
+  double swing_m = 0.020;
+  double opening_m = 0.020;  ///< wider than the object, before closing: seen surfaces are noisy
+  double narrow_opening_m = 0.008;  ///< where neighbors leave no more
+  double min_depth_m = 0.010;       ///< of the pads' middle below the top; higher ones slip off
+  /// Rounds in which the hand moves to midway between the contacts that closing found, until it is
+  /// there within centered_m (half of the samples' spacing).
+  int rounds = 3;
+  double centered_m = 0.001;
+  /// Placings no further apart than this stopped at the same thing.
+  double same_depth_m = 0.003;
+  /// Where the hand had to stop, it is also tried this much higher: the thumb's first segment
+  /// touches a wide object's edge before its tip touches the side.
+  std::array<double, 3> back_offs_m{0.006, 0.012, 0.018};
+  /// The height fields that a hand is placed by are sampled, collision checks are not: where it
+  /// grazes the object it goes up by these.
+  std::array<double, 3> lifts_m{0.0, 0.002, 0.004};
+};
+
+/// How many collision checks a plan may cost, and how its candidates share them.
+struct ChoosingOptions {
+  int max_checks = 120;  ///< of cylindrical and power grasps each; more: crowded scenes take longer
+  int max_rim_checks = 60;  ///< fewer: rim grasps are the alternative
+  int power_per_group = 4;  ///< free grasps of one closing direction, so that there are others
+  int rim_share = 6;        ///< one in so many candidates returned is a rim grasp, one a spare
+};
+
+/// Cylindrical grasps round a rotation axis (section 5.2).
+struct CylindricalOptions {
+  double pitch_rad = 0.2182;                 ///< 12.5 deg: measured, cylinders hold best
+  double second_pitch_rad = core::Deg(5.0);  ///< the other pitch tried is this much flatter
+  int yaw_steps = 24;                        ///< round the axis, and of the rim: 15 deg apart
+  double opening_m = 0.020;                  ///< wider than the diameter, before closing
+  /// An axis that leans more cannot be approached along from above.
+  double max_tilt_rad = core::Deg(45.0);
+};
+
+/// Grasps of the wall of an open object, or across the rim of a closed one (section 5.2).
+struct RimOptions {
+  /// Points about a rim point that the curvature is fitted to: about 50 of a scan with 2 mm between
+  /// points. Larger: weaker bends of the rim are lost, smaller: noise bends it.
+  double neighborhood_m = 0.008;
+  double smooth_rad = 0.175;      ///< of the Gaussian filter: 10 deg, 7 mm along the rim of a cup
+  double sector_rad = 0.2;        ///< half; wall points this near to a sector's middle are its
+  double above_rim_m = 0.002;     ///< wall points are no higher than this above the rim (noise) ...
+  double below_rim_m = 0.020;     ///< ... and no further below: the pads' length
+  double max_wall_m = 0.015;      ///< what is further from the rim's radius is not the wall
+  double min_wall_m = 0.002;      ///< what measures less was seen from one side: a scan's spacing
+  double assumed_wall_m = 0.005;  ///< then; a cup's
+  double grip_depth_m = 0.014;    ///< pads' middle below the rim
+  double tip_depth_m = 0.015;     ///< of a tip grasp across a closed top
+  double opening_m = 0.026;       ///< wider than the wall, before closing
+  double speck_cell_m = 0.004;    ///< grid of the wall's points where the hand comes down
+  /// Of the score: the strongest curvature and the side next to the arm weigh alike (section 5.2
+  /// wants both).
+  double curvature_weight = 0.5;
+  double arm_weight = 0.5;
+  double outside_bonus = 0.1;   ///< two fingers bear better on the convex side
+  double shallow_per_m = 50.0;  ///< off for each metre of grip depth missing: 10 mm cost 0.5
+};
+
+/// Power grasps of any other object (section 5.2).
+struct PowerOptions {
+  double pitch_rad = 0.1396;  ///< 8 deg: measured, boxes hold at 0 to 15, bottles at 5 to 8
+  std::array<double, 3> pitches_rad{0.0, core::Deg(4.0), core::Deg(13.0)};  ///< the others tried
+  std::size_t max_fine_directions = 6;  ///< the most promising ones are searched finely
+  /// Offsets of the hand along the object, and how far the pads stay from its ends.
+  std::array<double, 4> offsets_m{0.010, -0.010, 0.025, -0.025};
+  double end_m = 0.012;
+  double below_center_m = 0.012;  ///< the second depth tried, below the centre of mass
+  int narrow_steps = 90;          ///< directions compared for the narrowest: 2 deg apart
+  double same_width_m = 0.0005;   ///< widths no further apart are a tie: a scan's noise
+  /// Closing directions are also tried turned by these, where none is within distinct_rad yet.
+  std::array<double, 3> turns_rad{0.0, core::Deg(15.0), core::Deg(-15.0)};
+  double distinct_rad = core::Deg(6.0);
+  /// A top surface that leans by this much is approached against its normal, too; more than the
+  /// second, it is a side.
+  double min_tilt_rad = core::Deg(8.0);
+  double max_tilt_rad = core::Deg(45.0);
+};
+
+struct GraspOptions {
+  /// Off: as published. Pitch 0, tool centre in the top surface's centre, moved down to contact,
+  /// the tighter of both sides wins.
+  /// On: candidates slide, turn, deepen and pitch, and are ranked by score.h, because a grip that
+  /// is held by friction alone needs more than to enclose the object:
+  ///   - pads that do not oppose each other squeeze the object out or turn it: hence other yaws,
+  ///     depths below the widest section of round objects, and the narrower axis of wide ones;
+  ///   - the fingers curl in and the thumb stays straight, so that level tips do not touch at one
+  ///     height: hence the pitch;
+  ///   - a centre of mass beside the pads' line tilts the object: hence offsets along its axis;
+  ///   - one motor drives both sides and drags an object that is not midway: hence centring between
+  ///     the expected contacts in place of the top surface's centre.
+  bool refine = true;
+  double friction_cone_rad = 0.46;  ///< half angle assumed when contacts are scored (mu 0.5)
+  /// Of the hand's lowest point, while it closes: the table's plane is fitted to noisy
+  /// samples. Larger: flat objects cannot be gripped.
+  double table_clearance_m = 0.004;
+  double object_clearance_m = 0.002;  ///< to other objects, and when coming down: a scan's noise
+  int max_candidates = 24;            ///< returned
+  ScoreWeights score;
+  PlacingOptions placing;
+  ChoosingOptions choosing;
+  CylindricalOptions cylindrical;
+  RimOptions rim;
+  PowerOptions power;
+};
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,78 @@
+#include "grasp/internal/choosing.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+namespace rangegrasp::grasp::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The wide opening, then the narrow one, that clears obstacles and the object itself.
+std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
+                                       const core::Pose& X_CH, const Candidate& candidate) {
+  const bool one = candidate.narrow_state == candidate.open_state;
+  for (const std::size_t s : {candidate.open_state, candidate.narrow_state}) {
+    if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
+    if (one) break;
+  }
+  return std::nullopt;
+}
+
+bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
+                      const core::Pose& X_CH, const Candidate& candidate) {
+  const std::size_t last = std::min(candidate.held_state + 1, hand.states.size() - 1);
+  for (std::size_t s = candidate.open_state; s <= last; ++s) {
+    if (collider.HitsTable(X_CH, s)) return true;
+  }
+  return false;
+}
+
+/// True if the grasp is free, as it is or a little higher (PlacingOptions::lifts_m); then its
+/// opening is set.
+bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate& candidate) {
+  const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
+  for (const double lift : task.options.placing.lifts_m) {
+    core::Pose X_CH = candidate.grasp.X_CH;
+    X_CH.translation() -= lift * approach;
+    if (HitsTableClosing(collider, task.hand, X_CH, candidate)) return false;
+    if (collider.HitsObstacle(X_CH, candidate.held_state)) return false;
+    const auto opening = FreeOpening(collider, X_CH, candidate);
+    if (!opening) continue;
+    candidate.grasp.opening_m = task.hand.states[*opening].gap_m;
+    candidate.grasp.X_CH = X_CH;
+    candidate.grasp.X_CG.translation() -= lift * approach;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void ChooseFree(const collision::HandCollider& collider, const Task& task,
+                std::vector<Candidate> candidates, const Quota& quota, std::vector<Grasp>& accepted,
+                std::vector<Grasp>& rejected) {
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.grasp.score > b.grasp.score; });
+  std::map<int, int> of_group;
+  std::map<int, int> tried;
+  int taken = 0;
+  int checks = 0;
+  for (Candidate& candidate : candidates) {
+    if (taken >= quota.max_free || checks >= quota.max_checks) break;
+    if (of_group[candidate.group] >= quota.max_of_group) continue;
+    ++checks;
+    if (IsFree(collider, task, candidate)) {
+      ++of_group[candidate.group];
+      ++taken;
+      accepted.push_back(candidate.grasp);
+    } else if (++tried[candidate.group] == 1) {
+      candidate.grasp.collides = true;
+      rejected.push_back(candidate.grasp);
+    }
+  }
+}
+
+}  // namespace rangegrasp::grasp::internal

@@ -1,0 +1,135 @@
+#include "grasp/internal/placing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "grasp/closing.h"
+#include "grasp/score.h"
+
+namespace rangegrasp::grasp::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Closing& closing,
+                  const Vector3d& origin_A, const Slab& slab) {
+  Quality q;
+  q.angles =
+      Antipodal(closing.finger_T, closing.finger_out_T, closing.thumb_T, closing.thumb_out_T);
+  q.pitch_rad = aim.pitch_rad;
+  q.best_pitch_rad = aim.best_pitch_rad;
+  const Vector3d middle = origin_A + 0.5 * (closing.finger_T + closing.thumb_T);
+  q.lever_m = std::abs(view.com.y() - middle.y());
+  q.above_m = (middle - view.com).dot(view.up);
+  q.drag_m = closing.drag_m;
+  q.slope_m = (closing.thumb_T - closing.finger_T).dot(view.up);
+  q.top_margin_m = std::min(closing.finger_T.z(), closing.thumb_T.z()) + origin_A.z() - slab.top_m;
+  q.contact_m2 = closing.contact_m2;
+  q.room_m = task.hand.MaxGap() - closing.gap_m;
+  q.thumb_to_arm = view.thumb_to_arm;
+  return q;
+}
+
+/// The hand as it comes down: what does not change while it is centred.
+struct Descent {
+  std::size_t open;
+  const HandProfiles::Lower& lower;
+  double reach_m;
+  Vector3d pads;  ///< middle of the pads in T when they hold
+};
+
+/// Closes the hand at the aim's depth, as deep as it may go, and moves it to midway between the
+/// contacts. Every further round stands midway between those that the last one found.
+std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& band, const Aim& aim,
+                                     const Descent& descent, Vector3d& origin) {
+  const PlacingOptions& options = task.options.placing;
+  for (int round = 0;; ++round) {
+    const double limit =
+        DepthLimit(task, view, descent.lower, descent.reach_m, origin.x(), origin.y());
+    origin.z() = std::min(limit, aim.depth_m - descent.pads.z()) - aim.back_off_m;
+    auto closing = CloseOn(task.profiles, aim.pitch_rad, descent.open, band.points, band.normals,
+                           task.samples.area_m2, origin);
+    if (!closing || round == options.rounds - 1 || std::abs(closing->drag_m) < options.centered_m) {
+      return closing;
+    }
+    origin.x() -= closing->drag_m;
+  }
+}
+
+}  // namespace
+
+Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
+                        const Vector3d& center_A, double pitch_rad, GraspType type) {
+  Candidate candidate;
+  Grasp& grasp = candidate.grasp;
+  grasp.type = type;
+  grasp.pitch_rad = pitch_rad;
+  grasp.X_CG = core::MakePose(view.X_CA.linear(), view.X_CA * center_A);
+  grasp.X_CH = core::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
+               HandProfiles::X_TH(task.hand, pitch_rad);
+  return candidate;
+}
+
+void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
+               Candidate& candidate) {
+  candidate.open_state = candidate.narrow_state = open;
+  candidate.held_state = held;
+  candidate.grasp.opening_m = task.hand.states[open].gap_m;
+  candidate.grasp.width_m = width_m;
+}
+
+std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
+                               GraspType type) {
+  const PlacingOptions& options = task.options.placing;
+  const auto slab =
+      SlabAt(view, band.y_m, options.hand_band_m, task.hand.depth_m + options.swing_m);
+  if (!slab || slab->Width() > task.MaxWidth()) return std::nullopt;
+  const std::size_t open = task.hand.IndexAtGap(slab->Width() + options.opening_m);
+  const std::size_t held = task.hand.IndexAtGap(slab->Width());
+  const std::size_t last = std::min(held + 1, task.hand.states.size() - 1);
+  const Descent descent{open, task.profiles.LowerSide(aim.pitch_rad, open),
+                        ReachDown(task, view, aim.pitch_rad, open, last),
+                        task.profiles.PadCenter_T(aim.pitch_rad, held)};
+  Vector3d origin(slab->Middle() - descent.pads.x(), band.y_m - descent.pads.y(), 0.0);
+  const auto closing = CloseCentered(task, view, band, aim, descent, origin);
+  if (!closing) return std::nullopt;
+  const Vector3d center = origin + 0.5 * (closing->finger_T + closing->thumb_T);
+  Candidate candidate = MakeCandidate(task, view, origin, center, aim.pitch_rad, type);
+  SetStates(task, open, closing->state, closing->gap_m, candidate);
+  candidate.narrow_state = task.hand.IndexAtGap(slab->Width() + options.narrow_opening_m);
+  candidate.depth_m = origin.z() + descent.pads.z();
+  candidate.grasp.score = Score(QualityOf(task, view, aim, *closing, origin, *slab),
+                                task.options.friction_cone_rad, task.options.score);
+  return candidate;
+}
+
+void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
+                   std::span<const double> depths_m, GraspType type, int group,
+                   std::vector<Candidate>& candidates) {
+  const PlacingOptions& options = task.options.placing;
+  const auto add = [&](const std::optional<Candidate>& candidate) {
+    if (!candidate) return;
+    candidates.push_back(*candidate);
+    candidates.back().group = group;
+  };
+  double deepest = -std::numeric_limits<double>::infinity();
+  for (const double depth : depths_m) {
+    aim.depth_m = depth;
+    const auto candidate = Place(task, view, band, aim, type);
+    // It stopped where it had stopped.
+    if (candidate && candidate->depth_m < deepest + options.same_depth_m) break;
+    add(candidate);
+    if (candidate) deepest = candidate->depth_m;
+    if (!candidate || candidate->depth_m < depth - options.same_depth_m) break;
+  }
+  if (deepest > depths_m.front() - options.same_depth_m) return;
+  aim.depth_m = depths_m.front();
+  for (const double back_off : options.back_offs_m) {
+    aim.back_off_m = back_off;
+    if (deepest - back_off < view.top_m + options.min_depth_m) break;
+    add(Place(task, view, band, aim, type));
+  }
+}
+
+}  // namespace rangegrasp::grasp::internal

@@ -1,0 +1,75 @@
+#include "image/offscreen_context.h"
+
+#include <GL/gl.h>
+#include <GL/osmesa.h>
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "core/error.h"
+
+namespace rangegrasp::image {
+namespace {
+
+constexpr GLint kDepthBits = 24;
+constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
+constexpr GLint kAccumulationBits = 0;
+constexpr std::size_t kRgba = 4;  // bytes a pixel
+
+}  // namespace
+
+void OffscreenContext::ContextDeleter::operator()(osmesa_context* context) const {
+  if (OSMesaGetCurrentContext() == context) {
+    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  }
+  OSMesaDestroyContext(context);
+}
+
+OffscreenContext::OffscreenContext(int width_px, int height_px)
+    : width_px_(width_px), height_px_(height_px) {
+  if (width_px < 1 || height_px < 1) {
+    throw std::invalid_argument("a picture needs a positive size");
+  }
+  rgba_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * kRgba);
+  context_.reset(
+      OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));
+  MakeCurrent();
+}
+
+OffscreenContext::~OffscreenContext() = default;
+
+void OffscreenContext::MakeCurrent() {
+  if (context_ &&
+      OSMesaMakeCurrent(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {
+    return;
+  }
+  throw core::RunError(fmt::format(
+      "no offscreen OpenGL context of {} x {} pixels can be made (OSMesa)", width_px_, height_px_));
+}
+
+Image OffscreenContext::Picture(int oversampling) const {
+  Image image{width_px_ / oversampling, height_px_ / oversampling, {}};
+  image.rgb.reserve(3 * static_cast<std::size_t>(image.width) *
+                    static_cast<std::size_t>(image.height));
+  const int parts = oversampling * oversampling;
+  glFinish();
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        int sum = 0;
+        for (int part = 0; part < parts; ++part) {
+          const int from_y = (image.height - 1 - y) * oversampling + part / oversampling;
+          const int from_x = x * oversampling + part % oversampling;
+          const auto pixel =
+              static_cast<std::size_t>(from_y) * static_cast<std::size_t>(width_px_) +
+              static_cast<std::size_t>(from_x);
+          sum += rgba_[kRgba * pixel + channel];
+        }
+        image.rgb.push_back(static_cast<std::uint8_t>(sum / parts));
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace rangegrasp::image

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "parts/shape/segmentation.h"
+
+namespace rangegrasp::parts {
+
+/// Lengths are shares of the root of the surface area, areas of the surface area. The values were
+/// chosen on the first two models of each class of experiments/parts_psb.yaml; docs/parts.md has
+/// what they give on the others.
+struct ImprovedOptions {
+  int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
+  int centers = 40;           ///< >= 4; of the whole; a part has the root of its share, at least 4
+  int levels = 8;             ///< >= 1; sizes of core about each center
+  double fine = 0.025;        ///< > 0; radius in which the surface's bend is measured: creases
+  double coarse = 0.05;       ///< > 0; the same: necks; the more concave of both counts
+  double concavity = 2.0;     ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)
+  double crease = 3.0;        ///< >= 0; the way across a bend of b rad is 1 + crease * b as long
+  double cut_quality = 0.42;  ///< > 0; a cut worse than this is not made
+  double min_area = 0.005;    ///< > 0; of a part
+  double solidity = 0.02;     ///< of a part, a ball's is 0.28; patches of a wall and dents are none
+  double border_reach = 0.7;  ///< >= 0; how far borders move at last, in widths of a cell
+};
+
+/// One improved variant of the mirroring method, hierarchical; not the chapter's, and it has
+/// thresholds.
+///
+/// 1. Cells: the faces in `cells` patches that end at concave creases; a border between two costs
+///    its length, less where the surface bends inwards across it (the minima rule, Hoffman and
+///    Richards 1984; curvature tensor of Cohen-Steiner and Morvan 2003, at two scales).
+/// 2. Mirroring (eq. 6.2-6.3) about many centers, those of inscribed balls, in place of one: what
+///    is seen of the shape from a center is near the mirrored hull (Katz, Tal and Basri 2007). A
+///    core grows about each center, what is seen best first, and minimum cuts take cores of several
+///    sizes off where that is cheapest (as in Katz and Tal 2003). No center has to be inside of
+///    the shape's middle, so that cups and rings need no exception.
+/// 3. The best cut is made if its quality, cost over the girth of a disc as large as the smaller
+///    side, is at most `cut_quality`, and that side is solid (encloses volume outwards). A handle
+///    is measured by the mean of its two ends. Else the shape is one part.
+/// 4. The same (2, 3) with each of the parts.
+/// 5. Borders move to the cheapest place nearby, face by face, by minimum cuts.
+///
+/// The largest part is the core, label 0; the others follow by falling area. Meshes only, open and
+/// non-manifold ones too. Invariant under rotation, translation and scale up to rounding in ties.
+/// About O(n log n + parts * centers * cells^1.5).
+/// @throws core::InputError for a cloud, std::invalid_argument if an option is out of range.
+Segmentation SegmentImproved(const Shape& shape, const ImprovedOptions& options);
+
+}  // namespace rangegrasp::parts

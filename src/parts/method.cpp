@@ -1,0 +1,35 @@
+#include "parts/method.h"
+
+#include <stdexcept>
+
+#include "parts/baselines/core_extraction.h"
+#include "parts/baselines/kmeans.h"
+#include "parts/baselines/sdf.h"
+#include "parts/hierarchy/improved.h"
+#include "parts/stretched/pose_invariant.h"
+
+namespace rangegrasp::parts {
+
+Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options) {
+  const MirrorOptions mirror{.go_on_outside = options.go_on_outside};
+  switch (method) {
+    case Method::kMirror: {
+      if (!options.pose_invariant) return SegmentByMirroring(shape, mirror);
+      PoseInvariantOptions stretched;
+      stretched.mirror = mirror;
+      return SegmentPoseInvariant(shape, stretched);
+    }
+    case Method::kImproved:
+      return SegmentImproved(shape, {});
+    case Method::kKMeans:
+      return SegmentByKMeans(shape,
+                             {.clusters = options.clusters.value_or(KMeansOptions{}.clusters)});
+    case Method::kSdf:
+      return SegmentBySdf(shape, {.clusters = options.clusters.value_or(SdfOptions{}.clusters)});
+    case Method::kCore:
+      return SegmentByCoreExtraction(shape, {});
+  }
+  throw std::invalid_argument("SegmentBy: no such method");
+}
+
+}  // namespace rangegrasp::parts

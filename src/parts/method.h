@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "parts/shape/segmentation.h"
+
+namespace rangegrasp::parts {
+
+enum class Method { kMirror, kImproved, kKMeans, kSdf, kCore };
+constexpr std::array<std::string_view, 5> WordsOf(Method) {
+  return {"mirror", "improved", "kmeans", "sdf", "core"};
+}
+
+/// What a caller may choose; all else is at its default.
+struct MethodOptions {
+  std::optional<int> clusters;  ///< of kmeans and sdf; absent: theirs
+  bool pose_invariant = false;  ///< mirror: of the shape with its limbs stretched out
+  bool go_on_outside = false;   ///< mirror: also where no center inside of the shape is found
+};
+
+/// Segments with a method; options of other methods are not looked at.
+/// @throws what the method throws.
+Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options);
+
+}  // namespace rangegrasp::parts

@@ -1,0 +1,79 @@
+#include "parts/shape/segmentation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/kd_tree.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using geometry::TriangleMesh;
+
+Eigen::Vector3d Center(const TriangleMesh& mesh, std::size_t element) {
+  if (mesh.triangles.empty()) return mesh.vertices[element];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const std::uint32_t v : mesh.triangles[element]) {
+    if (v >= mesh.vertices.size()) return Eigen::Vector3d::Constant(std::nan(""));
+    sum += mesh.vertices[v] / 3.0;
+  }
+  return sum;
+}
+
+/// Hue in turns, from red over green and blue.
+std::array<std::uint8_t, 3> FromHsv(double hue, double saturation, double value) {
+  std::array<std::uint8_t, 3> color{};
+  for (int i = 0; i < 3; ++i) {
+    const double turn = 6.0 * std::fmod(hue + (i == 0 ? 0.0 : (3.0 - i) / 3.0), 1.0);
+    const double ramp = std::clamp(std::abs(turn - 3.0) - 1.0, 0.0, 1.0);
+    color[static_cast<std::size_t>(i)] =
+        static_cast<std::uint8_t>(std::lround(255.0 * value * (1.0 - saturation * (1.0 - ramp))));
+  }
+  return color;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const TriangleMesh& input,
+                                        const Segmentation& segmentation) {
+  const std::size_t n = shape.element_of_input.size();
+  std::vector<std::int32_t> label(n, 0);
+  geometry::Points kept;
+  std::vector<std::size_t> kept_index;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (shape.element_of_input[i] < 0) continue;
+    label[i] = segmentation.label[static_cast<std::size_t>(shape.element_of_input[i])];
+    kept.push_back(Center(input, i));
+    kept_index.push_back(i);
+  }
+  if (kept.size() == n || kept.empty()) return label;
+  const geometry::KdTree tree(kept);
+  std::vector<geometry::KdTree::Neighbor> found;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (shape.element_of_input[i] >= 0) continue;
+    const Eigen::Vector3d center = Center(input, i);
+    if (!IsUsable(center)) {
+      label[i] = -1;
+      continue;
+    }
+    tree.Nearest(center, 1, found);
+    label[i] = label[kept_index[found.front().index]];
+  }
+  return label;
+}
+
+std::array<std::uint8_t, 3> PartColor(std::int32_t label) {
+  if (label < 0) return {128, 128, 128};
+  if (label == 0) return {214, 32, 32};
+  // Hues by the golden section, which fills the circle evenly however many there are, away from the
+  // red of the core; every other round is darker or paler.
+  constexpr double kGolden = 0.61803398874989485;
+  constexpr double kSaturation[] = {0.85, 0.45, 0.90};
+  constexpr double kValue[] = {0.95, 0.95, 0.55};
+  const int k = label - 1;
+  const double hue = 0.09 + 0.82 * std::fmod(0.62 + k * kGolden, 1.0);
+  const int round = (k / 7) % 3;
+  return FromHsv(hue, kSaturation[round], kValue[round]);
+}
+
+}  // namespace rangegrasp::parts

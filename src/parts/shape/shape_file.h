@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "parts/shape/clean_shape.h"
+
+namespace rangegrasp::parts {
+
+/// Reads OFF, OBJ, STL, PLY or PCD as it is; a PLY without faces and a PCD are clouds. Triangle i
+/// of the file is triangle i; polygons are cut into triangles where they stand.
+/// @throws core::InputError naming the file.
+geometry::TriangleMesh ReadInput(const std::filesystem::path& file);
+/// ReadInput and MakeShape. @throws core::InputError naming the file.
+Shape ReadShape(const std::filesystem::path& file);
+
+/// .seg: line i is the label of element i. @throws core::InputError naming file and line (also if
+/// there are not `elements`).
+std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file, std::size_t elements);
+/// The same, as many elements as there are lines.
+std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file);
+/// @throws core::RunError if it cannot be written whole.
+void WriteLabels(const std::filesystem::path& file, std::span<const std::int32_t> labels);
+/// Binary PLY with a color a face (mesh) or a point (cloud). @throws core::RunError;
+/// std::invalid_argument if there is not one label an element.
+void WriteColoredShape(const std::filesystem::path& file, const geometry::TriangleMesh& input,
+                       std::span<const std::int32_t> labels);
+
+}  // namespace rangegrasp::parts

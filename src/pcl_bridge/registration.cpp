@@ -1,0 +1,123 @@
+#include "pcl_bridge/registration.h"
+
+#include <pcl/registration/gicp.h>
+#include <pcl/registration/icp.h>
+
+#include <cmath>
+#include <limits>
+
+#include "pcl_bridge/internal/cloud_data.h"
+
+namespace rangegrasp::pcl_bridge {
+namespace {
+
+using PclOriented = pcl::PointCloud<pcl::PointNormal>;
+
+/// The library says that it has converged when its iterations are used up.
+template <typename Base>
+struct Counting : Base {
+  bool ConvergedEarly() const {
+    return this->converged_ && this->nr_iterations_ < this->max_iterations_;
+  }
+};
+/// The pairs leave the pose open: the library would go on with NaN, and end the process in an
+/// assertion.
+struct Undetermined {};
+struct Estimation
+    : pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal,
+                                                                 double> {
+  using pcl::registration::TransformationEstimationPointToPlaneLLS<
+      pcl::PointNormal, pcl::PointNormal, double>::estimateRigidTransformation;
+  void estimateRigidTransformation(const PclOriented& source, const PclOriented& target,
+                                   const pcl::Correspondences& pairs, Matrix4& X) const override {
+    TransformationEstimationPointToPlaneLLS::estimateRigidTransformation(source, target, pairs, X);
+    if (!X.allFinite()) throw Undetermined();
+  }
+};
+
+using PointToPlane =
+    Counting<pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>>;
+using Generalized =
+    Counting<pcl::GeneralizedIterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double>>;
+
+void Check(const RegistrationOptions& options) {
+  Demand(options.max_pair_distance_m > 0.0, "max_pair_distance_m must be > 0");
+  Demand(options.max_iterations >= 1, "max_iterations must be >= 1");
+  Demand(options.min_step_m > 0.0 && options.min_step_rad > 0.0, "min steps must be > 0");
+}
+
+PclOriented::Ptr ToOriented(const PclCloud& points, const PclNormals* normals) {
+  const PclOriented::Ptr oriented(new PclOriented);
+  oriented->reserve(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    pcl::PointNormal p;
+    p.getVector3fMap() = points[k].getVector3fMap();
+    if (normals != nullptr) p.getNormalVector3fMap() = (*normals)[k].getNormalVector3fMap();
+    oriented->push_back(p);
+  }
+  return oriented;
+}
+
+/// Aligns what the library holds relative to each cloud's origin, and takes the result back.
+template <typename Method, typename Points>
+Registration Align(Method& method, const Cloud& source, const Cloud& target,
+                   const Eigen::Isometry3d& X_TS, const RegistrationOptions& options) {
+  const Eigen::Translation3d to_target(target.origin());
+  const Eigen::Translation3d to_source(source.origin());
+  method.setMaxCorrespondenceDistance(options.max_pair_distance_m);
+  method.setMaximumIterations(options.max_iterations);
+  Points aligned;
+  Registration result;
+  try {
+    method.align(aligned, (to_target.inverse() * X_TS * to_source).matrix());
+  } catch (const Undetermined&) {
+    return {X_TS, std::numeric_limits<double>::infinity(), false};
+  }
+  result.X_TS =
+      to_target * Eigen::Isometry3d(method.getFinalTransformation()) * to_source.inverse();
+  result.X_TS.linear() = Eigen::Quaterniond(result.X_TS.linear()).normalized().toRotationMatrix();
+  const double score =
+      method.getFitnessScore(options.max_pair_distance_m * options.max_pair_distance_m);
+  result.rms_m = score < std::numeric_limits<double>::max()
+                     ? std::sqrt(score)
+                     : std::numeric_limits<double>::infinity();
+  result.converged = method.ConvergedEarly();
+  return result;
+}
+
+}  // namespace
+
+Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
+                                  const Eigen::Isometry3d& X_TS,
+                                  const PointToPlaneOptions& options) {
+  Check(options);
+  const OrientedCloud oriented =
+      WithNormals(target, EstimateNormals(target, {.radius_m = options.normal_radius_m}));
+  Demand(source.data().finite->size() >= 3 && oriented.normals->size() >= 3,
+         "RegisterPointToPlane: source and target need 3 points with normals or more");
+  PointToPlane method;
+  method.setInputSource(ToOriented(*source.data().finite, nullptr));
+  method.setInputTarget(ToOriented(*oriented.cloud.data().finite, oriented.normals.get()));
+  method.setTransformationEstimation(pcl::make_shared<Estimation>());
+  method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
+  method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
+  return Align<PointToPlane, PclOriented>(method, source, target, X_TS, options);
+}
+
+Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
+                                 const Eigen::Isometry3d& X_TS, const GeneralizedOptions& options) {
+  Check(options);
+  Demand(options.neighbors >= 4, "RegisterGeneralized: neighbors must be >= 4");
+  const auto enough = static_cast<std::size_t>(options.neighbors);
+  Demand(source.data().finite->size() >= enough && target.data().finite->size() >= enough,
+         "RegisterGeneralized: source and target need as many points as neighbors or more");
+  Generalized method;
+  method.setInputSource(source.data().finite);
+  method.setInputTarget(target.data().finite);
+  method.setCorrespondenceRandomness(options.neighbors);
+  method.setTransformationEpsilon(options.min_step_m);
+  method.setRotationEpsilon(options.min_step_rad);
+  return Align<Generalized, PclCloud>(method, source, target, X_TS, options);
+}
+
+}  // namespace rangegrasp::pcl_bridge

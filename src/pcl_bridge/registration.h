@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "pcl_bridge/cloud.h"
+
+namespace rangegrasp::pcl_bridge {
+
+struct RegistrationOptions {
+  /// > 0. Pairs farther apart are left out: larger finds the way from a worse guess, smaller is
+  /// less drawn by what only one cloud shows. Also the distance within which rms_m is taken.
+  double max_pair_distance_m = 0.02;
+  int max_iterations = 100;  ///< >= 1; from a guess within a few pairs' distances 10 to 30 are used
+  /// > 0: it has converged when an iteration moves by less; a tenth of the scanner's noise is
+  /// plenty.
+  double min_step_m = 1e-5;
+  double min_step_rad = 1e-5;  ///< > 0, as above
+};
+
+struct Registration {
+  Eigen::Isometry3d X_TS =
+      Eigen::Isometry3d::Identity();  ///< the source's frame S in the target's frame T
+  /// Root mean square distance [m] from source points to their nearest target points, over those
+  /// within max_pair_distance_m; infinite if there is none. Spacing alone gives it about 0.4
+  /// spacings.
+  double rms_m = 0.0;
+  bool converged = false;  ///< a step became small before the iterations were used up
+};
+
+struct PointToPlaneOptions : RegistrationOptions {
+  double normal_radius_m =
+      0.01;  ///< > 0, of the target's normals: wants ten points or more within it
+};
+
+/// Moves source onto target by iterated closest points, the distance taken along the target's
+/// normals (Chen and Medioni 1991; IterativeClosestPointWithNormals). Single-threaded, no
+/// randomness.
+/// @param X_TS  the initial guess.
+/// @return with converged false and X_TS as it was, where the pairs leave the pose open.
+/// @throws std::invalid_argument if an option is out of range, a cloud has fewer than 3 finite
+///         points, or the target has no normal.
+Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
+                                  const Eigen::Isometry3d& X_TS,
+                                  const PointToPlaneOptions& options = {});
+
+struct GeneralizedOptions : RegistrationOptions {
+  int neighbors = 20;  ///< >= 4, for the covariance of a point's surroundings (the paper's 20)
+};
+
+/// The same from plane to plane: each point's covariance is a disc on its surface (Segal et al.
+/// 2009; GeneralizedIterativeClosestPoint). Needs no normals; slower, and steadier on thin overlap.
+/// @throws std::invalid_argument if an option is out of range or a cloud has fewer finite points
+///         than neighbors.
+Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
+                                 const Eigen::Isometry3d& X_TS,
+                                 const GeneralizedOptions& options = {});
+
+}  // namespace rangegrasp::pcl_bridge

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "perception/feature_options.h"
+#include "perception/scene.h"
+
+namespace rangegrasp::perception::internal {
+
+/// What one section plane across a rotation axis holds.
+struct Section {
+  double depth_m = 0.0;          ///< of the section's middle below the axis' center
+  double outer_m = 0.0;          ///< radius of the points that face outward; 0: none
+  double inner_m = 0.0;          ///< radius of the points that face the axis; 0: none
+  std::size_t outer_points = 0;  ///< that agree with the radius
+  std::size_t inner_points = 0;
+};
+
+/// The body of a rotational object along its axis.
+struct BodyProfile {
+  std::vector<Section> sections;  ///< those with points, from the top down
+  geometry::Indices agreeing;     ///< body points on their section's circle; positions in the cloud
+  geometry::Indices differing;    ///< body points off it (a handle, a neighbor)
+  /// Share of the body's points that agree; 1 where there is no body to judge by.
+  double fraction = 1.0;
+};
+
+/// Section planes of the options' thickness along the axis; in each the distances of the points to
+/// the axis (eq. 5.8) have to correspond: they agree with the radius about which the most of them
+/// lie, within the circle distance, and their normals pass the axis. Points facing outward and
+/// inward (the inside of a cup) have radii of their own. The top surface and points facing along
+/// the axis are not of the body. O(n log n).
+BodyProfile ProfileBody(const geometry::PointCloud& cloud, const geometry::Indices& points,
+                        const TopSurface& top, const Eigen::Vector3d& center_C,
+                        const Eigen::Vector3d& direction_C, const FeatureOptions& options);
+
+/// The section that a depth below the axis' center is in.
+int SectionOf(double depth_m, const FeatureOptions& options);
+
+}  // namespace rangegrasp::perception::internal

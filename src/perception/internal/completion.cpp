@@ -1,0 +1,185 @@
+#include "perception/internal/completion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/hull.h"
+#include "perception/internal/symmetry.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+using geometry::Points;
+
+/// The last of n cells is that of 1, too.
+constexpr double kBelowOne = 1.0 - 1e-9;
+
+Points PartPoints(const ObjectContext& context, const Part& part) {
+  return geometry::Select(context.cloud.points, part.points);
+}
+
+/// The highest value that has enough others close below it.
+double SupportedEnd(std::vector<double> values, const CompletionOptions& options) {
+  std::sort(values.begin(), values.end());
+  const auto share = options.end_share * static_cast<double>(values.size());
+  const auto min =
+      std::max(static_cast<std::size_t>(options.min_end_points), static_cast<std::size_t>(share));
+  for (std::size_t k = values.size(); k-- > min;) {
+    if (values[k - min] >= values[k] - options.end_band_m) return values[k];
+  }
+  return values.back();
+}
+
+/// The points without those that hang off the ends of their rectangle singly: mixed points, which
+/// lie below the edge that they hang from. What the top surface has is kept.
+Points WithoutStrays(const ObjectContext& context, const Part& part, const Points& points) {
+  const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
+  const auto flat = Flatten(frame, points);
+  const CompletionOptions& options = context.options.completion;
+  const Rectangle box = FootprintBox(frame, flat, part.top, options);
+  const Eigen::Vector2d across(-box.axis.y(), box.axis.x());
+  std::vector<bool> stray(points.size(), false);
+  for (const Eigen::Vector2d& side :
+       {box.axis, across, Eigen::Vector2d(-box.axis), Eigen::Vector2d(-across)}) {
+    std::vector<double> offsets;
+    offsets.reserve(flat.size());
+    for (const auto& q : flat) offsets.push_back(q.dot(side));
+    double end = SupportedEnd(offsets, options);
+    if (part.top) {
+      for (const auto i : part.top->points) {
+        end = std::max(end, frame.Flat(context.cloud.points[i]).dot(side));
+      }
+    }
+    for (std::size_t k = 0; k < offsets.size(); ++k) stray[k] = stray[k] || offsets[k] > end;
+  }
+  Points kept;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!stray[k]) kept.push_back(points[k]);
+  }
+  return kept;
+}
+
+/// How high the posts along one side of an outline are: the highest points near each; the base
+/// where there is none.
+std::vector<double> PostTops(const ObjectContext& context, const Points& points,
+                             std::span<const Eigen::Vector2d> flat, const Eigen::Vector2d& a,
+                             const Eigen::Vector2d& along, double length_m, double base_m) {
+  const double step_m = context.options.completion.wall_step_m;
+  const auto posts = static_cast<std::size_t>(std::ceil(length_m / step_m));
+  std::vector<double> tops(posts, base_m);
+  for (std::size_t k = 0; k < flat.size(); ++k) {
+    const double s = (flat[k] - a).dot(along);
+    const double off = std::abs(Cross(along, flat[k] - a));
+    if (off > context.options.completion.wall_outline_m || s < -step_m || s > length_m + step_m) {
+      continue;
+    }
+    const auto post = static_cast<std::size_t>(std::clamp(s / length_m, 0.0, kBelowOne) *
+                                               static_cast<double>(posts));
+    tops[post] = std::max(tops[post], context.table.Distance(points[k]));
+  }
+  return tops;
+}
+
+/// Points down from the highest points of the outline to the base: the planes square to the table.
+Points Walls(const ObjectContext& context, const Points& points, double base_m) {
+  const double step_m = context.options.completion.wall_step_m;
+  const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
+  const auto flat = Flatten(frame, points);
+  const auto hull = ConvexPolygon::Around(flat);
+  Points walls;
+  for (std::size_t i = 0; i < hull.corners.size(); ++i) {
+    const Eigen::Vector2d& a = hull.corners[i];
+    const Eigen::Vector2d& b = hull.corners[(i + 1) % hull.corners.size()];
+    const double length = (b - a).norm();
+    if (length == 0.0) continue;
+    const Eigen::Vector2d along = (b - a) / length;
+    const auto tops = PostTops(context, points, flat, a, along, length, base_m);
+    for (std::size_t post = 0; post < tops.size(); ++post) {
+      const double s =
+          (static_cast<double>(post) + 0.5) / static_cast<double>(tops.size()) * length;
+      for (double h = base_m; h < tops[post]; h += step_m) {
+        walls.push_back(frame.Lift(a + s * along, h));
+      }
+    }
+  }
+  return walls;
+}
+
+/// Every point, and its projection to the base.
+Points WithShadow(const geometry::Plane& table, const Points& points, double base_m) {
+  Points all = points;
+  all.reserve(2 * points.size());
+  for (const auto& p : points) {
+    all.push_back(p - std::max(0.0, table.Distance(p) - base_m) * table.normal);
+  }
+  return all;
+}
+
+/// The points in slices along the longest axis of their footprint, each with the edge of the next.
+std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+                           const Points& solid, const CompletionOptions& options) {
+  const Rectangle box = MinAreaRectangle(flat);
+  const auto count = static_cast<std::size_t>(std::ceil(box.length_m / options.slice_m));
+  std::vector<Points> slices(std::max<std::size_t>(1, count));
+  const auto n = static_cast<double>(slices.size());
+  for (const auto& p : solid) {
+    const double s = (frame.Flat(p) - box.center).dot(box.axis) / box.length_m + 0.5;
+    const auto k = static_cast<std::size_t>(std::clamp(s, 0.0, kBelowOne) * n);
+    slices[k].push_back(p);
+    if (k > 0 && s * n - static_cast<double>(k) < options.slice_overlap) {
+      slices[k - 1].push_back(p);
+    }
+  }
+  return slices;
+}
+
+/// One hull where the outline is nearly convex, else hulls of slices along its longest axis.
+geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points,
+                                    double base_m) {
+  constexpr double kMinArea_m2 = 1e-9;  // of a line, so that nothing is divided by 0
+  const CompletionOptions& options = context.options.completion;
+  const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
+  const auto flat = Flatten(frame, points);
+  const double fill =
+      FilledArea(flat, options.cell_m) / std::max(ConvexPolygon::Around(flat).Area(), kMinArea_m2);
+  const Points solid = WithShadow(context.table, points, base_m);
+  if (fill >= options.min_fill) return geometry::ConvexHull(solid);
+  geometry::TriangleMesh mesh;
+  for (const auto& slice : Slices(frame, flat, solid, options)) {
+    if (slice.size() >= 4) geometry::Append(geometry::ConvexHull(slice), mesh);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+                       const std::optional<TopSurface>& top, const CompletionOptions& options) {
+  // The axis lies in the top's plane; where that stands on edge (60 deg), its shadow says nothing.
+  constexpr double kMinShadow = 0.5;
+  if (!top || top->major_m <= options.min_elongation * top->minor_m) return MinAreaRectangle(flat);
+  const Eigen::Vector2d along(top->major_C.dot(frame.u), top->major_C.dot(frame.v));
+  if (along.norm() <= kMinShadow) return MinAreaRectangle(flat);
+  Rectangle box = RectangleAlong(flat, along.normalized());
+  if (box.width_m > box.length_m) {
+    std::swap(box.width_m, box.length_m);
+    box.axis = Eigen::Vector2d(-box.axis.y(), box.axis.x());
+  }
+  return box;
+}
+
+Completion CompleteOther(const ObjectContext& context, const Part& part, double base_m) {
+  Completion completion;
+  completion.points_C = PartPoints(context, part);
+  if (completion.points_C.empty()) return completion;
+  const Points image = SymmetricImage(context, part);
+  completion.points_C.insert(completion.points_C.end(), image.begin(), image.end());
+  completion.points_C = WithoutStrays(context, part, completion.points_C);
+  if (completion.points_C.empty()) return completion;
+  completion.surface_C = ConvexPieces(context, completion.points_C, base_m);
+  const Points walls = Walls(context, completion.points_C, base_m);
+  completion.points_C.insert(completion.points_C.end(), walls.begin(), walls.end());
+  return completion;
+}
+
+}  // namespace rangegrasp::perception::internal

@@ -1,0 +1,151 @@
+#include "perception/internal/fragments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "geometry/kd_tree.h"
+#include "perception/internal/planar.h"
+#include "perception/internal/top_surface.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+/// What the rules about fragments read of a part.
+struct Footprint {
+  PlanarFrame frame;
+  ConvexPolygon hull;
+  double fill = 0.0;  ///< share of the hull's area that has points
+  double top_m = 0.0;
+  double base_m = 0.0;
+};
+
+Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
+  const double cell_m = context.options.merge.cell_m;
+  Footprint footprint;
+  footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Eigen::Vector3d::UnitX());
+  const auto flat = Flatten(footprint.frame, geometry::Select(context.cloud.points, part.points));
+  footprint.hull = ConvexPolygon::Around(flat);
+  footprint.fill = FilledArea(flat, cell_m) / std::max(footprint.hull.Area(), cell_m * cell_m);
+  footprint.top_m = TopHeight(context.cloud, part.points, context.table);
+  footprint.base_m = BaseHeight(context.cloud, part.points, context.table);
+  return footprint;
+}
+
+double ShareOver(const ObjectContext& context, const Part& part, const Footprint& host) {
+  const auto over = std::count_if(part.points.begin(), part.points.end(), [&](auto i) {
+    return host.hull.Distance(host.frame.Flat(context.cloud.points[i])) <=
+           context.options.merge.footprint_margin_m;
+  });
+  return static_cast<double>(over) / static_cast<double>(part.points.size());
+}
+
+/// Pairs (fragment point, nearest host point) across at most the gap.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext& context,
+                                                            const Part& fragment, const Part& host,
+                                                            double gap_m) {
+  const geometry::Points host_points = geometry::Select(context.cloud.points, host.points);
+  Eigen::AlignedBox3d box;
+  for (const auto& p : host_points) box.extend(p);
+  std::optional<geometry::KdTree> tree;
+  std::vector<geometry::KdTree::Neighbor> found;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const auto i : fragment.points) {
+    const Eigen::Vector3d& p = context.cloud.points[i];
+    if (box.squaredExteriorDistance(p) > gap_m * gap_m) continue;
+    if (!tree) tree.emplace(host_points);
+    tree->Nearest(p, 1, found);
+    if (!found.empty() && found[0].squared_distance <= gap_m * gap_m) {
+      pairs.emplace_back(i, host.points[found[0].index]);
+    }
+  }
+  return pairs;
+}
+
+/// The two tangent planes continue each other or fold away from the sensor, and the gap does not
+/// run sideways.
+bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_t b) {
+  const auto& [cloud, table, views, options] = context;
+  const Eigen::Vector3d gap = cloud.points[b] - cloud.points[a];
+  if (cloud.normals[a].dot(gap) > options.merge.max_in_front_m ||
+      cloud.normals[b].dot(-gap) > options.merge.max_in_front_m) {
+    return false;
+  }
+  const Eigen::Vector3d sideways =
+      table.normal.cross(views.OriginOf(a) - cloud.points[a]).normalized();
+  return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
+}
+
+/// A cap: small, over the host, and standing on its top.
+bool IsAbove(const MergeOptions& options, double over, const Footprint& fragment,
+             const Footprint& host) {
+  return over >= options.above_share &&
+         fragment.base_m >= host.top_m - options.footprint_margin_m &&
+         fragment.base_m <= host.top_m + options.fragment_gap_m &&
+         fragment.hull.Area() <= options.max_cap_area * host.hull.Area();
+}
+
+Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
+                  const Part& host, const Footprint& h) {
+  const MergeOptions& options = context.options.merge;
+  const double over = ShareOver(context, fragment, h);
+  if (IsAbove(options, over, f, h)) return Kinship::kAbove;
+  const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
+  if (within && host.axis) return Kinship::kWithin;
+  const auto pairs = Across(context, fragment, host, options.fragment_gap_m);
+  if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
+  if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
+  const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return ContinuesAcross(context, pair.first, pair.second);
+  });
+  return static_cast<double>(continuing) >
+                 options.min_continuing * static_cast<double>(pairs.size())
+             ? Kinship::kSurface
+             : Kinship::kNone;
+}
+
+/// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
+/// joined.
+bool JoinOne(const ObjectContext& context, std::vector<Part>& parts,
+             std::vector<Footprint>& footprints, core::Rng& rng) {
+  std::vector<std::size_t> order(parts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return parts[a].points.size() < parts[b].points.size();
+  });
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    for (std::size_t b = order.size(); b-- > a + 1;) {
+      const std::size_t fragment = order[a];
+      const std::size_t host = order[b];
+      if (KinshipOf(context, parts[fragment], footprints[fragment], parts[host],
+                    footprints[host]) == Kinship::kNone) {
+        continue;
+      }
+      parts[host] = DescribeUnion(context, parts[host], parts[fragment], rng);
+      footprints[host] = MakeFootprint(context, parts[host]);
+      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(fragment));
+      footprints.erase(footprints.begin() + static_cast<std::ptrdiff_t>(fragment));
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host) {
+  return KinshipOf(context, fragment, MakeFootprint(context, fragment), host,
+                   MakeFootprint(context, host));
+}
+
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng) {
+  std::vector<Footprint> footprints;
+  footprints.reserve(parts.size());
+  for (const Part& part : parts) footprints.push_back(MakeFootprint(context, part));
+  while (JoinOne(context, parts, footprints, rng)) {
+  }
+}
+
+}  // namespace rangegrasp::perception::internal

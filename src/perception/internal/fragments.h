@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "perception/internal/part.h"
+
+namespace rangegrasp::perception::internal {
+
+/// Why two parts would be one object.
+enum class Kinship {
+  kNone,
+  kWithin,   ///< the fragment lies in the host's footprint and below its top: a cavity's floor, a
+             ///< front face under its top surface
+  kAbove,    ///< a small part above the host, over its footprint: the cap of a bottle
+  kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
+};
+constexpr std::array<std::string_view, 4> WordsOf(Kinship) {
+  return {"none", "within", "above", "surface"};
+}
+
+/// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
+/// lengths are MergeOptions):
+/// - kWithin: 70 % of its points over the host's footprint (grown by 5 mm), not above its top, and
+///   no further from its points than the gap, or over a rotational host. A host whose points leave
+///   most of its footprint empty (the rim of a large box) holds nothing unless it is rotational.
+/// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a
+/// footprint
+///   of at most 60 % of the host's.
+/// - kSurface: at least eight points have their nearest neighbor in the host across the gap, more
+///   along the sensor's viewing plane than sideways, and neither surface lies in front of the other
+///   one's tangent plane (smooth or convex, as objects in contact are not).
+/// Objects beside each other fail all three: their footprints do not overlap and the gap between
+/// them runs sideways, or the junction is concave.
+Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
+
+/// Joins fragments to hosts by FindKinship, fragments with fewer points first, until nothing
+/// changes, and describes the unions.
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng);
+
+}  // namespace rangegrasp::perception::internal

@@ -1,0 +1,116 @@
+#include "perception/internal/objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "perception/internal/completion.h"
+#include "perception/internal/fragments.h"
+#include "perception/internal/merge_rotational.h"
+#include "perception/internal/open_sphere.h"
+#include "perception/internal/revolution.h"
+#include "perception/internal/top_surface.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+using geometry::Indices;
+
+/// What a part stands on, as a height above the table: the table, unless points of other parts lie
+/// under its footprint: then its own lowest points.
+double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std::size_t which) {
+  const CompletionOptions& options = context.options.completion;
+  const double lowest = BaseHeight(context.cloud, parts[which].points, context.table);
+  if (lowest <= options.on_table_m) return 0.0;
+  const PlanarFrame frame = MakePlanarFrame(context.table, context.FirstOrigin());
+  const auto footprint = ConvexPolygon::Around(
+      Flatten(frame, geometry::Select(context.cloud.points, parts[which].points)));
+  int under = 0;
+  for (std::size_t other = 0; other < parts.size(); ++other) {
+    if (other == which) continue;
+    for (const auto i : parts[other].points) {
+      const auto& p = context.cloud.points[i];
+      if (context.table.Distance(p) <= lowest + options.on_table_m &&
+          footprint.Distance(frame.Flat(p)) == 0.0) {
+        ++under;
+      }
+    }
+  }
+  return under >= options.min_support_points ? lowest : 0.0;
+}
+
+void SetBox(const ObjectContext& context, PerceivedObject& object) {
+  const PlanarFrame frame = MakePlanarFrame(context.table, context.FirstOrigin());
+  const auto flat = Flatten(frame, object.completed_C);
+  const Rectangle box = FootprintBox(frame, flat, object.top, context.options.completion);
+  object.size_m = {box.length_m, box.width_m, object.height_m - object.base_m};
+  object.center_C = frame.Lift(box.center, 0.5 * (object.height_m + object.base_m));
+  object.axis_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
+}
+
+PerceivedObject MakeObject(const ObjectContext& context, const Part& part, double base_m) {
+  PerceivedObject object;
+  object.points = part.points;
+  object.kind = part.axis ? ObjectKind::kRotational : ObjectKind::kOther;
+  object.top = part.top;
+  object.axis = part.axis;
+  object.height_m = TopHeight(context.cloud, part.points, context.table);
+  object.base_m = std::min(base_m, object.height_m);
+  object.open = part.top && !part.top->ridge &&
+                IsOpen(context.cloud, part.points, *part.top, context.options);
+  Completion completion = part.axis ? CompleteRotational(context, part, object.base_m)
+                                    : CompleteOther(context, part, object.base_m);
+  object.completed_C = std::move(completion.points_C);
+  object.surface_C = std::move(completion.surface_C);
+  SetBox(context, object);
+  return object;
+}
+
+void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
+  // Objects of one height to the millimetre are as high: noise must not order them.
+  const auto millimetres = [](double metres) { return std::lround(metres * 1e3); };
+  std::stable_sort(objects.begin(), objects.end(),
+                   [&](const PerceivedObject& a, const PerceivedObject& b) {
+                     const long height_a = millimetres(a.height_m);
+                     const long height_b = millimetres(b.height_m);
+                     if (height_a != height_b) return height_a > height_b;
+                     return a.points.size() > b.points.size();
+                   });
+}
+
+}  // namespace
+
+std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
+                                          const std::vector<Indices>& segments,
+                                          const geometry::Plane& table, const SensorViews& views,
+                                          const FeatureOptions& options, core::Rng& rng,
+                                          StageSeconds& seconds) {
+  core::Stopwatch watch;
+  const ObjectContext context{cloud, table, views, options};
+  std::vector<Part> parts;
+  parts.reserve(segments.size());
+  for (const Indices& segment : segments) {
+    if (segment.empty()) continue;
+    Indices sorted = segment;
+    std::sort(sorted.begin(), sorted.end());
+    parts.push_back(DescribePart(context, std::move(sorted), rng));
+  }
+  seconds.emplace_back("top surfaces", watch.Restart());
+
+  MergeRotational(context, parts, rng);
+  if (options.merge_fragments) MergeFragments(context, parts, rng);
+  seconds.emplace_back("merging", watch.Restart());
+
+  std::vector<PerceivedObject> objects;
+  objects.reserve(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto object = MakeObject(context, parts[i], BaseOf(context, parts, i));
+    if (object.size_m.x() >= options.min_footprint_m) objects.push_back(std::move(object));
+  }
+  SortTopmostFirst(objects);
+  seconds.emplace_back("completion", watch.Restart());
+  return objects;
+}
+
+}  // namespace rangegrasp::perception::internal

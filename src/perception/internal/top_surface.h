@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "core/rng.h"
+#include "perception/feature_options.h"
+#include "perception/scene.h"
+
+namespace rangegrasp::perception::internal {
+
+/// The top surface of a segment: RANSAC plane over the points whose normals are near the table's
+/// (eq. 5.5), its principal axis, extents and rim. Takes the strip along the ridge where the top
+/// curves about a lying axis, and the highest points where no plane is near enough to the table's
+/// inclination (a lying prism), both with `ridge` set.
+/// @return nullopt if the segment has fewer than three points or they lie on one line.
+std::optional<TopSurface> FindTopSurface(const geometry::PointCloud& cloud,
+                                         const geometry::Indices& segment,
+                                         const geometry::Plane& table,
+                                         const FeatureOptions& options, core::Rng& rng);
+
+/// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
+/// cloud. The convex hull's corners where the alpha shape is empty.
+geometry::Indices OuterRim(const geometry::PointCloud& cloud, const geometry::Indices& points,
+                           const geometry::Plane& plane, double alpha_m);
+
+/// The height [m] above the table that a few points reach: the fifth highest, so that a single
+/// stray point does not count.
+double TopHeight(const geometry::PointCloud& cloud, const geometry::Indices& points,
+                 const geometry::Plane& table);
+
+/// The same at the lower end.
+double BaseHeight(const geometry::PointCloud& cloud, const geometry::Indices& points,
+                  const geometry::Plane& table);
+
+}  // namespace rangegrasp::perception::internal

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/units.h"
+
+namespace rangegrasp::perception {
+
+/// How the table is looked for on the hull (see find_table.h). Defaults without a source are this
+/// program's own.
+struct TableSearchOptions {
+  /// How far the table's normal may be from a given up direction: a hand-held estimate's error.
+  double max_tilt_rad = core::Deg(15.0);
+  /// Two faces of the hull are one plane if their normals agree this well, and the center of one
+  /// lies this near the other, as a share of the preselection. Larger: a slope over stray points
+  /// hides the table's own face; smaller: more candidates to rank.
+  double same_plane_rad = core::Deg(1.0);
+  double same_plane_share = 0.2;
+  /// Candidates are ranked on about this many of the points, the best of them on all.
+  std::size_t ranking_points = 4000;
+  std::size_t finalists = 5;
+  /// A table holds at least this share of the points, and at most that share may lie under it.
+  double min_support = 0.05;
+  double max_below = 0.01;
+  /// How often the hull's vertices are taken away as outliers; each time costs a hull.
+  int peelings = 4;
+  /// Where the hull shows no table (a background behind and under it), the dominant plane is tried,
+  /// and the next ones after it; it must hold this share of the points.
+  int dominant_planes = 3;
+  double dominant_support = 0.2;
+};
+
+/// Options of section 5.1.1 (and 4.2.1-4.2.2); defaults are the dissertation's for its scanner.
+struct PreprocessOptions {
+  /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1).
+  double preselection_m = 0.005;
+  int plane_draws = 100;            ///< section 5.1.1
+  double plane_distance_m = 0.002;  ///< inliers of the table plane (section 5.1.1)
+  /// Points lower than this above the table belong to it (see docs/architecture.md).
+  double table_clearance_m = 0.004;
+  bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
+  bool smooth = true;  ///< the average filter (section 5.1.1)
+  /// One and a half point spacings: the eight neighbors of an even scan. Larger rounds edges more.
+  double smooth_radius_m = 0.003;
+  double normal_radius_m = 0.005;  ///< neighborhood of the normals (sections 4.2.2, 5.1.1)
+  /// The direction away from the table where it is known; else the hull plane that the most points
+  /// lie near is taken.
+  std::optional<Eigen::Vector3d> up_C;
+  TableSearchOptions table;
+};
+
+}  // namespace rangegrasp::perception

@@ -1,0 +1,221 @@
+#include "robot/internal/hand_sampling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/support.h"
+
+namespace rangegrasp::robot::internal {
+namespace {
+
+/// From open to closed: the gap of a hand that opens 100 mm changes by 4 to 5 mm from one to the
+/// next. More: grasps are checked at more openings, and height fields take more time.
+constexpr int kStates = 24;
+/// For the share of the range at which the pads touch, to 2^-30.
+constexpr int kBisections = 30;
+/// Pads further apart than this are not measured [m]; no hand opens that far.
+constexpr double kMaxGap_m = 1.0;
+/// For a spring's stiffness by a difference; springs are linear.
+constexpr double kProbe_rad = 1e-3;
+constexpr double kMinStiffness = 1e-9;  ///< [N m / rad] less is no spring
+
+/// Who is who among the hand's geoms and joints.
+struct Parts {
+  int body = -1;
+  std::vector<int> driven, passive;          // joints
+  std::vector<int> geoms;                    // that collide
+  std::vector<int> fingertips;               // geoms that may hold an object
+  std::vector<int> thumb_tips, finger_tips;  // last segments among them
+  int thumb_root = -1;                       // body
+};
+
+bool IsLeaf(const mjModel& m, int body) {
+  return std::none_of(m.body_parentid + 1, m.body_parentid + m.nbody,
+                      [&](int parent) { return parent == body; });
+}
+
+Parts FindParts(const Mjcf& mjcf, int hand_body) {
+  const mjModel& m = mjcf.model();
+  Parts parts;
+  parts.body = hand_body;
+  parts.driven = mjcf.Tuple("hand_joints", mjOBJ_JOINT);
+  parts.fingertips = mjcf.Tuple("fingertips", mjOBJ_GEOM);
+  parts.thumb_root = m.jnt_bodyid[parts.driven.front()];
+  for (int j = 0; j < m.njnt; ++j) {
+    const bool driven =
+        std::find(parts.driven.begin(), parts.driven.end(), j) != parts.driven.end();
+    if (!driven && mjcf.InSubtree(m.jnt_bodyid[j], hand_body)) parts.passive.push_back(j);
+  }
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (mjcf.Collides(g) && mjcf.InSubtree(m.geom_bodyid[g], hand_body)) parts.geoms.push_back(g);
+  }
+  for (int g : parts.fingertips) {
+    if (!IsLeaf(m, m.geom_bodyid[g])) continue;
+    const bool thumb = mjcf.InSubtree(m.geom_bodyid[g], parts.thumb_root);
+    (thumb ? parts.thumb_tips : parts.finger_tips).push_back(g);
+  }
+  if (parts.thumb_tips.empty() || parts.finger_tips.empty()) {
+    mjcf.Fail(
+        "tuple \"fingertips\" needs the last segments of the thumb (the first of "
+        "\"hand_joints\") and of a finger");
+  }
+  return parts;
+}
+
+/// q1 = q1_0 + polynomial(q2 - q2_0) for each joint equality.
+void ApplyEqualities(const mjModel& m, mjData& d) {
+  for (int e = 0; e < m.neq; ++e) {
+    if (m.eq_type[e] != mjEQ_JOINT || m.eq_obj2id[e] < 0) continue;
+    const int a = m.jnt_qposadr[m.eq_obj1id[e]];
+    const int b = m.jnt_qposadr[m.eq_obj2id[e]];
+    const double x = d.qpos[b] - m.qpos0[b];
+    const mjtNum* c = m.eq_data + e * mjNEQDATA;
+    d.qpos[a] = m.qpos0[a] + c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4])));
+  }
+}
+
+double SpringForce(const mjModel& m, mjData& d, int joint) {
+  mj_fwdPosition(&m, &d);
+  mj_fwdVelocity(&m, &d);
+  return d.qfrc_spring[m.jnt_dofadr[joint]];
+}
+
+/// A passive joint without load: where its springs' force is zero (linear springs: one Newton
+/// step), within its range; the same share of its range where it has no spring.
+void RelaxPassive(const mjModel& m, mjData& d, int joint, double fraction) {
+  mjtNum& q = d.qpos[m.jnt_qposadr[joint]];
+  const double lower = m.jnt_range[2 * joint];
+  const double upper = m.jnt_range[2 * joint + 1];
+  q = lower;
+  const double force = SpringForce(m, d, joint);
+  q = lower + kProbe_rad;
+  const double stiffness = (force - SpringForce(m, d, joint)) / kProbe_rad;
+  q = stiffness > kMinStiffness ? std::clamp(lower + force / stiffness, lower, upper)
+                                : lower + fraction * (upper - lower);
+}
+
+void SetClosing(const Mjcf& mjcf, const Parts& parts, double fraction) {
+  const mjModel& m = mjcf.model();
+  mjData& d = mjcf.data();
+  for (int j : parts.driven) {
+    d.qpos[m.jnt_qposadr[j]] =
+        m.jnt_range[2 * j] + fraction * (m.jnt_range[2 * j + 1] - m.jnt_range[2 * j]);
+  }
+  ApplyEqualities(m, d);
+  for (int j : parts.passive) RelaxPassive(m, d, j, fraction);
+  mj_kinematics(&m, &d);
+}
+
+double Gap(const Mjcf& mjcf, const Parts& parts) {
+  double gap_m = kMaxGap_m;
+  for (int finger : parts.finger_tips) {
+    for (int thumb : parts.thumb_tips) {
+      gap_m = std::min(
+          gap_m, mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, kMaxGap_m, nullptr));
+    }
+  }
+  return gap_m;  // negative: overlap
+}
+
+/// Points of the hand's surface that move with their geoms.
+struct Pads {
+  std::vector<std::pair<int, Eigen::Vector3d>> thumb, fingers;  // geom, point in its frame
+
+  static Eigen::Vector3d Mean_W(const Mjcf& mjcf,
+                                const std::vector<std::pair<int, Eigen::Vector3d>>& points) {
+    Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
+    for (const auto& [geom, p_S] : points) sum_W += mjcf.GeomPose(geom) * p_S;
+    return sum_W / static_cast<double>(points.size());
+  }
+};
+
+/// Where the last segments are nearest to each other, at the present closing.
+Pads NearestPoints(const Mjcf& mjcf, const Parts& parts) {
+  Pads pads;
+  for (int finger : parts.finger_tips) {
+    for (int thumb : parts.thumb_tips) {
+      mjtNum line[6];
+      mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, kMaxGap_m, line);
+      const Eigen::Vector3d thumb_W(line[0], line[1], line[2]);
+      const Eigen::Vector3d finger_W(line[3], line[4], line[5]);
+      pads.thumb.emplace_back(thumb, mjcf.GeomPose(thumb).inverse() * thumb_W);
+      pads.fingers.emplace_back(finger, mjcf.GeomPose(finger).inverse() * finger_W);
+    }
+  }
+  return pads;
+}
+
+/// The share of the joints' range at which the pads touch; 1 if they never do.
+double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
+  const auto open = [&](double fraction) {
+    SetClosing(mjcf, parts, fraction);
+    return Gap(mjcf, parts) > 0.0;
+  };
+  if (open(1.0)) return 1.0;
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < kBisections; ++i) {
+    const double middle = 0.5 * (low + high);
+    (open(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
+  const mjModel& m = mjcf.model();
+  const core::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
+  HandModel::State state;
+  state.closing = closing;
+  for (int g : parts.geoms) {
+    state.shapes.push_back(mjcf.ShapeOf(g, X_HW * mjcf.GeomPose(g)));
+    state.is_finger.push_back(std::find(parts.fingertips.begin(), parts.fingertips.end(), g) !=
+                              parts.fingertips.end());
+    state.is_thumb.push_back(mjcf.InSubtree(m.geom_bodyid[g], parts.thumb_root));
+  }
+  state.gap_m = std::max(0.0, Gap(mjcf, parts));
+  state.thumb_pad_H = X_HW * Pads::Mean_W(mjcf, pads.thumb);
+  state.finger_pad_H = X_HW * Pads::Mean_W(mjcf, pads.fingers);
+  return state;
+}
+
+/// The furthest a geom reaches along the unit vector n_W.
+double Reach(const Mjcf& mjcf, int geom, const Eigen::Vector3d& n_W) {
+  return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), core::Pose::Identity(), n_W);
+}
+
+/// From the front of what is fixed to the hand's root to the tool centre, along the approach.
+double PalmDepth(const Mjcf& mjcf, const Parts& parts, const core::Pose& X_WG) {
+  const Eigen::Vector3d approach_W = X_WG.linear().col(2);
+  double front = -std::numeric_limits<double>::infinity();
+  for (int g : parts.geoms) {
+    if (mjcf.model().geom_bodyid[g] == parts.body) {
+      front = std::max(front, Reach(mjcf, g, approach_W));
+    }
+  }
+  return std::isfinite(front) ? approach_W.dot(X_WG.translation()) - front : 0.0;
+}
+
+}  // namespace
+
+HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
+  const Parts parts = FindParts(mjcf, hand_body);
+  const double closed = TouchingFraction(mjcf, parts);
+  SetClosing(mjcf, parts, closed);
+  const Pads pads = NearestPoints(mjcf, parts);
+  HandModel hand;
+  for (int i = 0; i < kStates; ++i) {
+    const double closing = static_cast<double>(i) / (kStates - 1);
+    SetClosing(mjcf, parts, closing * closed);
+    hand.states.push_back(StateNow(mjcf, parts, pads, closing));
+  }
+  SetClosing(mjcf, parts, 0.0);
+  const core::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
+  const core::Pose X_WG = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "tcp_tip"));
+  hand.X_HG_tip = X_HW * X_WG;
+  hand.X_HG_power = X_HW * mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "tcp_power"));
+  hand.depth_m = PalmDepth(mjcf, parts, X_WG);
+  return hand;
+}
+
+}  // namespace rangegrasp::robot::internal

@@ -1,0 +1,216 @@
+#include "robot/timing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "robot/internal/joint_path.h"
+
+namespace rangegrasp::robot {
+namespace {
+
+using internal::PathPiece;
+
+/// Longest interval along the path. The limits hold at its ends; longer: the profile is coarser and
+/// the motion a little slower, shorter: more time to compute.
+constexpr double kGrid_rad = 0.01;
+constexpr double kArcGrid_rad = 0.1;  ///< and of the direction within an arc
+constexpr int kMinIntervals = 4;      ///< of a piece, however short: up to speed and down again
+/// Fine samples a period, that the sliding mean runs over: 2 ms of the usual 10 ms, the servo's.
+constexpr int kFinePerSample = 5;
+constexpr double kReserve = 0.995;  ///< an arc bends between grid points: (0.1 / 2)^2 / 2 = 0.1 %
+/// [rad^2/s^2] squared path speed that counts as rest, so that no interval takes for ever.
+constexpr double kMinSpeed2 = 1e-12;
+/// A joint whose share of the path's direction is less does not bound its speed.
+constexpr double kMinSlope = 1e-12;
+/// Bisection for the controllable speeds ends at this share of the speed, or after so many steps.
+constexpr double kRelativeSpeed2 = 1e-9;
+constexpr int kBisections = 40;
+
+/// One interval of the grid with the path's derivatives at its ends. With x = (ds/dt)^2 and
+/// u = d2s/dt2 constant in it, x grows by 2 u ds; q'' terms: acceleration = q' u + q'' x.
+struct Interval {
+  const PathPiece* piece = nullptr;
+  double s = 0.0, ds = 0.0;
+  Eigen::VectorXd tangent[2], curvature[2];
+  bool stop_before = false;
+};
+
+std::vector<Interval> MakeGrid(const std::vector<PathPiece>& pieces) {
+  std::vector<Interval> grid;
+  for (const PathPiece& piece : pieces) {
+    const double turn = piece.radius > 0.0 ? piece.length / piece.radius : 0.0;
+    const int count =
+        std::max({kMinIntervals, static_cast<int>(std::ceil(piece.length / kGrid_rad)),
+                  static_cast<int>(std::ceil(turn / kArcGrid_rad))});
+    for (int i = 0; i < count; ++i) {
+      Interval interval;
+      interval.piece = &piece;
+      interval.ds = piece.length / count;
+      interval.s = i * interval.ds;
+      for (int end = 0; end < 2; ++end) {
+        interval.tangent[end] = piece.Tangent(interval.s + end * interval.ds);
+        interval.curvature[end] = piece.Curvature(interval.s + end * interval.ds);
+      }
+      interval.stop_before = i == 0 && piece.stop_before;
+      grid.push_back(std::move(interval));
+    }
+  }
+  return grid;
+}
+
+struct Range {
+  double low, high;
+  void Meet(double a, double b) {
+    low = std::max(low, std::min(a, b));
+    high = std::min(high, std::max(a, b));
+  }
+};
+
+/// The accelerations u that are allowed in an interval entered with x and left with at most
+/// x_end_max: |q' u + q'' x| <= a at its start, the same with x + 2 u ds at its end.
+Range AllowedU(const Interval& interval, double x, double x_end_max,
+               const Eigen::VectorXd& acceleration) {
+  const double ds = interval.ds;
+  Range u{-x / (2.0 * ds), (x_end_max - x) / (2.0 * ds)};
+  for (Eigen::Index j = 0; j < acceleration.size(); ++j) {
+    for (int end = 0; end < 2; ++end) {
+      const double bend = interval.curvature[end][j] * x;
+      const double slope =
+          interval.tangent[end][j] + (end == 1 ? 2.0 * ds * interval.curvature[end][j] : 0.0);
+      if (std::abs(slope) > kMinSlope) {
+        u.Meet((-acceleration[j] - bend) / slope, (acceleration[j] - bend) / slope);
+      } else if (std::abs(bend) > acceleration[j]) {
+        return {1.0, 0.0};
+      }
+    }
+  }
+  return u;
+}
+
+double FastestX(const Eigen::VectorXd& tangent, const Eigen::VectorXd& velocity) {
+  double x = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = 0; j < velocity.size(); ++j) {
+    const double speed = std::abs(tangent[j]);
+    if (speed > kMinSlope) x = std::min(x, (velocity[j] / speed) * (velocity[j] / speed));
+  }
+  return x;
+}
+
+/// The largest x at each grid point from which the path's end (or next stop) can still be reached
+/// at rest. The feasible x form an interval from 0, so bisection finds its top.
+std::vector<double> Controllable(const std::vector<Interval>& grid, const Eigen::VectorXd& velocity,
+                                 const Eigen::VectorXd& acceleration) {
+  std::vector<double> top(grid.size() + 1, 0.0);
+  for (std::size_t i = grid.size(); i-- > 0;) {
+    const Interval& interval = grid[i];
+    const double end = std::min(top[i + 1], FastestX(interval.tangent[1], velocity));
+    const auto feasible = [&](double x) {
+      const Range u = AllowedU(interval, x, end, acceleration);
+      return u.low <= u.high;
+    };
+    double low = 0.0;
+    double high = i == 0 || interval.stop_before ? 0.0 : FastestX(interval.tangent[0], velocity);
+    for (int k = 0; k < kBisections && high - low > kRelativeSpeed2 * high; ++k) {
+      const double middle = k == 0 ? high : 0.5 * (low + high);
+      if (feasible(middle)) {
+        low = middle;
+      } else {
+        high = middle;
+      }
+    }
+    top[i] = low;
+  }
+  return top;
+}
+
+/// From rest, always as fast as the controllable sets allow.
+std::vector<double> FastestProfile(const std::vector<Interval>& grid,
+                                   const Eigen::VectorXd& velocity,
+                                   const Eigen::VectorXd& acceleration) {
+  const std::vector<double> top = Controllable(grid, velocity, acceleration);
+  std::vector<double> x(grid.size() + 1, 0.0);
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const double end = std::min(top[i + 1], FastestX(grid[i].tangent[1], velocity));
+    const Range u = AllowedU(grid[i], x[i], end, acceleration);
+    x[i + 1] = std::clamp(x[i] + 2.0 * grid[i].ds * std::max(u.low, u.high), 0.0, end);
+  }
+  return x;
+}
+
+/// The path at every dt from start to end.
+std::vector<Eigen::VectorXd> SampleInTime(const std::vector<Interval>& grid,
+                                          const std::vector<double>& x, double dt) {
+  std::vector<Eigen::VectorXd> samples;
+  double begin = 0.0;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const double v0 = std::sqrt(std::max(x[i], kMinSpeed2));
+    const double v1 = std::sqrt(std::max(x[i + 1], kMinSpeed2));
+    const double duration = 2.0 * grid[i].ds / (v0 + v1);
+    const double u = (v1 - v0) / duration;
+    for (double t = static_cast<double>(samples.size()) * dt - begin; t < duration;
+         t = static_cast<double>(samples.size()) * dt - begin) {
+      const double along = std::clamp(t * (v0 + 0.5 * u * t), 0.0, grid[i].ds);
+      samples.push_back(grid[i].piece->Position(grid[i].s + along));
+    }
+    begin += duration;
+  }
+  return samples;
+}
+
+/// Samples at every `stride`-th fine step of the mean over the last `window` fine samples, resting
+/// at both ends before and after.
+std::vector<Eigen::VectorXd> SlidingMean(const std::vector<Eigen::VectorXd>& fine,
+                                         const Eigen::VectorXd& end, int window, int stride) {
+  const auto at = [&](long i) -> const Eigen::VectorXd& {
+    if (i < 0) return fine.front();
+    return i < static_cast<long>(fine.size()) ? fine[static_cast<std::size_t>(i)] : end;
+  };
+  std::vector<Eigen::VectorXd> out;
+  const long last = static_cast<long>(fine.size()) + window - 1;  // from here on all is at rest
+  for (long k = 0; k < last + stride; k += stride) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(end.size());
+    for (long j = 0; j < window; ++j) sum += at(k - j);
+    out.push_back(sum / static_cast<double>(window));
+  }
+  return out;
+}
+
+void Check(const std::vector<Eigen::VectorXd>& path, const TimingOptions& options) {
+  const auto share = [](double scale) { return scale > 0.0 && scale <= 1.0; };
+  if (path.empty()) throw std::invalid_argument("TimeParameterise: the path is empty");
+  if (!share(options.velocity_scale) || !share(options.acceleration_scale)) {
+    throw std::invalid_argument("TimeParameterise: scales should be in (0, 1]");
+  }
+  if (options.period_s <= 0.0 || options.corner_rad < 0.0 || options.smoothing_s < 0.0) {
+    throw std::invalid_argument("TimeParameterise: period > 0, corner and smoothing >= 0");
+  }
+}
+
+}  // namespace
+
+core::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
+                                       const TimingOptions& options) {
+  Check(path, options);
+  core::JointTrajectory trajectory;
+  trajectory.period_s = options.period_s;
+  const std::vector<PathPiece> pieces = internal::RoundCorners(path, options.corner_rad);
+  if (pieces.empty()) {
+    trajectory.positions = {path.front()};
+    return trajectory;
+  }
+  const std::vector<Interval> grid = MakeGrid(pieces);
+  const Eigen::VectorXd velocity = kReserve * options.velocity_scale * robot.velocity;
+  const Eigen::VectorXd acceleration = kReserve * options.acceleration_scale * robot.acceleration;
+  const std::vector<double> x = FastestProfile(grid, velocity, acceleration);
+  const double dt = options.period_s / kFinePerSample;
+  const int window = std::max(1, static_cast<int>(std::lround(options.smoothing_s / dt)));
+  trajectory.positions =
+      SlidingMean(SampleInTime(grid, x, dt), path.back(), window, kFinePerSample);
+  trajectory.positions.front() = path.front();
+  trajectory.positions.back() = path.back();
+  return trajectory;
+}
+
+}  // namespace rangegrasp::robot

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "core/trajectory.h"
+#include "robot/robot.h"
+
+namespace rangegrasp::robot {
+
+struct TimingOptions {
+  double velocity_scale = 1.0;  ///< of the published limits, in (0, 1]
+  double acceleration_scale = 1.0;
+  double period_s = 0.01;     ///< of the samples; the servo's 2 ms interpolate between them
+  double corner_rad = 0.05;   ///< how far the rounding may leave a corner of the path (2-norm)
+  double smoothing_s = 0.08;  ///< sliding mean over time: bounds the jerk by 2 a / smoothing_s
+};
+
+/// Time-parameterises a joint path under the robot's velocity and acceleration limits, at rest at
+/// both ends. Corners become circular arcs (Kunz and Stilman 2012), the speed along the path is the
+/// fastest allowed (reachability analysis on a grid, Pham and Pham 2018), a sliding mean over
+/// smoothing_s then bounds the jerk; it keeps all bounds since it averages shifted copies. The
+/// first and last samples are the path's ends exactly. Each joint leaves the path by at most
+/// corner_rad + acceleration * smoothing_s^2 / 24.
+/// @param path  at least one joint vector; straight joint lines in between.
+/// @throws std::invalid_argument if the path is empty or an option is out of range.
+core::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
+                                       const TimingOptions& options);
+
+}  // namespace rangegrasp::robot

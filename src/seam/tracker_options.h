@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+#include "core/yaml_map.h"
+#include "seam/decision.h"
+#include "seam/detectors.h"
+#include "seam/preprocess.h"
+#include "seam/profile.h"
+
+namespace rangegrasp::seam {
+
+/// How a profile's position is decided.
+enum class DecisionMethod {
+  kVoting,   ///< two of three, then a line through the last profiles (section 3.4)
+  kWeights,  ///< sum of weights with historic edge positions (section 3.5)
+  /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
+  /// and a candidate of local weighted-voting counts for the columns around it too.
+  kAccumulated,
+};
+constexpr std::array<std::string_view, 3> WordsOf(DecisionMethod) {
+  return {"voting", "weights", "accumulated"};
+}
+
+/// Of kAccumulated.
+struct AccumulationOptions {
+  double memory = 0.8;          ///< in [0, 1): share of the last sum that each profile keeps
+  double spread_columns = 6.0;  ///< > 0: standard deviation of a candidate's position
+};
+
+struct TrackerOptions {
+  LineGeometry line;
+  PreprocessOptions preprocess;
+  DetectorOptions detectors;
+  DecisionMethod method = DecisionMethod::kVoting;
+  double vote_tolerance_m = 1e-3;  ///< > 0
+  double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
+  LinePredictionOptions line_prediction;
+  HistoryOptions history;
+  StepOptions step;
+  AccumulationOptions accumulation;
+  bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
+};
+
+/// @throws std::invalid_argument naming the option that is out of range.
+void CheckOptions(const TrackerOptions& options);
+
+/// Reads a YAML file of the keys of TrackerOptions; what is absent keeps its default.
+/// @throws core::InputError naming file, line and key.
+TrackerOptions ReadTrackerOptions(const std::filesystem::path& file);
+/// The same keys in a mapping of another file; leaves Finish to the caller.
+void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options);
+
+}  // namespace rangegrasp::seam

@@ -1,0 +1,77 @@
+#include "sim/internal/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/internal/names.h"
+#include "sim/internal/visual.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+constexpr double kFarApart_m = 1.0;  // beyond any hand: the engine looks no further
+
+}  // namespace
+
+double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact) {
+  if (contact.efc_address < 0 || contact.dim < 3) return -1.0;
+  const mjtNum* v = data->efc_vel + contact.efc_address;
+  if (model->opt.cone == mjCONE_ELLIPTIC) return std::hypot(v[1], v[2]);
+  // Rows of a pyramid: normal +- friction * tangent.
+  return std::hypot((v[0] - v[1]) / (2 * contact.friction[0]),
+                    (v[2] - v[3]) / (2 * contact.friction[1]));
+}
+
+double NormalForce(const mjModel* model, const mjData* data, int i) {
+  mjtNum force[6] = {0};
+  mj_contactForce(model, data, i, force);
+  return force[0];
+}
+
+HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand")) {
+  const auto n = static_cast<std::size_t>(model->ngeom);
+  hand_.assign(n, 0);
+  tip_.assign(n, 0);
+  thumb_.assign(n, 0);
+  for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips"))
+    tip_[static_cast<std::size_t>(geom)] = 1;
+  const int thumb = model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (!Collides(model, geom) || !InSubtree(model, model->geom_bodyid[geom], body_)) continue;
+    all_.push_back(geom);
+    hand_[static_cast<std::size_t>(geom)] = 1;
+    thumb_[static_cast<std::size_t>(geom)] = InSubtree(model, model->geom_bodyid[geom], thumb);
+  }
+}
+
+double HandGeoms::Gap(const mjModel* model, mjData* data) const {
+  double gap = kFarApart_m;
+  for (const int a : all_) {
+    if (!IsTip(a) || !IsThumb(a)) continue;
+    for (const int b : all_) {
+      if (IsTip(b) && !IsThumb(b))
+        gap = std::min(gap, mj_geomDistance(model, data, a, b, gap, nullptr));
+    }
+  }
+  return gap;
+}
+
+Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body) {
+  Touch touch;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    if (contact.efc_address < 0) continue;
+    for (const int side : {0, 1}) {
+      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != object_body) continue;
+      if (hand.IsHand(contact.geom[1 - side])) {
+        touch.hand = true;
+        touch.deepest_m = std::max(touch.deepest_m, -contact.dist);
+      } else if (model->body_rootid[model->geom_bodyid[contact.geom[1 - side]]] != object_body) {
+        touch.other = true;
+      }
+    }
+  }
+  return touch;
+}
+
+}  // namespace rangegrasp::sim::internal

@@ -1,0 +1,100 @@
+#include "sim/internal/grip_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+// Of the pre-shape, in the air: the passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad)
+// move it by 0.01 rad.
+constexpr double kPositionGain_Nm_rad = 15.0;
+// What a side must press to feel it: a twentieth of the weakest grip, above what the fingers'
+// blow on the air gives, which is none. Larger shoves light objects further before the grip.
+constexpr double kFelt_N = 0.5;
+// The motor stalls that turns slower than this for this long: 4 mm/s between the tips, where the
+// free motor makes 300; long enough for the start, when it turns slowly too.
+constexpr double kStallSpeed_rad_s = 0.03;
+constexpr double kStallTime_s = 0.06;
+// The force rises from touch to the first grip of 40 N in 0.16 s. Faster is a blow.
+constexpr double kForceRate_N_s = 250.0;
+// The first grip stands this long before slip is listened to: closing itself slides.
+constexpr double kFirstGripHold_s = 0.05;
+// One detection of slip in this time at most, so that a force has time to act before the next.
+constexpr double kSlipPeriod_s = 0.04;
+
+}  // namespace
+
+void GripControl::Preshape(double from_rad, double to_rad) {
+  mode_ = Mode::kPreshape;
+  target_rad_ = to_rad;
+  commanded_rad_ = from_rad;
+}
+
+void GripControl::Close() {
+  mode_ = Mode::kClosing;
+  stalled_s_ = 0.0;
+  force_N_ = 0.0;
+}
+
+void GripControl::Open() {
+  mode_ = Mode::kOpening;
+  force_N_ = 0.0;
+}
+
+bool GripControl::Gripping() const {
+  return mode_ == Mode::kGripping && gripping_s_ >= kFirstGripHold_s;
+}
+
+double GripControl::Tick(const HandReading& reading) {
+  const double step_rad = options_.closing_speed_rad_s * timestep_s_;
+  switch (mode_) {
+    case Mode::kPreshape:
+      commanded_rad_ += std::clamp(target_rad_ - commanded_rad_, -step_rad, step_rad);
+      return kPositionGain_Nm_rad * (commanded_rad_ - reading.angle_rad);
+    case Mode::kClosing:
+      return TickClosing(reading);
+    case Mode::kGripping:
+      return TickGripping(reading.slides);
+    case Mode::kOpening:
+      break;
+  }
+  return -drive_.damping_Nm_s * options_.closing_speed_rad_s;
+}
+
+double GripControl::TickClosing(const HandReading& reading) {
+  const double torque_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
+  const bool both_sides = reading.thumb_N > kFelt_N && reading.fingers_N > kFelt_N;
+  if (both_sides || Stalls(reading.speed_rad_s)) {
+    mode_ = Mode::kGripping;
+    force_N_ = std::min(options_.initial_force_N, torque_Nm / drive_.torque_per_force_Nm_N);
+    gripping_s_ = since_slip_s_ = 0.0;
+  }
+  return torque_Nm;
+}
+
+bool GripControl::Stalls(double speed_rad_s) {
+  stalled_s_ = std::abs(speed_rad_s) < kStallSpeed_rad_s ? stalled_s_ + timestep_s_ : 0.0;
+  return stalled_s_ > kStallTime_s;
+}
+
+double GripControl::TickGripping(bool slides) {
+  if (force_N_ < options_.initial_force_N) {
+    force_N_ = std::min(options_.initial_force_N, force_N_ + kForceRate_N_s * timestep_s_);
+  } else {
+    gripping_s_ += timestep_s_;
+    since_slip_s_ += timestep_s_;
+    if (options_.slip_control && slides && Gripping() && since_slip_s_ >= kSlipPeriod_s) {
+      force_N_ += options_.slip_gain_N;
+      since_slip_s_ = 0.0;
+    }
+  }
+  force_N_ = std::clamp(force_N_, options_.min_force_N, options_.max_force_N);
+  return force_N_ * drive_.torque_per_force_Nm_N;
+}
+
+double Ratchet(double lower_rad, double upper_rad, double angle_rad, double backlash_rad) {
+  return std::max(lower_rad, std::min(angle_rad - backlash_rad, upper_rad));
+}
+
+}  // namespace rangegrasp::sim::internal

@@ -1,0 +1,69 @@
+#pragma once
+
+#include "sim/execute.h"
+
+namespace rangegrasp::sim::internal {
+
+/// The drive of a hand: one motor, geared, not back-drivable.
+struct HandDrive {
+  double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
+  double damping_Nm_s = 0.61;            ///< of the motor, per rad/s
+  double backlash_rad = 0.008;           ///< of the gear
+};
+
+/// What the real hand feels.
+struct HandReading {
+  double angle_rad = 0.0;    ///< of the driven joints
+  double speed_rad_s = 0.0;  ///< likewise
+  double thumb_N = 0.0;      ///< pressure on the thumb's tip; looked at while Closing() only
+  double fingers_N = 0.0;    ///< on the fingers' tips, likewise
+  bool slides = false;       ///< a fingertip hears something slide
+};
+
+/// What the hand's motor does, from what the hand feels. Positive angles and torques close.
+///
+/// Closing runs at the speed limit until both sides feel pressure (or the motor stalls), then the
+/// force rises to the first grip; each slip felt after that adds to it, up to the largest force.
+/// The force stays until the hand opens; the next closing begins with the first grip again.
+class GripControl {
+ public:
+  GripControl(const HandControlOptions& options, const HandDrive& drive, double timestep_s)
+      : options_(options), drive_(drive), timestep_s_(timestep_s) {}
+
+  /// Moves from an angle to another at the closing speed, and holds it.
+  void Preshape(double from_rad, double to_rad);
+  void Close();
+  void Open();
+  /// Once a time step. @return the motor's torque [Nm].
+  double Tick(const HandReading& reading);
+
+  bool Closing() const { return mode_ == Mode::kClosing; }
+  bool Ratchets() const { return mode_ == Mode::kClosing || mode_ == Mode::kGripping; }
+  bool Gripping() const;  ///< the first grip is reached
+  double force_N() const { return force_N_; }
+
+ private:
+  enum class Mode { kPreshape, kClosing, kGripping, kOpening };
+
+  double TickClosing(const HandReading& reading);
+  double TickGripping(bool slides);
+  bool Stalls(double speed_rad_s);
+
+  HandControlOptions options_;
+  HandDrive drive_;
+  double timestep_s_;
+  Mode mode_ = Mode::kPreshape;
+  double target_rad_ = 0.0;
+  double commanded_rad_ = 0.0;
+  double force_N_ = 0.0;
+  double stalled_s_ = 0.0;
+  double gripping_s_ = 0.0;
+  double since_slip_s_ = 0.0;
+};
+
+/// The lower limit of a joint whose gear is not back-drivable, from the one that it had and its
+/// range's upper end: it follows the angle, less the gear's backlash (without that it would lock in
+/// the blow of the closing fingers), and never falls.
+double Ratchet(double lower_rad, double upper_rad, double angle_rad, double backlash_rad);
+
+}  // namespace rangegrasp::sim::internal

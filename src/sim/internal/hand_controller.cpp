@@ -1,0 +1,128 @@
+#include "sim/internal/hand_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "sim/internal/engine.h"
+#include "sim/internal/names.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+// The hand's range is tried in so many steps for a gap: 0.7 deg or 1.7 mm of gap each.
+constexpr int kGapSteps = 60;
+// A joint is where it should be within this: 3 mm of gap, twice what the passive fingers' springs
+// move it by.
+constexpr double kAtTarget_rad = 0.02;
+// And at the closed end of its range within this: 1.4 mm of gap, nothing to be held there.
+constexpr double kAtClosedEnd_rad = 0.01;
+
+int MotorOf(const mjModel* model) {
+  const auto motors = TupleOf(model, mjOBJ_ACTUATOR, "hand_motor");
+  if (motors.size() != 1) throw core::InputError("tuple \"hand_motor\" must hold one actuator");
+  return motors[0];
+}
+
+// The scene's own where it says them.
+HandDrive DriveOf(const mjModel* model, int motor) {
+  HandDrive drive;
+  const auto calibration = NumericOf(model, "grip_torque_per_force");
+  if (!calibration.empty()) drive.torque_per_force_Nm_N = calibration[0];
+  const auto backlash = NumericOf(model, "gear_backlash");
+  if (!backlash.empty()) drive.backlash_rad = backlash[0];
+  const double damping = -model->actuator_biasprm[motor * mjNBIAS + 2];
+  if (damping > 0.0) drive.damping_Nm_s = damping;
+  return drive;
+}
+
+}  // namespace
+
+HandController::HandController(World& world, const HandGeoms& hand,
+                               const HandControlOptions& options)
+    : world_(&world),
+      hand_(&hand),
+      joints_(TupleOf(world.model(), mjOBJ_JOINT, "hand_joints")),
+      motor_(MotorOf(world.model())),
+      drive_(DriveOf(world.model(), motor_)),
+      control_(options, drive_, world.physics().timestep_s) {
+  for (const int joint : joints_) open_limit_.push_back(world.model()->jnt_range[2 * joint]);
+  target_angle_ = Angle();
+  control_.Preshape(target_angle_, target_angle_);
+}
+
+double HandController::Angle() const {
+  double sum = 0.0;
+  for (const int joint : joints_) sum += world_->data()->qpos[world_->model()->jnt_qposadr[joint]];
+  return sum / static_cast<double>(joints_.size());
+}
+
+double HandController::Speed() const {
+  double sum = 0.0;
+  for (const int joint : joints_) sum += world_->data()->qvel[world_->model()->jnt_dofadr[joint]];
+  return sum / static_cast<double>(joints_.size());
+}
+
+// The most closed angle whose gap is at least gap_m, found on a copy of the kinematics.
+double HandController::AngleOfGap(double gap_m) const {
+  const mjModel* model = world_->model();
+  mjData* scratch = nullptr;
+  double best = open_limit_[0];
+  const double upper = model->jnt_range[2 * joints_[0] + 1];
+  CallEngine(nullptr, [&] { scratch = mj_makeData(model); });
+  const DataPtr owner(scratch);
+  for (int i = 0; i <= kGapSteps; ++i) {
+    const double angle = open_limit_[0] + (upper - open_limit_[0]) * i / kGapSteps;
+    for (const int joint : joints_) scratch->qpos[model->jnt_qposadr[joint]] = angle;
+    CallEngine(nullptr, [&] { mj_kinematics(model, scratch); });
+    if (hand_->Gap(model, scratch) < gap_m) break;
+    best = angle;
+  }
+  return best;
+}
+
+void HandController::Preshape(double gap_m) {
+  target_angle_ = AngleOfGap(gap_m);
+  control_.Preshape(Angle(), target_angle_);
+}
+
+void HandController::Open() {
+  control_.Open();
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    world_->model()->jnt_range[2 * joints_[i]] = open_limit_[i];
+}
+
+void HandController::FeelPressure(HandReading& reading) const {
+  const mjData* data = world_->data();
+  for (int i = 0; i < data->ncon; ++i) {
+    for (const int geom : data->contact[i].geom) {
+      if (geom < 0 || !hand_->IsTip(geom)) continue;
+      (hand_->IsThumb(geom) ? reading.thumb_N : reading.fingers_N) +=
+          NormalForce(world_->model(), data, i);
+    }
+  }
+}
+
+void HandController::RatchetJoints() {
+  mjModel* model = world_->model();
+  for (const int joint : joints_) {
+    double* range = model->jnt_range + 2 * joint;
+    range[0] = Ratchet(range[0], range[1], world_->data()->qpos[model->jnt_qposadr[joint]],
+                       drive_.backlash_rad);
+  }
+}
+
+void HandController::Tick(bool slides) {
+  HandReading reading{Angle(), Speed(), 0.0, 0.0, slides};
+  if (control_.Closing()) FeelPressure(reading);
+  world_->data()->ctrl[motor_] = control_.Tick(reading);
+  if (control_.Ratchets()) RatchetJoints();
+}
+
+bool HandController::Preshaped() const { return std::abs(Angle() - target_angle_) < kAtTarget_rad; }
+bool HandController::FullyClosed() const {
+  return Angle() > world_->model()->jnt_range[2 * joints_[0] + 1] - kAtClosedEnd_rad;
+}
+bool HandController::FullyOpen() const { return Angle() < open_limit_[0] + kAtTarget_rad; }
+
+}  // namespace rangegrasp::sim::internal

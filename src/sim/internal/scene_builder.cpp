@@ -1,0 +1,200 @@
+#include "sim/internal/scene_builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "sim/friction.h"
+#include "sim/internal/visual.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+constexpr char kDefaultSurface[] = "cardboard";  // of an object that names none
+
+core::InputError Wrong(const std::filesystem::path& file, const std::string& what) {
+  return core::InputError(file.string() + ": " + what);
+}
+
+// The engine reads "nan" as "not given" and puts its own default there.
+void RefuseNan(const std::filesystem::path& file) {
+  const std::string text = core::ReadFile(file);
+  static const std::regex nan(
+      "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*\\bnan\\b",
+      std::regex::icase);
+  std::smatch match;
+  if (std::regex_search(text, match, nan))
+    throw Wrong(file, match[1].str() + " is nan; a number is expected");
+}
+
+SpecPtr Parse(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file))
+    throw Wrong(file, "no such file; an MJCF file is expected");
+  char error[1000] = "";
+  mjSpec* spec = nullptr;
+  CallEngine(nullptr, [&] { spec = mj_parseXML(file.c_str(), nullptr, error, sizeof(error)); });
+  if (!spec) throw Wrong(file, error);
+  return SpecPtr(spec);
+}
+
+ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file,
+                 std::vector<std::string>& warnings) {
+  mjModel* model = nullptr;
+  CallEngine(&warnings, [&] { model = mj_compile(spec, nullptr); });
+  if (!model) throw Wrong(file, mjs_getError(spec));
+  return ModelPtr(model);
+}
+
+std::vector<mjsElement*> Children(const mjsBody* body, mjtObj type, bool recurse) {
+  std::vector<mjsElement*> children;
+  for (mjsElement* e = mjs_firstChild(body, type, recurse); e;
+       e = mjs_nextChild(body, e, recurse)) {
+    children.push_back(e);
+  }
+  return children;
+}
+
+bool ElementCollides(mjsElement* geom) {
+  const mjsGeom* g = mjs_asGeom(geom);
+  return g->contype != 0 || g->conaffinity != 0;
+}
+
+// The root body of an object's spec, after it has been checked to be an object.
+mjsBody* ObjectRoot(mjSpec* spec, const std::filesystem::path& file) {
+  const mjsBody* world = mjs_findBody(spec, "world");
+  const auto roots = Children(world, mjOBJ_BODY, false);
+  if (roots.size() != 1) {
+    throw Wrong(file, fmt::format("an object has one root body in its worldbody, this file has {}",
+                                  roots.size()));
+  }
+  if (!Children(world, mjOBJ_GEOM, false).empty()) {
+    throw Wrong(file,
+                "an object's geoms belong to its root body, this file has some in the worldbody");
+  }
+  mjsBody* root = mjs_asBody(roots[0]);
+  const auto joints = Children(root, mjOBJ_JOINT, false);
+  if (joints.size() != 1 || mjs_asJoint(joints[0])->type != mjJNT_FREE) {
+    throw Wrong(file, "an object's root body has one <freejoint/> and no other joint");
+  }
+  const auto geoms = Children(root, mjOBJ_GEOM, true);
+  if (std::none_of(geoms.begin(), geoms.end(), ElementCollides)) {
+    throw Wrong(file,
+                "an object has at least one collision geom (contype or conaffinity other than 0)");
+  }
+  return root;
+}
+
+double Numeric(const mjSpec* spec, const std::filesystem::path& file, const char* name,
+               double otherwise) {
+  mjsElement* element = mjs_findElement(spec, mjOBJ_NUMERIC, name);
+  if (!element) return otherwise;
+  int size = 0;
+  const double* data = mjs_getDouble(mjs_asNumeric(element)->data, &size);
+  if (size != 1 || !(data[0] >= 0.0 && data[0] <= 1.0)) {
+    throw Wrong(file, fmt::format("numeric \"{}\" must be one number from 0 to 1", name));
+  }
+  return data[0];
+}
+
+ObjectEntry ReadEntry(const ObjectModel& object, const mjSpec* spec) {
+  ObjectEntry entry;
+  entry.name = object.name;
+  entry.surface = kDefaultSurface;
+  if (mjsElement* text = mjs_findElement(spec, mjOBJ_TEXT, "surface")) {
+    entry.surface = mjs_getString(mjs_asText(text)->data);
+  }
+  try {
+    FrictionOf(entry.surface);
+  } catch (const core::InputError& error) {
+    throw Wrong(object.mjcf, error.what());
+  }
+  const OpticalSurface standard;
+  entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", standard.albedo);
+  entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", standard.gloss);
+  entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", standard.clarity);
+  return entry;
+}
+
+void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectEntry& entry) {
+  entry.body = body;
+  entry.tree = model->body_treeid[body];
+  const int joint = model->body_jntadr[body];
+  entry.qpos = model->jnt_qposadr[joint];
+  entry.dof = model->jnt_dofadr[joint];
+  const double mass = model->body_subtreemass[body];
+  if (!std::isfinite(mass) || mass <= 0.0)
+    throw Wrong(file, "an object's mass is a number above 0 [kg]");
+  const double mu = FrictionOf(entry.surface).on_laminate.kinetic_mu;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->body_rootid[model->geom_bodyid[geom]] != body || !Collides(model, geom)) continue;
+    model->geom_friction[3 * geom] = mu;
+    const double reach = mju_norm3(model->geom_pos + 3 * geom) + model->geom_rbound[geom];
+    entry.radius_m = std::max(entry.radius_m, reach);
+  }
+}
+
+// Joins an object to the scene; returns its root body's element in the scene.
+mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& file,
+                   const std::string& prefix) {
+  // Weightless while parked; counted by the compiler as such, switched by World.
+  root->gravcomp = 1.0;
+  mjsFrame* frame = mjs_addFrame(mjs_findBody(scene, "world"), nullptr);
+  mjsElement* attached = mjs_attach(frame->element, root->element, prefix.c_str(), "");
+  if (!attached) throw Wrong(file, mjs_getError(scene));
+  return attached;
+}
+
+}  // namespace
+
+BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
+                      const std::vector<ObjectModel>& objects, const PhysicsOptions& options) {
+  if (!(options.timestep_s > 0.0)) throw core::InputError("timestep_s must be above 0");
+  SpecPtr scene = Parse(scene_mjcf);
+  mjs_setDeepCopy(scene.get(), 1);
+  scene->option.timestep = options.timestep_s;
+  // Sensors are not read (what fingertips feel is taken from contacts); a bad state must not be
+  // hidden by a reset.
+  scene->option.disableflags |= mjDSBL_SENSOR | mjDSBL_AUTORESET;
+
+  BuiltScene built;
+  std::vector<std::string> bodies;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const SpecPtr spec = Parse(objects[i].mjcf);
+    RefuseNan(objects[i].mjcf);
+    mjsBody* root = ObjectRoot(spec.get(), objects[i].mjcf);
+    built.objects.push_back(ReadEntry(objects[i], spec.get()));
+    mjsElement* attached =
+        Attach(scene.get(), root, objects[i].mjcf, fmt::format("{}_{}/", objects[i].name, i));
+    bodies.emplace_back(mjs_getString(mjs_getName(attached)));
+  }
+  try {
+    built.model = Compile(scene.get(), scene_mjcf, built.warnings);
+  } catch (const core::InputError&) {
+    // Is it an object's fault? Then say which.
+    for (const ObjectModel& object : objects) BuildObject(object);
+    throw;
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const int body = mj_name2id(built.model.get(), mjOBJ_BODY, bodies[i].c_str());
+    if (body < 0) throw Wrong(objects[i].mjcf, "the root body needs a name");
+    Locate(built.model.get(), body, objects[i].mjcf, built.objects[i]);
+  }
+  return built;
+}
+
+BuiltScene BuildObject(const ObjectModel& object) {
+  const SpecPtr spec = Parse(object.mjcf);
+  RefuseNan(object.mjcf);
+  ObjectRoot(spec.get(), object.mjcf);
+  BuiltScene built;
+  built.objects.push_back(ReadEntry(object, spec.get()));
+  built.model = Compile(spec.get(), object.mjcf, built.warnings);
+  Locate(built.model.get(), 1, object.mjcf, built.objects[0]);
+  return built;
+}
+
+}  // namespace rangegrasp::sim::internal

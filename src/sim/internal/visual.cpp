@@ -1,0 +1,155 @@
+#include "sim/internal/visual.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/internal/kinematics.h"
+#include "sim/internal/names.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+// Of round primitives: a cylinder of 40 mm radius is 0.2 mm out of round, less than a scan's noise.
+constexpr int kSegments = 32;
+constexpr double kInfinitePlane_m = 10.0;  // half extent: beyond what any sensor sees
+// Blue laminate under a red laser: an estimate, above what drops out for darkness (0.1).
+constexpr double kLaminateAlbedo = 0.35;
+constexpr double kLaminateGloss = 0.1;
+constexpr int kMaxVisibleGroup = 2;  // MuJoCo's viewers show groups 0 to 2
+
+geometry::TriangleMesh MeshOf(const mjModel* model, int mesh) {
+  geometry::TriangleMesh result;
+  const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+  for (int v = 0; v < model->mesh_vertnum[mesh]; ++v) {
+    result.vertices.emplace_back(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]);
+  }
+  const int* faces = model->mesh_face + 3 * model->mesh_faceadr[mesh];
+  for (int f = 0; f < model->mesh_facenum[mesh]; ++f) {
+    result.triangles.push_back({static_cast<std::uint32_t>(faces[3 * f]),
+                                static_cast<std::uint32_t>(faces[3 * f + 1]),
+                                static_cast<std::uint32_t>(faces[3 * f + 2])});
+  }
+  return result;
+}
+
+geometry::TriangleMesh PlaneOf(const mjtNum* size) {
+  const double x = size[0] > 0 ? size[0] : kInfinitePlane_m;
+  const double y = size[1] > 0 ? size[1] : kInfinitePlane_m;
+  geometry::TriangleMesh result;
+  result.vertices = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+  result.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return result;
+}
+
+geometry::Shape::Kind KindOf(int type) {
+  switch (type) {
+    case mjGEOM_CAPSULE:
+      return geometry::Shape::Kind::kCapsule;
+    case mjGEOM_CYLINDER:
+      return geometry::Shape::Kind::kCylinder;
+    case mjGEOM_BOX:
+      return geometry::Shape::Kind::kBox;
+    case mjGEOM_ELLIPSOID:
+      return geometry::Shape::Kind::kEllipsoid;
+    default:
+      return geometry::Shape::Kind::kSphere;
+  }
+}
+
+bool Visible(const mjModel* model, int geom) {
+  const int material = model->geom_matid[geom];
+  const float alpha =
+      material >= 0 ? model->mat_rgba[4 * material + 3] : model->geom_rgba[4 * geom + 3];
+  return model->geom_group[geom] <= kMaxVisibleGroup && alpha > 0.0f;
+}
+
+void AppendGeom(const mjModel* model, const mjData* data, int geom,
+                geometry::TriangleMesh& mesh_W) {
+  geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)),
+                   mesh_W);
+}
+
+bool IsObject(const mjModel* model, int body) {
+  const int root = model->body_rootid[body];
+  return model->body_jntnum[root] > 0 && model->jnt_type[model->body_jntadr[root]] == mjJNT_FREE;
+}
+
+// Half extent of a convex primitive along the unit direction u, given in the geom's frame.
+double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
+  const double across = std::hypot(u.x(), u.y());
+  switch (type) {
+    case mjGEOM_CAPSULE:
+      return size[0] + size[1] * std::abs(u.z());
+    case mjGEOM_CYLINDER:
+      return size[0] * across + size[1] * std::abs(u.z());
+    case mjGEOM_BOX:
+      return size[0] * std::abs(u.x()) + size[1] * std::abs(u.y()) + size[2] * std::abs(u.z());
+    case mjGEOM_ELLIPSOID:
+      return Eigen::Vector3d(size[0] * u.x(), size[1] * u.y(), size[2] * u.z()).norm();
+    default:
+      return size[0];
+  }
+}
+
+}  // namespace
+
+bool Collides(const mjModel* model, int geom) {
+  return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+}
+
+geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments) {
+  const int type = model->geom_type[geom];
+  const mjtNum* size = model->geom_size + 3 * geom;
+  if (type == mjGEOM_MESH) return MeshOf(model, model->geom_dataid[geom]);
+  if (type == mjGEOM_PLANE) return PlaneOf(size);
+  geometry::Shape shape;
+  shape.kind = KindOf(type);
+  shape.size = {size[0], size[1], size[2]};
+  return geometry::Tessellate(shape, segments);
+}
+
+double TopOfGeom(const mjModel* model, const mjData* data, int geom) {
+  const core::Pose X_WG = GeomPose(data, geom);
+  const Eigen::Vector3d up_G = X_WG.linear().row(2).transpose();
+  double rise = 0.0;
+  if (model->geom_type[geom] == mjGEOM_MESH) {
+    const int mesh = model->geom_dataid[geom];
+    const float* v = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+    rise = -std::numeric_limits<double>::infinity();
+    for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, v += 3) {
+      rise = std::max(rise, up_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
+    }
+  } else {
+    rise = Support(model->geom_type[geom], model->geom_size + 3 * geom, up_G);
+  }
+  return X_WG.translation().z() + rise;
+}
+
+geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
+  geometry::TriangleMesh mesh_W;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->body_rootid[model->geom_bodyid[geom]] != root || !Visible(model, geom)) continue;
+    AppendGeom(model, data, geom, mesh_W);
+  }
+  return mesh_W;
+}
+
+VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
+  VisualMesh visual;
+  const int site = TryFind(model, mjOBJ_SITE, "scanner");
+  const int scanner = site >= 0 ? model->site_bodyid[site] : 0;  // never leave out the world itself
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int body = model->geom_bodyid[geom];
+    if (!Visible(model, geom) || IsObject(model, body) || (scanner > 0 && body == scanner))
+      continue;
+    AppendGeom(model, data, geom, visual.mesh_W);
+  }
+  const auto albedo = NumericOf(model, "scene_albedo");
+  const auto gloss = NumericOf(model, "scene_gloss");
+  visual.surface.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0];
+  visual.surface.gloss = gloss.empty() ? kLaminateGloss : gloss[0];
+  return visual;
+}
+
+}  // namespace rangegrasp::sim::internal

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace rangegrasp::sim {
+
+/// How a surface answers to a red laser line (635 nm).
+struct OpticalSurface {
+  double albedo = 0.7;   ///< 0..1, diffuse
+  double gloss = 0.0;    ///< 0..1, share of mirror-like reflection
+  double clarity = 0.0;  ///< 0..1, 1 = fully clear
+};
+
+/// What a sensor may see: a surface in the world with the label that the scorer alone may read.
+struct VisualMesh {
+  geometry::TriangleMesh mesh_W;
+  OpticalSurface surface;
+  std::uint32_t label = 0;  ///< 0: the scene (table, robot, ...); object i has label i + 1
+};
+
+}  // namespace rangegrasp::sim

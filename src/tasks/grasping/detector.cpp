@@ -1,0 +1,59 @@
+#include "tasks/grasping/detector.h"
+
+#include "core/stopwatch.h"
+#include "perception/perceive.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+class DissertationDetector : public Detector {
+ public:
+  DissertationDetector(const Options& options, const robot::Robot& robot, SceneObserver observer)
+      : options_(options), robot_(robot), observer_(std::move(observer)) {}
+
+  Detected Detect(const geometry::Observation& observation, core::Rng& rng) const override {
+    Detected detected;
+    core::Stopwatch watch;
+    const perception::Scene scene =
+        perception::Perceive(observation, options_.perception, rng, Workspace());
+    detected.seconds.emplace_back("perceive", watch.Restart());
+    for (const auto& [step, seconds] : scene.seconds) {
+      detected.seconds.emplace_back("perceive: " + step, seconds);
+    }
+    std::vector<grasp::Grasp> grasps;
+    if (!scene.objects.empty()) {
+      const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
+      grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp);
+    }
+    detected.seconds.emplace_back("grasp", watch.Restart());
+    if (observer_) observer_(scene, grasps, observation);
+    detected.segments = static_cast<int>(scene.segments.size());
+    detected.detection = grasp::DetectionFrom(scene, grasps);
+    for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+      detected.kept.push_back(scene.SampleOf(i));
+    }
+    return detected;
+  }
+
+ private:
+  perception::Workspace Workspace() const {
+    return {robot_.X_WWorkspace, robot_.workspace_radius_m + options_.workspace_margin_m};
+  }
+
+  const Options& options_;
+  const robot::Robot& robot_;
+  SceneObserver observer_;
+};
+
+}  // namespace
+
+std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
+                                       SceneObserver observer) {
+  switch (options.detector) {
+    case DetectorKind::kDissertation:
+      break;
+  }
+  return std::make_unique<DissertationDetector>(options, robot, std::move(observer));
+}
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/rng.h"
+#include "geometry/observation.h"
+#include "grasp/detection.h"
+#include "grasp/grasp.h"
+#include "perception/scene.h"
+#include "robot/robot.h"
+#include "tasks/grasping/options.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// What a detector hands over, with what a record tells of how it came to it.
+struct Detected {
+  grasp::Detection detection;
+  /// Samples that the detector took for parts of objects, after its filters.
+  std::vector<geometry::SampleId> kept;
+  int segments = 0;
+  std::vector<std::pair<std::string, double>> seconds;  ///< by stage
+};
+
+/// Stage 3: finds objects and grasps in an observation, without truth.
+class Detector {
+ public:
+  virtual ~Detector() = default;
+  /// @throws core::InputError for an observation in which it finds no table.
+  virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng) const = 0;
+};
+
+/// What a viewer may see of the dissertation's method.
+using SceneObserver = std::function<void(const perception::Scene&, const std::vector<grasp::Grasp>&,
+                                         const geometry::Observation&)>;
+
+/// The dissertation's method (chapter 5): perception, then grasps for the topmost object.
+/// The arguments must outlive it. @param observer  may be empty
+std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
+                                       SceneObserver observer = {});
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,91 @@
+#include "tasks/grasping/grasping_task.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "sim/info.h"
+#include "tasks/grasping/replay.h"
+#include "tasks/grasping/table.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+using experiment::Case;
+
+class Grasping : public experiment::Task {
+ public:
+  Grasping(Options options, const experiment::Common& common)
+      : cell_(std::move(options)), seed_(common.seed) {}
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (const std::string& object : cell_.options.objects) {
+      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
+        const TrialSpec spec{object, i, TrialSeed(seed_, object, i)};
+        const nlohmann::ordered_json params = {{"object", object}, {"index", i}};
+        cases.push_back({TrialId(spec), object, spec.seed, params.dump()});
+      }
+    }
+    return cases;
+  }
+
+  experiment::Result Run(const Case& which) const override {
+    return RunTrial(cell_, SpecOf(which));
+  }
+
+  experiment::Result Replay(const Case& which,
+                            const experiment::ReplayOptions& options) const override {
+    return ReplayTrial(cell_, SpecOf(which), options);
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    const Options& o = cell_.options;
+    stamp.identity["scene_hash"] = SceneHash(o);
+    stamp.identity["mujoco"] = sim::EngineVersion();
+    for (const std::string& object : o.objects) {
+      stamp.data[kTitlePrefix + object] = sim::ObjectTitle(ObjectModelOf(o, object));
+    }
+    if (!o.reference.empty()) stamp.data[kReference] = core::ReadFile(o.reference);
+  }
+
+  const Cell& cell() const { return cell_; }
+
+ private:
+  Cell cell_;
+  std::uint64_t seed_;
+};
+
+std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
+  Options options = ReadOptions(map);
+  CheckObjects(map, options);
+  return std::make_unique<Grasping>(std::move(options), common);
+}
+
+}  // namespace
+
+const Cell& CellOf(const experiment::Task& task) {
+  const auto* grasping = dynamic_cast<const Grasping*>(&task);
+  if (grasping) return grasping->cell();
+  throw core::InputError("this needs an experiment with `task: grasping`");
+}
+
+TrialSpec SpecOf(const Case& which) {
+  const auto params = nlohmann::json::parse(which.params);
+  return {params.at("object"), params.at("index"), which.seed};
+}
+
+const experiment::TaskKind& GraspingTask() {
+  static const experiment::TaskKind kind{
+      .name = "grasping",
+      .description = "Grasp attempts in simulation: one case a trial, one row an object.",
+      .trials_key = "trials_per_object",
+      .uses_seed = true,
+      .success = "delivered",
+      .read = Read,
+      .read_keys = [](core::YamlMap& map) { ReadOptions(map); },
+      .report = ReportOf};
+  return kind;
+}
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,73 @@
+#include "tasks/grasping/mover.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+planning::PlanningScene SceneFrom(const grasp::Detection& detection) {
+  planning::PlanningScene scene;
+  const auto& plane = detection.table_C;
+  scene.table_z_m = -plane.offset_m / plane.normal.z();
+  scene.target_W = detection.objects.front().surface_C;
+  for (std::size_t i = 1; i < detection.objects.size(); ++i) {
+    scene.obstacles_W.push_back(detection.objects[i].surface_C);
+  }
+  return scene;
+}
+
+class PlannedMover : public Mover {
+ public:
+  PlannedMover(const Options& options, const robot::Robot& robot)
+      : options_(options), robot_(robot) {}
+
+  Move Plan(const grasp::Detection& detection, core::Rng& rng) const override {
+    planning::Planner planner(robot_, options_.planning);
+    const planning::PlanningScene scene = SceneFrom(detection);
+    Move move;
+    std::map<std::string, int> failures;
+    for (std::size_t i = 0; i < detection.grasps.size() && move.tried < options_.max_plans; ++i) {
+      if (detection.grasps[i].collides) continue;
+      ++move.tried;
+      auto planned = planner.Plan(scene, RequestFor(detection.grasps[i]), rng);
+      if (planned.plan) {
+        move.plan = std::move(planned.plan);
+        move.grasp = i;
+        return move;
+      }
+      ++failures[std::string(core::Word(planned.failure))];
+    }
+    for (const auto& [word, count] : failures) {
+      move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);
+    }
+    return move;
+  }
+
+ private:
+  planning::PickRequest RequestFor(const grasp::DetectedGrasp& grasp) const {
+    planning::PickRequest request;
+    request.q_start = robot_.home;
+    request.X_WH = grasp.X_CH;
+    request.approach_W = grasp.approach_C;
+    request.opening_m = grasp.opening_m;
+    request.closed_gap_m = grasp.width_m;
+    return request;
+  }
+
+  const Options& options_;
+  const robot::Robot& robot_;
+};
+
+}  // namespace
+
+std::unique_ptr<Mover> MakeMover(const Options& options, const robot::Robot& robot) {
+  switch (options.mover) {
+    case MoverKind::kPlanned:
+      break;
+  }
+  return std::make_unique<PlannedMover>(options, robot);
+}
+
+}  // namespace rangegrasp::tasks::grasping

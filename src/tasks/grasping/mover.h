@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/rng.h"
+#include "grasp/detection.h"
+#include "planning/planning.h"
+#include "robot/robot.h"
+#include "tasks/grasping/options.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// A motion for one of the detection's grasps, or why there is none.
+struct Move {
+  std::optional<planning::PickPlan> plan;
+  std::size_t grasp = 0;  ///< of Detection::grasps, which the plan is for
+  int tried = 0;          ///< grasps that were offered to the planner
+  std::string failures;   ///< "no_ik x3, ...", one word a grasp that was given up
+};
+
+/// Stage 4: plans the arm's motions for the first object, its best grasps first.
+class Mover {
+ public:
+  virtual ~Mover() = default;
+  virtual Move Plan(const grasp::Detection& detection, core::Rng& rng) const = 0;
+};
+
+/// Inverse kinematics, straight lines and OMPL. The arguments must outlive it.
+std::unique_ptr<Mover> MakeMover(const Options& options, const robot::Robot& robot);
+
+}  // namespace rangegrasp::tasks::grasping

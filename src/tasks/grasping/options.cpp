@@ -1,0 +1,169 @@
+#include "tasks/grasping/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/units.h"
+#include "core/words.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+using core::kDeg;
+using core::kMm;
+using core::YamlMap;
+
+void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
+  map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
+  map.Read("static_friction_offset", options.static_friction_offset, -0.5, 0.5,
+           "added to every static coefficient of the glove");
+  map.Read("kinetic_only", options.kinetic_only,
+           "the kinetic coefficient in place of the static one, always");
+  map.Read("glove_friction", options.glove_friction, 0.0, 2.0,
+           "one coefficient for the glove on everything, in place of the table of pairs");
+  map.Finish();
+}
+
+void ReadHand(YamlMap map, sim::HandControlOptions& options) {
+  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0, "first grip at the finger tips");
+  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip");
+  map.Read("slip_control", options.slip_control, "grips harder while the load slips");
+  if (options.initial_force_N > options.max_force_N) {
+    map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
+             fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
+                         options.initial_force_N, options.max_force_N));
+  }
+  map.Finish();
+}
+
+void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
+  map.Read("segmentation", options.segment.method, "how points above the table become segments");
+  map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
+  map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
+  map.ReadScaled("normal_radius_mm", options.preprocess.normal_radius_m, kMm, 1.0, 50.0,
+                 "neighborhood that a normal is estimated from");
+  map.ReadScaled("plane_distance_mm", options.preprocess.plane_distance_m, kMm, 0.2, 50.0,
+                 "inliers of the table's plane lie this close");
+  map.ReadScaled("table_clearance_mm", options.preprocess.table_clearance_m, kMm, 0.0, 50.0,
+                 "points this far above the table's plane belong to objects");
+  auto& features = options.features;
+  map.Read("ridge_tops", features.ridge_tops, "a lying cylinder's or roof's ridge is a top");
+  map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
+           "share of an object's highest points that its top plane must hold");
+  map.Read("axis_from_body", features.axis_from_body,
+           "find the axis of thin-lipped vessels from their walls");
+  map.Read("merge_fragments", features.merge_fragments, "join segments of one object");
+  map.Read("complete_by_symmetry", features.complete_by_symmetry,
+           "mirror the surface of objects that are not rotational");
+  map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
+           "share of points that may lie in the sphere of an open object");
+  map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
+                 "objects that are narrower both ways are left out");
+  map.Finish();
+}
+
+void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
+  map.Read("refine", options.refine,
+           "slide, turn, deepen and pitch candidates and rank them; off: as published");
+  map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
+                 "the hand stays this far above the table");
+  map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Finish();
+}
+
+void ReadPlanning(YamlMap map, planning::PlanOptions& options) {
+  map.ReadScaled("approach_mm", options.approach_m, kMm, 20.0, 400.0,
+                 "straight approach before the grasp");
+  map.ReadScaled("lift_mm", options.lift_m, kMm, 100.0, 400.0, "height of the lift");
+  map.Finish();
+}
+
+// Adds an MJCF file and, by its file="..." attributes, what it refers to.
+void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesystem::path>& files) {
+  const auto path = file.lexically_normal();
+  if (!std::filesystem::is_regular_file(path) || !files.insert(path).second) return;
+  if (path.extension() != ".xml") return;
+  const std::string text = core::ReadFile(path);
+  static const std::regex kFile("file=\"([^\"]+)\"");
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), kFile);
+       it != std::sregex_iterator(); ++it) {
+    CollectModelFiles(path.parent_path() / (*it)[1].str(), files);
+  }
+}
+
+}  // namespace
+
+Options ReadOptions(YamlMap& map) {
+  Options o;
+  for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
+  map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
+  map.Read("arrangement", o.arranger, "how the objects of a trial lie");
+  map.ReadPath("sensor", o.sensor, "file of the line scanner");
+  map.Read("detector", o.detector, "what finds objects and grasps");
+  map.Read("mover", o.mover, "what plans the arm's motions");
+  map.ReadPath("reference", o.reference, "published table, printed beside the own one");
+  o.object_folder = (map.file().parent_path() / "../models/objects").lexically_normal();
+  map.ReadPath("object_folder", o.object_folder, "holds <name>/<name>.xml for every object");
+  map.Read("objects", o.objects, "one row of the table each");
+  map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
+  map.Read("max_plans", o.max_plans, 1, 200,
+           "grasps offered to the mover before the trial is given up");
+  map.ReadScaled("workspace_margin_mm", o.workspace_margin_m, kMm, 50.0, 1000.0,
+                 "points further outside the workspace are not perceived");
+  map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
+                 "resting poses that tip over at a smaller tilt are left out");
+  ReadPhysics(map.Child("physics", "the simulation"), o.physics);
+  ReadHand(map.Child("hand", "the hand's controller"), o.hand);
+  ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
+  ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
+  ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning);
+  map.Finish();
+  return o;
+}
+
+sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object) {
+  return {object, options.object_folder / object / (object + ".xml")};
+}
+
+void CheckObjects(const YamlMap& map, const Options& options) {
+  if (!std::filesystem::is_directory(options.object_folder)) {
+    map.Fail("object_folder", "no folder " + options.object_folder.string() +
+                                  " (it must hold <name>/<name>.xml for every object)");
+  }
+  std::set<std::string> seen;
+  for (const std::string& object : options.objects) {
+    if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    if (std::filesystem::is_regular_file(mjcf)) continue;
+    std::vector<std::string> known;
+    for (const auto& entry : std::filesystem::directory_iterator(options.object_folder)) {
+      known.push_back(entry.path().filename().string());
+    }
+    std::sort(known.begin(), known.end());
+    map.Fail("objects", fmt::format("no object '{}' (no file {}); nearest: '{}'", object,
+                                    mjcf.string(), core::NearestWord(object, known)));
+  }
+}
+
+std::string SceneHash(const Options& options) {
+  std::set<std::filesystem::path> files;
+  CollectModelFiles(options.scene, files);
+  for (const std::string& object : options.objects) {
+    CollectModelFiles(ObjectModelOf(options, object).mjcf, files);
+  }
+  files.insert(options.sensor);
+  // By name, not by path: the same files in another folder hash alike.
+  std::vector<std::pair<std::string, std::filesystem::path>> sorted;
+  for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);
+  std::sort(sorted.begin(), sorted.end());
+  std::uint64_t hash = core::Fnv1a("");
+  for (const auto& [name, file] : sorted) hash = core::Fnv1a(name + core::ReadFile(file), hash);
+  return core::Hex(hash);
+}
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/yaml_map.h"
+#include "grasp/grasp.h"
+#include "perception/perceive.h"
+#include "planning/planning.h"
+#include "sim/execute.h"
+#include "sim/world.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// How the objects of a trial lie (docs/architecture.md, definitions).
+enum class ArrangerKind { kSingle };
+constexpr std::array<std::string_view, 1> WordsOf(ArrangerKind) { return {"single"}; }
+
+/// What finds objects and grasps.
+enum class DetectorKind { kDissertation };
+constexpr std::array<std::string_view, 1> WordsOf(DetectorKind) { return {"dissertation"}; }
+
+/// What plans the arm's motions.
+enum class MoverKind { kPlanned };
+constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"}; }
+
+/// A grasping experiment, as its file states it. Defaults are those of the option structs.
+struct Options {
+  std::filesystem::path scene;
+  std::filesystem::path sensor;         ///< a line scanner's file
+  std::filesystem::path object_folder;  ///< holds <name>/<name>.xml
+  std::filesystem::path reference;      ///< the published table; may be empty
+  std::vector<std::string> objects;
+  int trials_per_object = 10;
+
+  ArrangerKind arranger = ArrangerKind::kSingle;
+  DetectorKind detector = DetectorKind::kDissertation;
+  MoverKind mover = MoverKind::kPlanned;
+
+  /// A resting pose that tips over at a smaller tilt is left out: it would not stand long on a real
+  /// table (10 deg; the upright prism tips over at 6.6 deg).
+  double min_tipping_rad = 10.0 * core::kDeg;
+  /// Points further outside the workspace are not perceived: the arm, its pedestal and the table's
+  /// rim stand there.
+  double workspace_margin_m = 0.15;
+  int max_plans = 24;  ///< grasps offered to the mover before the trial is given up
+
+  sim::PhysicsOptions physics;
+  sim::HandControlOptions hand;
+  sim::AuditBounds audit;
+  perception::PerceptionOptions perception;
+  grasp::GraspOptions grasp;
+  planning::PlanOptions planning;
+};
+
+/// Reads all keys of a grasping experiment but the common ones, to the end of the map.
+/// @throws core::InputError naming file, line, key, value and the nearest valid key.
+Options ReadOptions(core::YamlMap& map);
+
+/// The MJCF of one of the experiment's objects.
+sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object);
+
+/// Checks that every object is there. @throws core::InputError
+void CheckObjects(const core::YamlMap& map, const Options& options);
+
+/// A hash over the scene, the models that it and the objects refer to, and the sensor.
+std::string SceneHash(const Options& options);
+
+}  // namespace rangegrasp::tasks::grasping

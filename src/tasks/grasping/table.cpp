@@ -1,0 +1,260 @@
+#include "tasks/grasping/table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/csv.h"
+#include "core/words.h"
+#include "experiment/statistics.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+using experiment::Fixed;
+using experiment::Grid;
+using experiment::IntervalText;
+using experiment::Record;
+using experiment::Stamp;
+using nlohmann::ordered_json;
+using Rate = std::optional<double>;
+
+struct Published {
+  Rate detection, grasp;
+};
+
+// A rate in per cent; nothing where the cell is empty.
+Rate PublishedRate(const core::CsvTable& csv, std::size_t row, const char* name) {
+  const std::size_t column = csv.Column(name);
+  const Rate percent = csv.OptionalNumber(row, column);
+  if (!percent) return std::nullopt;
+  if (!(*percent >= 0.0 && *percent <= 100.0)) {
+    csv.Fail(row, column, "must be a rate from 0 to 100 per cent");
+  }
+  return *percent / 100.0;
+}
+
+// By title, and "overall".
+std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
+  std::map<std::string, Published> published;
+  const auto text = stamp.data.find(kReference);
+  if (text == stamp.data.end()) return published;
+  const auto csv = core::CsvTable::Parse(text->second, "reference table");
+  for (std::size_t row = 0; row < csv.rows(); ++row) {
+    const bool overall = csv.Cell(row, csv.Column("object")) == "overall";
+    published[overall ? "overall" : csv.Cell(row, csv.Column("name"))] = {
+        PublishedRate(csv, row, "detection_rate"), PublishedRate(csv, row, "grasping_rate")};
+  }
+  return published;
+}
+
+void Count(const Record& record, Row& row) {
+  const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
+  ++row.trials;
+  row.detected += data.is_object() && data.value("detected", false) ? 1 : 0;
+  row.delivered += record.result.outcome == "delivered" ? 1 : 0;
+  ++row.outcomes[record.result.outcome];
+}
+
+Rate RateOf(int k, int n) {
+  if (n == 0) return std::nullopt;
+  return static_cast<double>(k) / n;
+}
+
+// The mean of those rows that have the rate: the dissertation's "overall".
+Rate MeanOf(const std::vector<Row>& rows, Rate Row::*rate) {
+  double sum = 0.0;
+  int n = 0;
+  for (const Row& row : rows) {
+    if (!(row.*rate)) continue;
+    sum += *(row.*rate);
+    ++n;
+  }
+  if (n == 0) return std::nullopt;
+  return sum / n;
+}
+
+void AddPublished(const std::map<std::string, Published>& published, const std::string& name,
+                  Row& row) {
+  const auto found = published.find(name);
+  if (found == published.end()) return;
+  row.published_detection_rate = found->second.detection;
+  row.published_grasp_rate = found->second.grasp;
+}
+
+std::map<std::string, double> MaxAudit(const std::vector<Record>& records) {
+  std::map<std::string, double> max;
+  for (const Record& record : records) {
+    const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
+    if (!data.is_object() || !data.contains("log") || !data["log"].contains("audit")) continue;
+    for (const auto& [name, value] : data["log"]["audit"].items()) {
+      if (!value.is_number()) continue;
+      const auto [place, fresh] = max.try_emplace(name, value.get<double>());
+      if (!fresh) place->second = std::max(place->second, value.get<double>());
+    }
+  }
+  return max;
+}
+
+}  // namespace
+
+Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
+  Table table;
+  const auto published = PublishedIn(stamp);
+  const std::string& groups = experiment::Need(stamp.identity, "groups");
+  for (const std::string& object : core::Split(groups, ',')) {
+    Row row;
+    row.object = object;
+    const auto title = stamp.data.find(kTitlePrefix + object);
+    if (title != stamp.data.end()) row.title = title->second;
+    for (const Record& record : records) {
+      if (record.which.group == object) Count(record, row);
+    }
+    row.detection_rate = RateOf(row.detected, row.trials);
+    row.grasp_rate = RateOf(row.delivered, row.detected);
+    AddPublished(published, row.title, row);
+    table.rows.push_back(row);
+  }
+  table.overall.object = "overall";
+  table.overall.title = "Overall";
+  for (const Record& record : records) Count(record, table.overall);
+  table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
+  table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
+  AddPublished(published, "overall", table.overall);
+  table.pooled_detection_rate = RateOf(table.overall.detected, table.overall.trials);
+  table.pooled_grasp_rate = RateOf(table.overall.delivered, table.overall.detected);
+  table.stage_seconds = experiment::StageTimes(records);
+  table.audit_max = MaxAudit(records);
+  return table;
+}
+
+namespace {
+
+std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : "-"; }
+
+// The failures of a row, e.g. "no_path 1, dropped 2".
+std::string Failures(const Row& row) {
+  std::vector<std::string> words;
+  for (const auto& [outcome, count] : row.outcomes) {
+    if (outcome != "delivered") words.push_back(fmt::format("{} {}", outcome, count));
+  }
+  return core::Join(words);
+}
+
+std::vector<std::string> CellsOf(const Row& row, const std::string& number) {
+  return {number,
+          row.title.empty() ? row.object : row.title,
+          fmt::format("{}", row.trials),
+          Percent(row.detection_rate),
+          IntervalText(row.detected, row.trials),
+          Percent(row.published_detection_rate),
+          Percent(row.grasp_rate),
+          IntervalText(row.delivered, row.detected),
+          Percent(row.published_grasp_rate),
+          Failures(row)};
+}
+
+Grid GridOf(const Table& table) {
+  Grid grid;
+  grid.header = {"no.",       "object",     "trials", "detection %", "95 %",
+                 "published", "grasping %", "95 %",   "published",   "failures"};
+  grid.left.assign(grid.header.size(), false);
+  grid.left[1] = grid.left.back() = true;
+  grid.total = true;
+  int number = 0;
+  for (const Row& row : table.rows) grid.rows.push_back(CellsOf(row, fmt::format("{}", ++number)));
+  grid.rows.push_back(CellsOf(table.overall, ""));
+  return grid;
+}
+
+std::string PooledLine(const Table& table) {
+  return fmt::format(
+      "pooled: detection {} % [{}], grasping {} % [{}]", Percent(table.pooled_detection_rate),
+      IntervalText(table.overall.detected, table.overall.trials), Percent(table.pooled_grasp_rate),
+      IntervalText(table.overall.delivered, table.overall.detected));
+}
+
+std::string TimesLine(const Table& table) {
+  std::string line = "seconds, median (95 %):";
+  for (const auto& time : table.stage_seconds) {
+    if (time.stage.find(':') != std::string::npos) continue;  // steps within a stage: JSON only
+    line += fmt::format(" {} {:.3f} ({:.3f})", time.stage, time.median_s, time.p95_s);
+  }
+  return line;
+}
+
+Grid CsvGridOf(const Table& table) {
+  Grid grid;
+  grid.header = {"object",
+                 "title",
+                 "trials",
+                 "detected",
+                 "delivered",
+                 "detection_rate",
+                 "grasp_rate",
+                 "published_detection_rate",
+                 "published_grasp_rate"};
+  const auto cell = [](const Rate& rate) { return rate ? Fixed(*rate, 4) : std::string(); };
+  const auto add = [&](const Row& row) {
+    grid.rows.push_back({row.object, row.title, fmt::format("{}", row.trials),
+                         fmt::format("{}", row.detected), fmt::format("{}", row.delivered),
+                         cell(row.detection_rate), cell(row.grasp_rate),
+                         cell(row.published_detection_rate), cell(row.published_grasp_rate)});
+  };
+  for (const Row& row : table.rows) add(row);
+  add(table.overall);
+  return grid;
+}
+
+ordered_json Json(const Rate& rate) { return rate ? ordered_json(*rate) : ordered_json(nullptr); }
+
+ordered_json IntervalJson(int k, int n) {
+  if (n == 0) return nullptr;
+  const auto [low, high] = experiment::WilsonInterval(k, n);
+  return {low, high};
+}
+
+ordered_json RowJson(const Row& row) {
+  return {{"object", row.object},
+          {"title", row.title},
+          {"trials", row.trials},
+          {"detected", row.detected},
+          {"delivered", row.delivered},
+          {"detection_rate", Json(row.detection_rate)},
+          {"detection_interval", IntervalJson(row.detected, row.trials)},
+          {"grasp_rate", Json(row.grasp_rate)},
+          {"grasp_interval", IntervalJson(row.delivered, row.detected)},
+          {"published_detection_rate", Json(row.published_detection_rate)},
+          {"published_grasp_rate", Json(row.published_grasp_rate)},
+          {"outcomes", row.outcomes}};
+}
+
+std::string JsonOf(const Table& table) {
+  ordered_json json;
+  json["rows"] = ordered_json::array();
+  for (const Row& row : table.rows) json["rows"].push_back(RowJson(row));
+  json["overall"] = RowJson(table.overall);
+  json["overall"]["pooled_detection_rate"] = Json(table.pooled_detection_rate);
+  json["overall"]["pooled_grasp_rate"] = Json(table.pooled_grasp_rate);
+  json["audit_worst"] = table.audit_max;
+  json["stage_seconds"] = ordered_json::object();
+  for (const auto& time : table.stage_seconds) {
+    json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
+  }
+  return json.dump();
+}
+
+}  // namespace
+
+experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
+  const Table table = BuildTable(stamp, records);
+  experiment::Report report;
+  report.sections.push_back({"", GridOf(table)});
+  report.notes = {PooledLine(table), TimesLine(table)};
+  report.json = JsonOf(table);
+  report.csv = CsvGridOf(table);
+  return report;
+}
+
+}  // namespace rangegrasp::tasks::grasping

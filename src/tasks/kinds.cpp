@@ -1,0 +1,16 @@
+#include "tasks/kinds.h"
+
+#include <array>
+
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/parts/parts_task.h"
+#include "tasks/seam/seam_task.h"
+
+namespace rangegrasp::tasks {
+
+std::span<const experiment::TaskKind> AllKinds() {
+  static const std::array kinds = {grasping::GraspingTask(), seam_task::SeamTask(), PartsTask()};
+  return kinds;
+}
+
+}  // namespace rangegrasp::tasks

@@ -1,0 +1,220 @@
+#include "tasks/parts/parts_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "parts/metrics/human_score.h"
+#include "tasks/parts/parts_report.h"
+
+namespace rangegrasp::tasks {
+namespace {
+
+using core::YamlMap;
+using nlohmann::json;
+using parts::Method;
+
+/// Numbers of models and of models a class are bounded so that a slip of the pen is told.
+constexpr int kMaxId = 1'000'000;
+constexpr int kMaxModels = 1'000'000;
+
+/// The keys as they stand in the file.
+struct Keys {
+  std::string data;
+  std::vector<std::string> classes;
+  std::vector<Method> methods;
+  std::filesystem::path runtimes;
+  int models_per_class = 0;
+};
+
+Keys ReadKeys(YamlMap& map) {
+  Keys keys;
+  for (const Method method : core::ValuesOf<Method>()) keys.methods.push_back(method);
+  map.Read("methods", keys.methods, "methods to run on every model");
+  map.Require("classes");
+  map.Read("classes", keys.classes, "classes of models, in the order of the tables");
+  map.Read("models_per_class", keys.models_per_class, 0, kMaxModels,
+           "at most so many models of each class and split; 0 for all");
+  map.ReadPath("runtimes", keys.runtimes, "published table 6.1 as CSV: method, seconds");
+  map.Require("data");
+  map.Read("data", keys.data,
+           "folder of the benchmark, relative to the file: off/<id>.off, seg/<id>/<id>_<k>.seg");
+  map.Require("models");
+  return keys;
+}
+
+void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
+  const std::set<Method> different(methods.begin(), methods.end());
+  if (different.size() < methods.size()) map.Fail("methods", "a method stands twice");
+}
+
+std::vector<int> ReadIds(YamlMap& map, Split split, std::set<int>& seen) {
+  const std::string key(core::Word(split));
+  std::vector<std::string> words;
+  map.Read(key, words,
+           split == Split::kTune ? "numbers of models that parameters were chosen on"
+                                 : "numbers of models that nothing was chosen on");
+  std::vector<int> ids;
+  for (const std::string& word : words) {
+    int id = -1;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
+    if (error != std::errc() || end != word.data() + word.size() || id < 0 || id > kMaxId) {
+      map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off", word));
+    }
+    if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", word));
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+ModelClass ReadClass(YamlMap& models, const std::string& name, std::set<int>& seen) {
+  YamlMap ids = models.Child(name, "models of one class, by the use that was made of them");
+  ModelClass one{name, ReadIds(ids, Split::kTune, seen), ReadIds(ids, Split::kReport, seen)};
+  ids.Finish();
+  return one;
+}
+
+/// A class's name becomes part of its cases' ids.
+bool IsName(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '-' || c == '.';
+  });
+}
+
+std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names) {
+  YamlMap models = map.Child("models", "models of each class");
+  std::vector<ModelClass> classes;
+  std::set<int> seen;
+  std::set<std::string> seen_names;
+  for (const std::string& name : names) {
+    if (!seen_names.insert(name).second) {
+      map.Fail("classes", fmt::format("'{}' stands twice", name));
+    }
+    if (!IsName(name)) {
+      map.Fail("classes",
+               fmt::format("'{}' must be of letters, digits, '_', '-' and '.' alone", name));
+    }
+    if (!models.Has(name)) {
+      map.Fail("models", fmt::format("has no models of class '{}', e.g. {}: {{tune: [21, 22], "
+                                     "report: [23, 24]}}",
+                                     name, name));
+    }
+    classes.push_back(ReadClass(models, name, seen));
+    if (classes.back().tune.empty() && classes.back().report.empty()) {
+      models.Fail(name, "must name models under 'tune', 'report' or both");
+    }
+  }
+  models.Finish();
+  return classes;
+}
+
+std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
+  const auto folder = (map.file().parent_path() / data).lexically_normal();
+  for (const char* part : {"off", "seg"}) {
+    std::error_code error;
+    if (std::filesystem::is_directory(folder / part, error)) continue;
+    map.Fail("data", fmt::format("'{}' has no folder '{}'; the data of the benchmark are laid out "
+                                 "as off/<id>.off and seg/<id>/<id>_<k>.seg; --set data=DIR names "
+                                 "another folder",
+                                 folder.string(), part));
+  }
+  return folder;
+}
+
+void KeepFirst(int count, std::vector<int>& ids) {
+  ids.resize(std::min(ids.size(), static_cast<std::size_t>(count)));
+}
+
+/// Of the names and bytes of all files that the results come from; a file that is not there counts
+/// as empty, for its rows will tell.
+std::string HashOfModels(const PartsSetup& setup) {
+  std::string all;
+  const auto add = [&](const std::filesystem::path& file) {
+    std::error_code error;
+    const bool is_there = std::filesystem::is_regular_file(file, error);
+    const std::string bytes = is_there ? core::ReadFile(file) : "";
+    all += fmt::format("{} {}\n", file.filename().string(), core::Hex(core::Fnv1a(bytes)));
+  };
+  for (const ModelClass& one : setup.classes) {
+    for (const auto* ids : {&one.tune, &one.report}) {
+      for (const int id : *ids) {
+        add(parts::ModelFile(setup.folder, id));
+        for (const auto& human : parts::HumanFiles(setup.folder, id)) add(human);
+      }
+    }
+  }
+  return core::Hex(core::Fnv1a(all));
+}
+
+}  // namespace
+
+bool PartsSetup::HasModels(Split split) const {
+  return std::any_of(classes.begin(), classes.end(), [&](const ModelClass& one) {
+    return !(split == Split::kTune ? one.tune : one.report).empty();
+  });
+}
+
+PartsSetup ReadPartsSetup(YamlMap& map) {
+  const Keys keys = ReadKeys(map);
+  CheckNoneTwice(map, keys.methods);
+  PartsSetup setup;
+  setup.methods = keys.methods;
+  setup.classes = ReadClasses(map, keys.classes);
+  map.Finish();
+  setup.folder = FolderOf(map, keys.data);
+  if (!keys.runtimes.empty()) {
+    setup.published = core::ReadFile(keys.runtimes);
+    PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is told here
+  }
+  const bool counts = std::count(setup.methods.begin(), setup.methods.end(), Method::kKMeans) > 0;
+  for (ModelClass& one : setup.classes) {
+    std::vector<int> ids = one.tune;
+    ids.insert(ids.end(), one.report.begin(), one.report.end());
+    if (counts) one.human_segments = parts::MeanHumanSegments(setup.folder, ids);
+    if (keys.models_per_class == 0) continue;
+    KeepFirst(keys.models_per_class, one.tune);
+    KeepFirst(keys.models_per_class, one.report);
+  }
+  return setup;
+}
+
+void ReadPartsKeys(YamlMap& map) {
+  ReadKeys(map);
+  YamlMap models = map.Child("models", "models of each class");
+  std::set<int> seen;
+  ReadClass(models, "<class>", seen);
+}
+
+void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
+  json classes = json::array();
+  for (const ModelClass& one : setup.classes) {
+    classes.push_back({{"name", one.name}, {"tune", one.tune}, {"report", one.report}});
+  }
+  json methods = json::array();
+  for (const Method method : setup.methods) methods.push_back(core::Word(method));
+  stamp.identity["models_hash"] = HashOfModels(setup);
+  stamp.data["parts"] = json{{"classes", classes}, {"methods", methods}}.dump();
+  stamp.data["published_table_6.1"] = setup.published;
+}
+
+PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
+  PartsSetup setup;
+  const json data = json::parse(stamp.data.at("parts"));
+  for (const json& one : data.at("classes")) {
+    setup.classes.push_back({one.at("name"), one.at("tune"), one.at("report")});
+  }
+  for (const json& word : data.at("methods")) {
+    setup.methods.push_back(core::FromWord<Method>(word.get<std::string>(), "stamp: methods"));
+  }
+  setup.published = stamp.data.at("published_table_6.1");
+  return setup;
+}
+
+}  // namespace rangegrasp::tasks

@@ -1,0 +1,24 @@
+#include "tasks/parts/write_parts.h"
+
+#include "core/file.h"
+#include "draw/shape_picture.h"
+#include "image/png.h"
+#include "parts/shape/segmentation.h"
+#include "parts/shape/shape_file.h"
+
+namespace rangegrasp::tasks {
+
+void WriteParts(const std::filesystem::path& base, const geometry::TriangleMesh& input,
+                std::span<const std::int32_t> labels, int up) {
+  constexpr int kWidth_px = 960;
+  constexpr int kHeight_px = 720;
+  const auto named = [&](const char* ending) { return base.string() + ending; };
+  core::MakeFolderOf(base);
+  parts::WriteLabels(named(".seg"), labels);
+  parts::WriteColoredShape(named(".ply"), input, labels);
+  image::WritePng(named(".png"),
+                  draw::Render(draw::DrawLabels(input, labels, parts::PartColor),
+                               draw::LookAtShape(input.vertices, up), kWidth_px, kHeight_px));
+}
+
+}  // namespace rangegrasp::tasks

@@ -1,0 +1,91 @@
+#include "tasks/seam/seam_pictures.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "core/words.h"
+#include "draw/plot.h"
+
+namespace rangegrasp::tasks::seam_task {
+namespace {
+
+using draw::Panel;
+using draw::Series;
+
+// The dissertation's colours (fig. 3.17): green, blue, red.
+constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
+constexpr double kMmPerM = 1e3;
+
+Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
+                    const std::string& color) {
+  Series series{label, {}, {}, color};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    series.x.push_back(static_cast<double>(i));
+    series.y.push_back(static_cast<double>(values[i]) * unit);
+  }
+  return series;
+}
+
+}  // namespace
+
+std::string ProfileSvg(const seam::EdgeTracker& tracker, const seam::Reading& reading,
+                       const seam::LineGeometry& line) {
+  const auto& prepared = tracker.prepared();
+  Panel measured{"Profile as measured", "", "height [mm]", {}, {}, {}};
+  measured.series.push_back(ColumnSeries(prepared.original_m, kMmPerM, "", "#444444"));
+  Panel flat{
+      fmt::format("Prepared: {}", core::Word(reading.status)), "", "height [mm]", {}, {}, {}};
+  flat.series.push_back(ColumnSeries(prepared.height_m, kMmPerM, "", "#444444"));
+  if (reading.column) flat.markers.push_back({*reading.column, "edge", "#d62728"});
+  Panel weights{"Weight functions and positions of the three detectors",
+                fmt::format("column ({} a mm)", std::lround(line.columns_per_m / kMmPerM)),
+                "weight",
+                {},
+                {},
+                {}};
+  for (std::size_t d = 0; d < seam::kDetectors; ++d) {
+    const std::string name(core::Word(static_cast<seam::Detector>(d)));
+    weights.series.push_back(
+        ColumnSeries(tracker.results()[d].weight, 1.0, name, kDetectorColors[d]));
+    if (reading.detected[d]) {
+      weights.markers.push_back(
+          {static_cast<double>(*reading.detected[d]), "", kDetectorColors[d]});
+    }
+  }
+  if (!tracker.weight().empty()) {
+    weights.series.push_back(
+        ColumnSeries(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
+  }
+  return draw::PlotSvg({measured, flat, weights});
+}
+
+std::string TrackSvg(const stitching::TrackResult& track, const stitching::Mats& mats,
+                     double wanted_distance_m) {
+  Panel map{"Closed loop, seen from above", "along the track [mm]", "across [mm]", {}, {}, {}};
+  map.equal_axes = true;
+  Series edge{"edge", {}, {}, "#444444"};
+  Series needle{"needle", {}, {}, "#d62728", false, 1.8};
+  Series sensed{"positions sent", {}, {}, "#1f77b4", true};
+  Panel errors{
+      "Error of the distance between seam and edge", "along the track [mm]", "[mm]", {}, {}, {}};
+  Series error{"", {}, {}, "#d62728"};
+  for (const auto& point : track.path) {
+    needle.x.push_back(point.y_m * kMmPerM);
+    needle.y.push_back(-point.x_m * kMmPerM);
+    error.x.push_back(point.y_m * kMmPerM);
+    error.y.push_back((point.distance_m - wanted_distance_m) * kMmPerM);
+    edge.x.push_back(point.y_m * kMmPerM);
+    edge.y.push_back(-mats.EdgeX(point.y_m) * kMmPerM);
+  }
+  for (const auto& point : track.sensed) {
+    sensed.x.push_back(point.y_m * kMmPerM);
+    sensed.y.push_back(-point.x_m * kMmPerM);
+  }
+  map.series = {edge, sensed, needle};
+  errors.series = {error};
+  return draw::PlotSvg({map, errors}, 900, 320);
+}
+
+}  // namespace rangegrasp::tasks::seam_task

@@ -1,0 +1,122 @@
+#include "tasks/seam/seam_score.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace rangegrasp::tasks::seam_task {
+namespace {
+
+using stitching::StripeSensor;
+using stitching::TrackPoint;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// A label this near to the line's end has no edge to be seen: detectors leave out as many columns.
+constexpr double kMargin_columns = 20.0;
+// The middle half of the line is its center (section 3.5).
+constexpr double kCenterHalf = 0.25;
+// A head that rests this much nearer to a hazard than its sensor's line must reach has seen it:
+// fray and an obstacle's border reach out by less.
+constexpr double kSeen_m = 0.002;
+
+double ErrorOf(const std::optional<double>& column, double label) {
+  return column ? std::abs(*column - label) : kNone;
+}
+
+void CountPositions(const std::array<double, kMethods>& errors, double label, int columns,
+                    SeamResult& result) {
+  const bool center = std::abs(label - 0.5 * (columns - 1)) < kCenterHalf * columns;
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    result.all[m].Count(errors[m]);
+    (center ? result.center : result.boundary)[m].Count(errors[m]);
+  }
+}
+
+// Where a hazard begins for who comes along the track.
+double BeginOf(const stitching::MatOptions& mats) {
+  return mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
+}
+
+}  // namespace
+
+std::string TitleOf(seam::DecisionMethod decision) {
+  constexpr std::array<const char*, kDecisions.size()> kTitles = {
+      "Combined Result", "Sum of weights + history", "Accumulated weights"};
+  return kTitles[static_cast<std::size_t>(decision)];
+}
+
+std::string MethodTitle(std::size_t method) {
+  if (method >= seam::kDetectors) return TitleOf(kDecisions[method - seam::kDetectors]);
+  return std::string(core::Word(static_cast<seam::Detector>(method)));
+}
+
+void Tally::Count(double error_px) {
+  ++profiles;
+  for (std::size_t i = 0; i < within.size(); ++i)
+    within[i] += error_px <= kTolerances_px[i] ? 1 : 0;
+}
+
+Tally& Tally::operator+=(const Tally& other) {
+  profiles += other.profiles;
+  for (std::size_t i = 0; i < within.size(); ++i) within[i] += other.within[i];
+  return *this;
+}
+
+SeamResult ScoreSeam(const SeamExperiment& experiment, const StripeSensor& sensor,
+                     const seam::Calibration& calibration, int number) {
+  const stitching::Recording recording = RecordSeam(experiment, sensor, number);
+  std::vector<seam::EdgeTracker> trackers;
+  for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(experiment, decision));
+  SeamResult result;
+  result.seam = number;
+  result.shape = ShapeOf(experiment, number);
+  result.height_m = MatsOf(experiment, number).height_m;
+  const int columns = experiment.sensor.line.columns;
+  for (std::size_t i = 0; i < recording.raw.size(); ++i) {
+    const seam::Profile profile = seam::Calibrate(recording.raw[i], calibration);
+    const double label = recording.label_column[i];
+    std::array<double, kMethods> errors{};
+    ++result.profiles;
+    for (std::size_t d = 0; d < trackers.size(); ++d) {
+      const seam::Reading reading = trackers[d].Update(profile);
+      const std::size_t m = seam::kDetectors + d;
+      result.no_edge[m] += reading.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
+      errors[m] = ErrorOf(reading.column, label);
+      // Every tracker runs the same detectors.
+      for (std::size_t k = 0; d == 0 && k < seam::kDetectors; ++k) {
+        errors[k] = reading.detected[k] ? std::abs(*reading.detected[k] - label) : kNone;
+      }
+    }
+    if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
+      CountPositions(errors, label, columns, result);
+    }
+  }
+  return result;
+}
+
+RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method, int run,
+                   const TrackedRun& tracked) {
+  const stitching::MatOptions& mats = tracked.mats.options();
+  const stitching::TrackResult& track = tracked.result;
+  // Where the head came to rest, and whence.
+  const TrackPoint& last = track.path.back();
+  RunResult result;
+  result.run = run;
+  result.method = method;
+  result.hazard = HazardOf(mats, experiment.track.length_m);
+  result.end = track.end;
+  result.reached_hazard = track.reached_hazard;
+  // A head that still was further from the hazard than its sensor sees stopped for nothing.
+  const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
+  result.stopped_early =
+      track.end != stitching::TrackEnd::kDone && sees_to_m < BeginOf(mats) - kSeen_m;
+  result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - stitching::kSettle_m);
+  result.mean_error_m = track.mean_error_m;
+  result.p95_error_m = track.p95_error_m;
+  result.max_error_m = track.max_error_m;
+  result.share_within_1mm = track.share_within_1mm;
+  return result;
+}
+
+}  // namespace rangegrasp::tasks::seam_task

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "core/words.h"
+#include "tasks/seam/seam_experiment.h"
+
+namespace rangegrasp::tasks::seam_task {
+
+/// The ways to decide that are compared, after the detectors alone.
+inline constexpr auto kDecisions = core::ValuesOf<seam::DecisionMethod>();
+/// Those that steer a head. Accumulated weights presume that the edge stays where it is on the
+/// line; before a head that turns it does not.
+inline constexpr std::array kLoopDecisions = {seam::DecisionMethod::kVoting,
+                                              seam::DecisionMethod::kWeights};
+/// Detectors and decisions: the rows of table 3.2.
+constexpr std::size_t kMethods = seam::kDetectors + kDecisions.size();
+/// As table 3.2 calls them, where it knows them.
+std::string TitleOf(seam::DecisionMethod decision);
+std::string MethodTitle(std::size_t method);
+
+/// Of tables 3.2 and 3.3.
+inline constexpr std::array kTolerances_px = {3.0, 10.0, 12.0, 18.0};
+
+/// How many positions of a number of profiles lay within each tolerance.
+struct Tally {
+  int profiles = 0;
+  std::array<int, kTolerances_px.size()> within{};
+
+  void Count(double error_px);  ///< NaN: no position
+  Tally& operator+=(const Tally& other);
+};
+using Tallies = std::array<Tally, kMethods>;
+
+/// Counts of one seam. Edges beyond the line are not counted.
+struct SeamResult {
+  int seam = 0;
+  stitching::EdgeShape shape = stitching::EdgeShape::kStep;
+  double height_m = 0.0;
+  int profiles = 0;  ///< all that were scanned
+  Tallies all;
+  Tallies center;                       ///< label in the middle half of the line
+  Tallies boundary;                     ///< label in an outer quarter
+  std::array<int, kMethods> no_edge{};  ///< profiles told to have none; 0 of detectors
+};
+
+/// One closed-loop run with one way to decide.
+struct RunResult {
+  int run = 0;
+  seam::DecisionMethod method = seam::DecisionMethod::kVoting;
+  Hazard hazard = Hazard::kNone;
+  stitching::TrackEnd end = stitching::TrackEnd::kDone;
+  bool reached_hazard = false;
+  bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
+  double settled_m = 0.0;  ///< along the track, after the first kSettle_m: what the errors are of
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;
+  double max_error_m = 0.0;
+  double share_within_1mm = 0.0;
+};
+
+/// Every method on a recorded seam, a number of the experiment from 0.
+SeamResult ScoreSeam(const SeamExperiment& experiment, const stitching::StripeSensor& sensor,
+                     const seam::Calibration& calibration, int number);
+/// A run, against the truth that its mats know.
+RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method, int run,
+                   const TrackedRun& tracked);
+
+}  // namespace rangegrasp::tasks::seam_task

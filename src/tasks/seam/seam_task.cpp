@@ -1,0 +1,179 @@
+#include "tasks/seam/seam_task.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/stopwatch.h"
+#include "seam/profile_io.h"
+#include "tasks/seam/seam_files.h"
+#include "tasks/seam/seam_json.h"
+#include "tasks/seam/seam_pictures.h"
+#include "tasks/seam/seam_tables.h"
+
+namespace rangegrasp::tasks::seam_task {
+namespace {
+
+using experiment::Case;
+using experiment::Result;
+
+std::string OutcomeOf(const RunResult& run) {
+  if (run.reached_hazard) return "hazard_reached";
+  if (run.stopped_early) return "stopped_early";
+  return std::string(core::Word(run.end));
+}
+
+std::string DetailOf(const SeamResult& seam) {
+  std::string detail;
+  const std::size_t last = kTolerances_px.size() - 1;
+  for (std::size_t m = seam::kDetectors; m < kMethods; ++m) {
+    const Tally& tally = seam.all[m];
+    detail += fmt::format("{}{}: {} of {} within {} px", detail.empty() ? "" : "; ", MethodTitle(m),
+                          tally.within[last], tally.profiles, kTolerances_px[last]);
+  }
+  return detail;
+}
+
+std::string DetailOf(const RunResult& run) {
+  constexpr double kMmPerM = 1e3;
+  return fmt::format(
+      "end: {}; error after 100 mm: mean {:.3f} mm, 95 % {:.3f} mm, max {:.3f} mm; within 1 mm: "
+      "{:.2f} % of the length",
+      core::Word(run.end), run.mean_error_m * kMmPerM, run.p95_error_m * kMmPerM,
+      run.max_error_m * kMmPerM, run.share_within_1mm * 100.0);
+}
+
+class SeamRunner final : public experiment::Task {
+ public:
+  explicit SeamRunner(SeamExperiment experiment)
+      : experiment_(std::move(experiment)),
+        sensor_(experiment_.sensor),
+        calibration_(CalibrationOf(experiment_, sensor_)) {
+    experiment::Stamp stamp;
+    AddTo(stamp);  // shows a broken published table before the work
+  }
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (int number = 0; number < experiment_.seams; ++number) {
+      SeamParams params;
+      params.number = number;
+      params.shape = ShapeOf(experiment_, number);
+      if (experiment_.kind == SeamKind::kRates) {
+        cases.push_back(CaseOf(params));
+        continue;
+      }
+      params.hazard = HazardOf(MatsOf(experiment_, number), experiment_.track.length_m);
+      for (const auto method : kLoopDecisions) {
+        params.method = method;
+        cases.push_back(CaseOf(params));
+      }
+    }
+    return cases;
+  }
+
+  Result Run(const Case& which) const override {
+    const SeamParams params = ParamsFrom(which.params);
+    const core::Stopwatch watch;
+    if (!params.method) return Measured(params, watch);
+    return Driven(params, TrackOf(params), watch);
+  }
+
+  Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
+    if (!options.video.empty()) {
+      throw core::InputError("--video: a seam has none; its pictures are SVG, in the folder");
+    }
+    if (!options.camera.empty()) {
+      throw core::InputError("--camera: a seam is shown from above; there is none to choose");
+    }
+    const SeamParams params = ParamsFrom(which.params);
+    const core::Stopwatch watch;
+    const auto folder = options.folder / which.id;
+    if (!params.method) {
+      ShowSeam(params.number, folder);
+      return Measured(params, watch);
+    }
+    const TrackedRun tracked = TrackOf(params);
+    core::WriteFile(folder / "path.csv", PathCsv(tracked.result));
+    core::WriteFile(folder / "packets.xml", PacketsXml(tracked.result));
+    core::WriteFile(folder / "path.svg",
+                    TrackSvg(tracked.result, tracked.mats, experiment_.track.wanted_distance_m));
+    return Driven(params, tracked, watch);
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override { seam_task::AddTo(stamp, experiment_); }
+
+ private:
+  Case CaseOf(const SeamParams& params) const {
+    const std::string method(params.method ? core::Word(*params.method) : "");
+    Case which;
+    which.id = params.method ? fmt::format("run-{:04}-{}", params.number, method)
+                             : fmt::format("seam-{:04}", params.number);
+    which.group = core::Word(params.shape);
+    if (experiment_.kind == SeamKind::kTracks) which.group = method;
+    if (experiment_.kind == SeamKind::kHazards) which.group = core::Word(params.hazard);
+    which.seed = SeamSeed(experiment_, params.number);
+    which.params = ToJson(params);
+    return which;
+  }
+
+  TrackedRun TrackOf(const SeamParams& params) const {
+    return TrackRun(experiment_, sensor_, calibration_, *params.method, params.number);
+  }
+
+  Result Measured(const SeamParams& params, const core::Stopwatch& watch) const {
+    const SeamResult seam = ScoreSeam(experiment_, sensor_, calibration_, params.number);
+    return {"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
+  }
+
+  Result Driven(const SeamParams& params, const TrackedRun& tracked,
+                const core::Stopwatch& watch) const {
+    const RunResult run = ScoreRun(experiment_, *params.method, params.number, tracked);
+    return {OutcomeOf(run), "score", DetailOf(run), ToJson(run), {{"run", watch.Seconds()}}};
+  }
+
+  // The recorded profiles with their labels, and a picture of the first one.
+  void ShowSeam(int number, const std::filesystem::path& folder) const {
+    const stitching::Recording recording = RecordSeam(experiment_, sensor_, number);
+    std::vector<seam::Profile> profiles;
+    for (const seam::RawProfile& raw : recording.raw) {
+      profiles.push_back(seam::Calibrate(raw, calibration_));
+    }
+    core::WriteFile(folder / "labels.csv", LabelsCsv(recording));
+    seam::WriteProfiles(profiles, folder / "profiles.csv", {});
+    seam::EdgeTracker tracker(TrackerFor(experiment_, seam::DecisionMethod::kWeights));
+    const seam::Reading reading = tracker.Update(profiles.front());
+    core::WriteFile(folder / "profile.svg", ProfileSvg(tracker, reading, experiment_.sensor.line));
+  }
+
+  SeamExperiment experiment_;
+  stitching::StripeSensor sensor_;
+  seam::Calibration calibration_;
+};
+
+std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
+  return std::make_unique<SeamRunner>(ReadSeamExperiment(map, common));
+}
+
+void ReadKeysAlone(core::YamlMap& map) {
+  SeamExperiment experiment;
+  ReadKeys(map, experiment);
+}
+
+}  // namespace
+
+const experiment::TaskKind& SeamTask() {
+  static const experiment::TaskKind kind{
+      .name = "seam",
+      .description =
+          "Edges of overlapping fibre mats in laser-stripe profiles, and a head that follows them.",
+      .trials_key = "seams",
+      .uses_seed = true,
+      .success = {},
+      .read = Read,
+      .read_keys = ReadKeysAlone,
+      .report = ReportOf};
+  return kind;
+}
+
+}  // namespace rangegrasp::tasks::seam_task

@@ -1,0 +1,30 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command.h"
+#include "core/file.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::RunProgram;
+
+TEST(List, NamesEveryKindOfExperiment) {
+  const auto ran = RunProgram({"list"});
+  EXPECT_EQ(ran.code, 0);
+  for (const char* kind : {"grasping", "seam", "parts"}) EXPECT_THAT(ran.out, HasSubstr(kind));
+  EXPECT_EQ(RunProgram({"list", "nothing"}).code, 2);
+}
+
+TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {
+  const auto ran = RunProgram({"list", "keys"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(core::ReadFile(RANGEGRASP_SOURCE_DIR "/docs/experiment-file.md"), ran.out)
+      << "make it anew: scripts/rangegrasp list keys > docs/experiment-file.md";
+  // Every key says what it means.
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("` |  |")));
+}
+
+}  // namespace
+}  // namespace rangegrasp

@@ -1,0 +1,137 @@
+// Every experiment file of the repository, in a short version: what a run may not depend on.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+#include "experiment/store.h"
+
+namespace rangegrasp {
+namespace {
+
+using experiment::Store;
+using testing_support::Command;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+
+std::vector<std::string> AllExperiments() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(kSource / "experiments")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// What makes it short: a few cases of seconds at the most.
+std::vector<std::string> Short(const std::string& name) {
+  if (name.starts_with("parts_")) {
+    return {"--objects", "cup", "--trials", "1", "--set", "methods=[mirror, kmeans, core]"};
+  }
+  if (name == "seam_track" || name == "seam_half_circle" || name == "seam_hazards") {
+    return {"--trials", "2", "--set", "track.length_mm=150"};
+  }
+  if (name.starts_with("seam_")) return {"--trials", "4", "--set", "profiles_per_seam=40"};
+  return {"--objects", "spread,salt_cuboid", "--trials", "2"};
+}
+
+class ReproducibleTest : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (GetParam().starts_with("parts_") && !std::filesystem::exists(kSource / "../shared/data")) {
+      GTEST_SKIP() << "the benchmark's meshes (../shared/data/psb) are not here";
+    }
+  }
+  std::string Folder(const std::string& name) const { return (folder_ / name).string(); }
+  std::vector<std::string> Arguments(const std::string& name,
+                                     const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = {
+        "run", (kSource / "experiments" / (GetParam() + ".yaml")).string(), "--out", Folder(name)};
+    for (const auto& list : {Short(GetParam()), more}) {
+      arguments.insert(arguments.end(), list.begin(), list.end());
+    }
+    return arguments;
+  }
+  void RunInto(const std::string& name, const std::vector<std::string>& more) const {
+    const Ran ran = RunProgram(Arguments(name, more));
+    ASSERT_EQ(ran.code, 0) << ran.err;
+  }
+  // Every row but its times.
+  std::vector<std::string> Rows(const std::string& name) const {
+    std::vector<std::string> rows;
+    for (auto record : Store::Open(Folder(name)).ReadAll()) {
+      record.result.seconds.clear();
+      rows.push_back(ToJson(record));
+    }
+    return rows;
+  }
+  nlohmann::json TableOf(const std::string& name) const {
+    const Ran ran = RunProgram({"table", Folder(name), "--json"});
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    auto json = nlohmann::json::parse(ran.out);
+    json.erase("stage_seconds");
+    if (json.contains("tables")) {  // computation times stand in a table of their own
+      std::erase_if(json["tables"].get_ref<nlohmann::json::array_t&>(), [](const auto& table) {
+        return table["title"].template get<std::string>().find("time") != std::string::npos;
+      });
+    }
+    return json;
+  }
+  void KillAfterItsFirstRow(const std::string& name) const {
+    Command command(Arguments(name, {"--jobs", "2"}));
+    const auto rows = [&] {
+      try {
+        return Store::Open(Folder(name)).Count();
+      } catch (const std::exception&) {
+        return 0;  // not there yet
+      }
+    };
+    while (command.Runs() && rows() < 1) usleep(500);
+    command.Kill();
+  }
+
+  TempFolder folder_;
+};
+
+TEST_P(ReproducibleTest, JobsShardsAndAKillGiveTheSameRowsAndTables) {
+  RunInto("one", {"--jobs", "1"});
+  const auto rows = Rows("one");
+  const auto table = TableOf("one");
+  ASSERT_GE(rows.size(), 3u);
+  for (const auto& row : rows) {
+    EXPECT_THAT(row, testing::Not(testing::HasSubstr("\"outcome\":\"crashed\"")));
+    EXPECT_THAT(row, testing::Not(testing::HasSubstr("\"outcome\":\"timed_out\"")));
+  }
+
+  RunInto("two", {"--jobs", "2"});
+  EXPECT_EQ(Rows("two"), rows);
+  EXPECT_EQ(TableOf("two"), table);
+
+  for (const char* shard : {"1", "2", "3"}) {
+    RunInto(std::string("shard") + shard, {"--shard", std::string(shard) + "/3"});
+  }
+  const Ran merged = RunProgram(
+      {"merge", Folder("shard2"), Folder("shard3"), Folder("shard1"), "-o", Folder("merged")});
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(Rows("merged"), rows);
+  EXPECT_EQ(TableOf("merged"), table);
+
+  KillAfterItsFirstRow("killed");
+  const auto before = Rows("killed");
+  for (const auto& row : before) EXPECT_THAT(rows, testing::Contains(row));
+  RunInto("killed", {"--jobs", "2", "--resume"});
+  EXPECT_EQ(Rows("killed"), rows);
+  EXPECT_EQ(TableOf("killed"), table);
+}
+
+INSTANTIATE_TEST_SUITE_P(Experiments, ReproducibleTest, testing::ValuesIn(AllExperiments()),
+                         [](const auto& name) { return name.param; });
+
+}  // namespace
+}  // namespace rangegrasp

@@ -1,0 +1,253 @@
+#include "collision/robot_collider.h"
+
+#include <gtest/gtest.h>
+
+#include "collision/hand_collider.h"
+#include "robot/ik.h"
+#include "robot/test_cells.h"
+
+namespace rangegrasp::collision {
+namespace {
+
+using Eigen::Vector3d;
+using Target = Contacts::Target;
+
+geometry::Shape BoxShape(const Vector3d& center_W, const Vector3d& half) {
+  geometry::Shape shape;
+  shape.kind = geometry::Shape::Kind::kBox;
+  shape.size = half;
+  shape.X_BS.translation() = center_W;
+  return shape;
+}
+
+geometry::TriangleMesh Box(const Vector3d& center_W, const Vector3d& half) {
+  return geometry::Tessellate(BoxShape(center_W, half));
+}
+
+Vector3d RandomWithin(core::Rng& rng, double reach) {
+  const double x = rng.Uniform(-reach, reach);
+  const double y = rng.Uniform(-reach, reach);
+  const double z = rng.Uniform(-reach, reach);
+  return {x, y, z};
+}
+
+const Vector3d kHalf(0.02, 0.03, 0.04);
+
+/// The cell in MuJoCo with one box more: nothing of this module has a part in it.
+class WithBox {
+ public:
+  explicit WithBox(const std::filesystem::path& cell) : reference_(cell) {
+    mjSpec* spec = mj_parseXML(cell.string().c_str(), nullptr, nullptr, 0);
+    mjsBody* body = mjs_addBody(mjs_findBody(spec, "world"), nullptr);
+    body->mocap = true;
+    mjsGeom* geom = mjs_addGeom(body, nullptr);
+    geom->type = mjGEOM_BOX;
+    mjs_setName(geom->element, "obstacle");
+    for (int k = 0; k < 3; ++k) geom->size[k] = kHalf[k];
+    reference_.m.reset(mj_compile(spec, nullptr));
+    reference_.d.reset(mj_makeData(reference_.m.get()));
+    mj_deleteSpec(spec);
+    obstacle_ = reference_.Find(mjOBJ_GEOM, "obstacle");
+  }
+
+  /// How deep the robot at q stands in the box [m]; negative: they do not touch.
+  double Depth(const Eigen::VectorXd& q, const Vector3d& center_W) {
+    mjModel* m = reference_.m.get();
+    mjData* d = reference_.d.get();
+    Eigen::Map<Vector3d>(d->mocap_pos) = center_W;
+    reference_.SetArm(q);
+    mj_kinematics(m, d);
+    mj_collision(m, d);
+    double depth = -1.0;
+    for (int c = 0; c < d->ncon; ++c) {
+      const mjContact& contact = d->contact[c];
+      if (contact.geom[0] != obstacle_ && contact.geom[1] != obstacle_) continue;
+      depth = std::max(depth, -contact.dist);
+    }
+    return depth;
+  }
+
+ private:
+  rangegrasp::Reference reference_;
+  int obstacle_ = -1;
+};
+
+class Cell : public ::testing::TestWithParam<std::filesystem::path> {
+ protected:
+  /// Joint positions at which the robot touches nothing of its own or of its cell, with the hand
+  /// well above the table.
+  Eigen::VectorXd FreeJoints(RobotCollider& collider, core::Rng& rng) const {
+    collider.SetScene(0.0, {}, {});
+    for (;;) {
+      Eigen::VectorXd q = RandomJoints(robot_, rng);
+      if (robot_.HandPose(q).translation().z() < 0.3) continue;
+      if (!collider.Hits(robot_.LinkPoses(q), {})) return q;
+    }
+  }
+  /// The same with an obstacle in the scene.
+  bool HitsObstacle(RobotCollider& collider, const Eigen::VectorXd& q,
+                    const geometry::TriangleMesh& obstacle_W, const Contacts& contacts) const {
+    collider.SetScene(0.0, std::vector{obstacle_W}, {});
+    return collider.Hits(robot_.LinkPoses(q), contacts);
+  }
+  /// The hand points down, the middle between its pads 250 mm above the workspace.
+  Eigen::VectorXd PointingDown() const {
+    core::Rng rng(5);
+    core::Pose X_WG = robot_.X_WWorkspace;
+    X_WG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+    X_WG.translation().z() = 0.25;
+    return robot::SolveIk(robot_, X_WG * robot_.hand().X_HG_tip.inverse(), robot_.home, {}, rng)
+        .at(0);
+  }
+  robot::Robot robot_ = robot::Robot::Load(GetParam());
+};
+
+// MuJoCo's contacts are the reference. Both are exact on these shapes; MuJoCo's iterations stop at
+// 1e-6 m, so that what is nearer than 0.1 mm to first contact is not decided. The passive joints of
+// MuJoCo's hand stand at 0, the hand model's where their springs pull them: the obstacle is beside
+// an arm's link then.
+TEST_P(Cell, ArmHitsTheObstaclesThatItHitsInMujoco) {
+  RobotCollider collider(robot_, 0.0);
+  WithBox reference(GetParam());
+  core::Rng rng(2);
+  int hits = 0;
+  int free = 0;
+  for (int i = 0; i < 150; ++i) {
+    const Eigen::VectorXd q = FreeJoints(collider, rng);
+    const std::vector<core::Pose> links_W = robot_.LinkPoses(q);
+    const std::size_t link = 1 + rng.Index(links_W.size() - 2);
+    const Vector3d center_W = links_W[link] * RandomWithin(rng, 0.2);
+    if ((center_W - robot_.HandPose(q).translation()).norm() < 0.3) continue;
+    const double depth = reference.Depth(q, center_W);
+    if (std::abs(depth) < 1e-4) continue;
+    const bool hit = HitsObstacle(collider, q, Box(center_W, kHalf), {});
+    EXPECT_EQ(hit, depth > 0.0) << i << " " << depth;
+    ++(hit ? hits : free);
+  }
+  EXPECT_GT(hits, 10);
+  EXPECT_GT(free, 10);
+}
+
+// The check of grasps and the check of motions, on one hand in one pose with one clearance: the
+// facets of the one stand at most 0.7 mm away from the exact shapes of the other, so that they
+// agree but for obstacles within that of the clearance. (Where an obstacle hits the arm, too, the
+// hand's verdict cannot be told from outside: as a target that the hand may touch it must be free.)
+TEST_P(Cell, BothChecksSayTheSameOfTheHand) {
+  const double clearance_m = 0.003;
+  const double band_m = 0.0007;
+  RobotCollider motions(robot_, clearance_m);
+  RobotCollider tighter(robot_, clearance_m - band_m);
+  RobotCollider wider(robot_, clearance_m + band_m);
+  core::Rng rng(8);
+  int hits = 0;
+  int free = 0;
+  int differ = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::VectorXd q = FreeJoints(motions, rng);
+    const core::Pose X_WH = robot_.HandPose(q);
+    Contacts contacts;
+    contacts.hand_state = rng.Index(robot_.hand().states.size());
+    const auto obstacle =
+        Box(X_WH * Vector3d(0.0, 0.05, 0.05) + RandomWithin(rng, 0.1), Vector3d::Constant(0.02));
+    motions.SetScene(0.0, {}, obstacle);
+    Contacts arm_only = contacts;
+    arm_only.target = Target::kHandMayTouch;
+    if (motions.Hits(robot_.LinkPoses(q), arm_only)) continue;
+    const HandCollider grasps(robot_.hand(), std::vector{obstacle}, {}, {}, {clearance_m, 0.004});
+    const bool of_grasps = grasps.HitsObstacle(X_WH, contacts.hand_state);
+    const bool of_motions = HitsObstacle(motions, q, obstacle, contacts);
+    EXPECT_LE(HitsObstacle(tighter, q, obstacle, contacts), of_grasps) << i;
+    EXPECT_LE(of_grasps, HitsObstacle(wider, q, obstacle, contacts)) << i;
+    ++(of_grasps ? hits : free);
+    differ += of_grasps != of_motions;
+  }
+  EXPECT_GT(hits, 20);
+  EXPECT_GT(free, 20);
+  EXPECT_LT(differ, 10);
+}
+
+/// A block in the hand, 60 mm below and 60 mm above the middle between the pads.
+struct Carried {
+  explicit Carried(const robot::Robot& robot, const Eigen::VectorXd& q) {
+    links_W = robot.LinkPoses(q);
+    X_WH = robot.HandPose(q);
+    center_W = (X_WH * robot.hand().X_HG_tip).translation();
+    target_W = Box(center_W, {0.015, 0.015, 0.06});
+    contacts.hand_state = robot.hand().IndexAtGap(0.03);
+    contacts.target = Target::kHeld;
+    contacts.X_HT = X_WH.inverse();  // the target's frame is W, as it was perceived
+    contacts.held_ignores = {0};
+  }
+  std::vector<core::Pose> links_W;
+  core::Pose X_WH;
+  Vector3d center_W;
+  geometry::TriangleMesh target_W;
+  Contacts contacts;
+};
+
+// An obstacle below the hand that only the block reaches, in a pose with the hand pointing down.
+TEST_P(Cell, WhatTheHandCarriesHitsWhatTheEmptyHandClears) {
+  RobotCollider collider(robot_, 0.0);
+  Carried carried(robot_, PointingDown());
+  const Vector3d half(0.03, 0.03, 0.005);
+  const auto below = [&](double depth_m) {
+    return std::vector{Box(carried.center_W - Vector3d(0, 0, depth_m + half.z()), half)};
+  };
+  const auto hits = [&](double depth_m, Target target, bool ignored = false) {
+    collider.SetScene(0.0, below(depth_m), carried.target_W);
+    Contacts contacts = carried.contacts;
+    contacts.target = target;
+    contacts.held_ignores = {ignored};
+    return collider.Hits(carried.links_W, contacts);
+  };
+  // 60 mm deep: the block's underside.
+  EXPECT_TRUE(hits(0.0599, Target::kHeld));
+  EXPECT_FALSE(hits(0.0601, Target::kHeld));
+  EXPECT_FALSE(hits(0.0599, Target::kGone)) << "the hand alone clears it";
+  EXPECT_FALSE(hits(0.0599, Target::kHeld, true)) << "it stood there at the grasp";
+  collider.SetScene(0.0, below(0.0599), carried.target_W);
+  EXPECT_EQ(collider.TouchedByTarget(carried.X_WH, carried.contacts.X_HT), std::vector<char>{1});
+  collider.SetScene(0.0, below(0.0601), carried.target_W);
+  EXPECT_EQ(collider.TouchedByTarget(carried.X_WH, carried.contacts.X_HT), std::vector<char>{0});
+}
+
+TEST_P(Cell, WhatTheHandCarriesMustClearTheTableUnlessItMayTouchIt) {
+  RobotCollider collider(robot_, 0.0);
+  Carried carried(robot_, PointingDown());
+  carried.contacts.held_ignores.clear();
+  const double underside = carried.center_W.z() - 0.06;
+  for (const double off_m : {-1e-4, 1e-4}) {
+    collider.SetScene(underside + off_m, {}, carried.target_W);
+    carried.contacts.may_touch_table = false;
+    EXPECT_EQ(collider.Hits(carried.links_W, carried.contacts), off_m > 0.0);
+    carried.contacts.may_touch_table = true;
+    EXPECT_FALSE(collider.Hits(carried.links_W, carried.contacts));
+    carried.contacts.may_touch_table = false;
+    carried.contacts.target = Target::kGone;
+    EXPECT_FALSE(collider.Hits(carried.links_W, carried.contacts));
+    carried.contacts.target = Target::kHeld;
+  }
+}
+
+// The target among the obstacles, between the fingers, and gone.
+TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
+  RobotCollider collider(robot_, 0.003);
+  core::Rng rng(7);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::VectorXd q = FreeJoints(collider, rng);
+    const Vector3d thumb_W = robot_.HandPose(q) * robot_.hand().states.front().thumb_pad_H;
+    collider.SetScene(0.0, {}, Box(thumb_W, Vector3d::Constant(0.003)));
+    Contacts contacts;
+    EXPECT_TRUE(collider.Hits(robot_.LinkPoses(q), contacts));
+    for (const Target target : {Target::kHandMayTouch, Target::kGone}) {
+      contacts.target = target;
+      EXPECT_FALSE(collider.Hits(robot_.LinkPoses(q), contacts));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cells, Cell, ::testing::ValuesIn(Cells()),
+                         [](const auto& cell) { return CellName(cell.param); });
+
+}  // namespace
+}  // namespace rangegrasp::collision

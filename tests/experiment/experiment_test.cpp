@@ -1,0 +1,207 @@
+#include "experiment/experiment.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "experiment/format.h"
+#include "experiment/runner.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+// A kind that counts: `groups` words with `cases_each` cases, each of which squares its number.
+class Squares : public Task {
+ public:
+  Squares(std::vector<std::string> groups, int each, std::uint64_t seed)
+      : groups_(std::move(groups)), each_(each), seed_(seed) {}
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (const auto& group : groups_) {
+      for (int i = 0; i < each_; ++i) {
+        cases.push_back({fmt::format("{}-{}", group, i), group, seed_, fmt::format("{}", i)});
+      }
+    }
+    return cases;
+  }
+  Result Run(const Case& which) const override {
+    const int i = std::stoi(which.params);
+    return {"done", "count", "", fmt::format("{}", i * i), {{"count", 1.0}}};
+  }
+  Result Replay(const Case& which, const ReplayOptions&) const override { return Run(which); }
+  void AddTo(Stamp& stamp) const override { stamp.data["unit"] = "1"; }
+
+ private:
+  std::vector<std::string> groups_;
+  int each_;
+  std::uint64_t seed_;
+};
+
+struct SquareOptions {
+  std::vector<std::string> groups = {"a", "b"};
+  int each = 3;
+};
+SquareOptions ReadSquares(core::YamlMap& map) {
+  SquareOptions options;
+  map.Read("groups", options.groups, "words");
+  map.Read("cases_each", options.each, 1, 10, "cases of each word");
+  map.Finish();
+  return options;
+}
+
+std::vector<TaskKind> Kinds(bool uses_seed = true) {
+  TaskKind kind;
+  kind.name = "squares";
+  kind.description = "Squares numbers.";
+  kind.trials_key = "cases_each";
+  kind.uses_seed = uses_seed;
+  kind.success = "done";
+  kind.read = [](core::YamlMap& map, const Common& common) -> std::unique_ptr<Task> {
+    const SquareOptions o = ReadSquares(map);
+    return std::make_unique<Squares>(o.groups, o.each, common.seed);
+  };
+  kind.read_keys = [](core::YamlMap& map) { ReadSquares(map); };
+  kind.report = [](const Stamp&, const std::vector<Record>& records) {
+    Report report;
+    report.sections.push_back({"Squares", {{"id", "square"}, {true, false}, {}, false}});
+    for (const auto& r : records) {
+      report.sections[0].grid.rows.push_back({r.which.id, r.result.data});
+    }
+    return report;
+  };
+  return {kind};
+}
+
+class ExperimentTest : public testing::Test {
+ protected:
+  Experiment Open(const std::string& text, const Changes& changes = {}) {
+    return OpenExperiment(folder_.Write("demo.yaml", text), kinds_, changes);
+  }
+  std::string ErrorOf(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const core::InputError& e) {
+      return e.what();
+    }
+    ADD_FAILURE() << "no InputError";
+    return "";
+  }
+  static std::vector<std::string> Ids(const Experiment& e) {
+    std::vector<std::string> ids;
+    for (const Case& c : e.cases) ids.push_back(c.id);
+    return ids;
+  }
+
+  TempFolder folder_;
+  std::vector<TaskKind> kinds_ = Kinds();
+};
+
+TEST_F(ExperimentTest, NameAndSeedHaveDefaults) {
+  const auto e = Open("task: squares\n");
+  EXPECT_EQ(e.common.name, "demo");
+  EXPECT_EQ(e.common.seed, 1u);
+  EXPECT_EQ(e.cases.size(), 6u);
+  EXPECT_EQ(e.cases[4].position, 4);
+  EXPECT_EQ(e.stamp.identity.at("cases"), "6");
+  EXPECT_EQ(e.stamp.identity.at("groups"), "a,b");
+}
+
+TEST_F(ExperimentTest, TheCommandLineChangesTheFile) {
+  Changes changes;
+  changes.trials = 2;
+  changes.seed = 7;
+  changes.set = {"groups=[x, y, z]"};
+  changes.groups = {"z", "x"};
+  const auto e = Open("task: squares\nseed: 3\ncases_each: 9\n", changes);
+  EXPECT_EQ(Ids(e), (std::vector<std::string>{"x-0", "x-1", "z-0", "z-1"}));  // in the file's order
+  EXPECT_EQ(e.cases[2].position, 4);  // a row's place does not depend on the others
+  EXPECT_EQ(e.common.seed, 7u);
+}
+
+TEST_F(ExperimentTest, ItsHashLeavesOutSeedAndNumberOfTrialsAlone) {
+  const auto hash = [&](const std::string& text, const Changes& changes = {}) {
+    return Open(text, changes).stamp.identity.at("experiment_hash");
+  };
+  const std::string plain = hash("task: squares\n");
+  EXPECT_EQ(hash("task: squares\nseed: 5\ncases_each: 2\n"), hash("task: squares\n"));
+  Changes changes;
+  changes.seed = 9;
+  changes.trials = 1;
+  EXPECT_EQ(hash("task: squares\n", changes), plain);
+  changes.set = {"groups=[a]"};
+  EXPECT_NE(hash("task: squares\n", changes), plain);
+  EXPECT_NE(hash("task: squares\ngroups: [a]\n"), plain);
+}
+
+TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
+  EXPECT_THAT(ErrorOf([&] { Open("task: square\n"); }), HasSubstr("demo.yaml:1: key 'task'"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: square\n"); }), HasSubstr("nearest: squares"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\nname: a/b\n"); }), HasSubstr("'a/b'"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\nseeds: 1\n"); }),
+              HasSubstr("nearest valid key: 'seed'"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.groups = {"c"}}); }),
+              HasSubstr("--objects: 'c' is not in"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.trials = 11}); }),
+              HasSubstr("--set cases_each"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }), HasSubstr("stands twice"));
+  kinds_ = Kinds(false);
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.seed = 3}); }), HasSubstr("no use for it"));
+}
+
+TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
+  Changes changes;
+  changes.trials = 2;
+  changes.groups = {"b"};
+  const auto e = Open("task: squares\nname: first\n", changes);
+  folder_.Write("demo.yaml", "task: squares\nname: second\n");
+  const auto again = OpenAgain(e.stamp, kinds_);
+  EXPECT_EQ(Ids(again), Ids(e));
+  EXPECT_EQ(again.stamp.identity, e.stamp.identity);
+  EXPECT_THROW(OpenAgain(Stamp{}, kinds_), core::InputError);
+}
+
+TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {
+  const auto e = Open("task: squares\n");
+  EXPECT_EQ(CaseOf(e, "b-1").position, 4);
+  EXPECT_THAT(ErrorOf([&] { CaseOf(e, "b-7"); }), HasSubstr("nearest: 'b-"));
+}
+
+TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
+  const auto e = Open("task: squares\n");
+  Store store = Store::Create(folder_ / "out");
+  store.WriteStamp(e.stamp);
+  RunCases(ShardOf(e.cases, 1, 2), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
+  const std::string part = Format(ReportOf(store, kinds_), store.ReadStamp(), TableFormat::kText);
+  EXPECT_THAT(part, HasSubstr("3 of 6 cases are missing"));
+  RunCases(Missing(e.cases, store), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
+  const Report whole = ReportOf(store, kinds_);
+  EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kText),
+              testing::Not(HasSubstr("missing")));
+  const auto json = nlohmann::json::parse(Format(whole, store.ReadStamp(), TableFormat::kJson));
+  EXPECT_EQ(json["experiment"], "demo");
+  EXPECT_EQ(json["stamp"]["task"], "squares");
+  EXPECT_FALSE(json["stamp"].contains("experiment_text"));
+  EXPECT_EQ(json["tables"][0]["rows"][5], nlohmann::json({"b-2", 4}));
+  EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kCsv),
+              testing::StartsWith("id,square\na-0,0\n"));
+  EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kMarkdown),
+              testing::StartsWith("Squares:\n\n| id | square |\n"));
+}
+
+TEST_F(ExperimentTest, TheKeysPageIsMadeFromTheReadingCode) {
+  const std::string page = KeysAsMarkdown(kinds_);
+  EXPECT_THAT(page, HasSubstr("| `seed` | what every random stream is derived from | `1` |"));
+  EXPECT_THAT(page, HasSubstr("## `task: squares`"));
+  EXPECT_THAT(page, HasSubstr("| `cases_each` | cases of each word | `3` | 1 to 10 |"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::experiment

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include "core/rng.h"
+#include "experiment/record.h"
+
+namespace rangegrasp::experiment {
+
+/// A case made from its group and number alone.
+inline Case SampleCase(const std::string& group, int i, std::uint64_t seed = 1) {
+  return {fmt::format("{}-{:04}", group, i), group,
+          core::DeriveSeed(core::DeriveSeed(seed, group), static_cast<std::uint64_t>(i)),
+          fmt::format(R"({{"index":{}}})", i), i};
+}
+
+/// Its result, with something in every field.
+inline Result SampleResult(const Case& which) {
+  const int i = which.position;
+  return {i % 2 == 0 ? "delivered" : "dropped",
+          "score",
+          fmt::format("case {}", i),
+          fmt::format(R"({{"lift_height_m":0.{}}})", i + 1),
+          {{"scan", 0.1 + i}, {"perceive", 1.0 / (3.0 + i)}, {"case", 1e-3 * i}}};
+}
+
+inline Record SampleRecord(const std::string& group, int i, std::uint64_t seed = 1) {
+  const Case which = SampleCase(group, i, seed);
+  return {which, SampleResult(which)};
+}
+
+/// All that must not depend on how a case was run, a field that holds bytes that are no text too.
+inline std::string Row(const Record& record) {
+  const auto& [c, r] = record;
+  std::string row;
+  for (const std::string& field :
+       {c.id, c.group, std::to_string(c.seed), c.params, std::to_string(c.position), r.outcome,
+        r.stage, r.detail, r.data}) {
+    row += field + "|";
+  }
+  return row;
+}
+
+}  // namespace rangegrasp::experiment

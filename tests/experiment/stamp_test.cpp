@@ -1,0 +1,62 @@
+#include "experiment/stamp.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using testing::HasSubstr;
+
+const Stamp kStamp{
+    {{"experiment", "demo"}, {"seed", "1"}}, {{"version", "0.1"}, {"commit", "abc"}}, {}};
+
+std::string ErrorOf(const Stamp& other) {
+  try {
+    CheckSameRun(other, kStamp, "results/demo");
+  } catch (const core::InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(CheckSameRun, NamesWhatDiffers) {
+  Stamp other = kStamp;
+  other.identity["seed"] = "2";
+  EXPECT_THAT(ErrorOf(other), HasSubstr("results/demo: was made with another seed ('2', not '1')"));
+}
+
+TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
+  Stamp other = kStamp;
+  other.identity["scene_hash"] = "x";
+  EXPECT_THAT(ErrorOf(other), HasSubstr("another scene_hash"));
+  other = kStamp;
+  other.identity.erase("seed");
+  EXPECT_THAT(ErrorOf(other), HasSubstr("another seed"));
+}
+
+TEST(CheckSameRun, BuildAndDataMayDiffer) {
+  Stamp other = kStamp;
+  other.build["commit"] = "def";
+  other.data["title.mug"] = "Mug";
+  EXPECT_EQ(ErrorOf(other), "");
+}
+
+TEST(Need, SaysThatTheRunWasKilled) {
+  EXPECT_EQ(Need(kStamp.identity, "seed"), "1");
+  try {
+    Need(kStamp.identity, "task");
+    FAIL();
+  } catch (const core::InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("no stamp 'task'"));
+  }
+}
+
+TEST(LineOf, BeginsWithNameVersionAndCommit) {
+  EXPECT_EQ(LineOf(kStamp), "demo: rangegrasp 0.1 (abc), seed 1");
+}
+
+}  // namespace
+}  // namespace rangegrasp::experiment

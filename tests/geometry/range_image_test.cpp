@@ -1,0 +1,52 @@
+#include "geometry/range_image.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/rng.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// A flat grid, samples along_m apart along the profile and profiles across_m.
+RangeImage Grid(int profiles, int samples, double along_m, double across_m) {
+  RangeImage image{profiles, samples, {}, {Eigen::Vector3d::Zero()}};
+  for (int p = 0; p < profiles; ++p) {
+    for (int s = 0; s < samples; ++s) image.points_C.emplace_back(along_m * s, across_m * p, 1.0);
+  }
+  return image;
+}
+
+TEST(MedianSpacing, IsTheMeanOfBothDirectionsOfAGrid) {
+  EXPECT_NEAR(MedianSpacing(Grid(30, 40, 0.001, 0.003)), 0.002, 1e-12);
+  EXPECT_NEAR(MedianSpacing(Grid(1, 40, 0.001, 0.003)), 0.001, 1e-12);
+  EXPECT_NEAR(MedianSpacing(Grid(30, 1, 0.001, 0.003)), 0.003, 1e-12);
+}
+
+// Neither gaps nor jumps of depth, which a few samples have, move it.
+TEST(MedianSpacing, HoldsWithGapsAndSteps) {
+  RangeImage image = Grid(60, 60, 0.001, 0.003);
+  core::Rng rng(1);
+  for (int k = 0; k < 600; ++k) {
+    image.points_C[rng.Index(image.points_C.size())] = Eigen::Vector3d::Constant(kNaN);
+  }
+  for (int p = 0; p < 60; ++p) {
+    for (int s = 30; s < 60; ++s) image.points_C[image.Index(p, s)].z() = 2.0;
+  }
+  EXPECT_NEAR(MedianSpacing(image), 0.002, 1e-12);
+}
+
+TEST(MedianSpacing, IsZeroWithoutNeighbors) {
+  EXPECT_EQ(MedianSpacing({}), 0.0);
+  EXPECT_EQ(MedianSpacing(Grid(1, 1, 0.001, 0.001)), 0.0);
+  RangeImage image = Grid(3, 3, 0.001, 0.001);
+  for (std::size_t i = 1; i < 9; i += 2) image.points_C[i].setConstant(kNaN);
+  EXPECT_EQ(MedianSpacing(image), 0.0);  // what is left touches at corners only
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

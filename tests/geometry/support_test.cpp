@@ -1,0 +1,100 @@
+#include "geometry/support.h"
+
+#include <gtest/gtest.h>
+
+#include "core/rng.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+using Eigen::Vector3d;
+using Kind = Shape::Kind;
+
+constexpr std::array kRound{Kind::kSphere, Kind::kCapsule, Kind::kCylinder, Kind::kBox,
+                            Kind::kEllipsoid};
+
+Shape Turned(Kind kind) {
+  Shape shape;
+  shape.kind = kind;
+  shape.size = Vector3d(0.02, 0.03, 0.05);
+  shape.X_BS = core::MakePose(Eigen::AngleAxisd(0.4, Vector3d::UnitX()).toRotationMatrix(),
+                              Vector3d(0.01, 0.02, 0.03));
+  return shape;
+}
+
+Vector3d RandomPoint(core::Rng& rng, double reach_m) {
+  const double x = rng.Uniform(-reach_m, reach_m);
+  const double y = rng.Uniform(-reach_m, reach_m);
+  const double z = rng.Uniform(-reach_m, reach_m);
+  return {x, y, z};
+}
+
+TEST(Support, IsTheFarthestVertex) {
+  core::Rng rng(9);
+  for (const Kind kind : kRound) {
+    const Shape shape = Turned(kind);
+    for (int i = 0; i < 20; ++i) {
+      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      double farthest = -1.0;
+      for (const Vector3d& p : Tessellate(shape, 96).vertices) {
+        farthest = std::max(farthest, d.dot(p));
+      }
+      // 96 sides: 0.05 % of at most 50 mm, both ways round.
+      EXPECT_NEAR(Support(shape, core::Pose::Identity(), d), farthest, 6e-5);
+    }
+  }
+}
+
+// No point that a shape holds lies beyond its support in any direction.
+TEST(Support, BoundsWhatLiesInside) {
+  core::Rng rng(4);
+  for (const Kind kind : kRound) {
+    const Shape shape = Turned(kind);
+    int inside = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3d p = RandomPoint(rng, 0.1);
+      if (!Inside(shape, p)) continue;
+      ++inside;
+      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      EXPECT_LE(d.dot(p), Support(shape, core::Pose::Identity(), d) + 1e-12);
+    }
+    EXPECT_GT(inside, 5) << static_cast<int>(kind);
+  }
+}
+
+// A shape's support grows by the margin along its own axes; by at least that in any direction.
+TEST(Grown, ReachesFurtherByTheMargin) {
+  core::Rng rng(7);
+  const double margin_m = 0.005;
+  for (const Kind kind : kRound) {
+    const Shape shape = Turned(kind);
+    const Shape grown = Grown(shape, margin_m);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(Support(grown, Vector3d::Unit(axis)) - Support(shape, Vector3d::Unit(axis)),
+                  margin_m, 1e-12);
+    }
+    for (int i = 0; i < 100; ++i) {
+      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      // An ellipsoid with longer axes is not the ellipsoid's outer parallel surface: nearly.
+      const double least = kind == Kind::kEllipsoid ? 0.9 * margin_m : margin_m;
+      EXPECT_GE(Support(grown, d) - Support(shape, d), least - 1e-12);
+    }
+  }
+}
+
+TEST(Grown, MovesVerticesOfConvexPiecesAndLeavesSurfaces) {
+  Shape box = Turned(Kind::kBox);
+  Shape piece;
+  piece.kind = Kind::kConvex;
+  piece.mesh = Tessellate(box);
+  const Shape grown = Grown(piece, 0.01);
+  for (std::size_t i = 0; i < grown.mesh.vertices.size(); ++i) {
+    EXPECT_NEAR((grown.mesh.vertices[i] - piece.mesh.vertices[i]).norm(), 0.01, 1e-12);
+    EXPECT_FALSE(Inside(piece, grown.mesh.vertices[i]));
+  }
+  piece.kind = Kind::kMesh;
+  EXPECT_EQ(Grown(piece, 0.01).mesh.vertices, piece.mesh.vertices);
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,360 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/rng.h"
+#include "grasp/fixtures.h"
+#include "grasp/internal/choosing.h"
+#include "grasp/internal/cylindrical_candidates.h"
+#include "grasp/internal/power_candidates.h"
+#include "grasp/internal/rim_candidates.h"
+
+namespace rangegrasp::grasp::internal {
+namespace {
+
+using namespace grasp::test;
+
+/// The first object of a scene, with all that its candidates need.
+class Workbench {
+ public:
+  explicit Workbench(const SceneBuilder& builder, const GraspOptions& some_options = {})
+      : options(some_options),
+        task{builder.scene,
+             builder.scene.objects.front(),
+             hand,
+             ArmBase(),
+             Vector3d::UnitZ(),
+             options,
+             SampleObject(builder.scene, builder.scene.objects.front(), 10000),
+             SampleObject(builder.scene, builder.scene.objects.front(), 2000),
+             geometry::Centroid(builder.scene.objects.front().completed_C),
+             HandProfiles(hand)} {}
+
+  robot::HandModel hand = SensorHand();
+  GraspOptions options;
+  Task task;
+};
+
+SceneBuilder Box(double x_m, double y_m, double z_m, double yaw_rad = 0.0) {
+  SceneBuilder builder;
+  builder.AddBox({x_m, y_m, z_m}, At(0.0, 0.0, yaw_rad));
+  return builder;
+}
+
+View FromAbove(const Task& task, const Vector3d& closing = Vector3d::UnitX()) {
+  return MakeView(task, task.coarse, {0.0, 0.0, 0.05}, -Vector3d::UnitZ(), closing);
+}
+
+// ---- The object seen along the approach.
+
+TEST(MakeView, MeasuresABoxAlongTheApproach) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  const View view = FromAbove(bench.task);
+  // Samples 4 mm apart reach to the box's ends but for half of that; its top is in one plane.
+  EXPECT_NEAR(view.top_m, -0.05, 1e-12);
+  EXPECT_NEAR(view.bottom_m, 0.05, 1e-12);
+  EXPECT_NEAR(view.y_min_m, -0.04, 1e-3);
+  EXPECT_NEAR(view.y_max_m, 0.04, 1e-3);
+  EXPECT_NEAR(view.table_offset_m, 0.05, 1e-12);
+  EXPECT_LT((view.up + Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_NEAR(view.thumb_to_arm, -1.0, 1e-12);  // the arm stands at -x
+  const auto slab = SlabAt(view, 0.0, 0.018, 0.07);
+  ASSERT_TRUE(slab);
+  EXPECT_NEAR(slab->Width(), 0.06, 1e-12);
+  EXPECT_NEAR(slab->Middle(), 0.0, 1e-12);
+  EXPECT_FALSE(SlabAt(view, 0.2, 0.018, 0.07)) << "beside the box";
+}
+
+// Whatever the tilt: a hand that reaches so far below T's origin is at its clearance there.
+TEST(TableLimit, LeavesTheClearance) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  core::Rng rng(4);
+  for (int i = 0; i < 100; ++i) {
+    const double tilt = rng.Uniform(0.0, 1.0);
+    const double round = rng.Uniform(-core::kPi, core::kPi);
+    const Vector3d approach = -(Yaw(round) * TurnX(tilt) * Vector3d::UnitZ());
+    const View view = MakeView(bench.task, bench.task.coarse, {0.1, 0.2, 0.3}, approach,
+                               Vector3d::UnitX() + 0.1 * Vector3d::UnitZ());
+    const double x = rng.Uniform(-0.1, 0.1);
+    const double y = rng.Uniform(-0.1, 0.1);
+    const double limit = TableLimit(view, 0.07, x, y, 0.004);
+    EXPECT_NEAR((view.X_CA * Vector3d(x, y, limit)).z(), 0.07 + 0.004, 1e-12);
+  }
+}
+
+// A hand of one cell that reaches 30 mm down, over the box and beside it.
+TEST(DescentLimit, StopsTheHandAboveWhatIsUnderIt) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  const View view = FromAbove(bench.task);
+  HandProfiles::Lower lower;
+  lower.grid = {-0.01, -0.01, 0.02, 1, 1};
+  lower.z = {0.03F};
+  EXPECT_NEAR(DescentLimit(view, lower, 0.0, 0.0, 0.002), -0.05 - 0.03 - 0.002, 1e-8);
+  EXPECT_GT(DescentLimit(view, lower, 0.2, 0.0, 0.002), 1e6);
+}
+
+TEST(UprightAxis, TurnsUpAndRefusesWhatLeansTooMuch) {
+  SceneBuilder builder;
+  auto& object = builder.AddUprightCylinder(0.03, 0.1, At(0, 0));
+  Workbench bench(builder);
+  const auto axis_at = [&](double tilt_deg, double sign) {
+    object.axis->direction_C = sign * (TurnX(core::Deg(tilt_deg)) * Vector3d::UnitZ());
+    return UprightAxis(bench.task);
+  };
+  EXPECT_NEAR(axis_at(0.0, -1.0)->z(), 1.0, 1e-12);
+  EXPECT_NEAR(axis_at(44.9, -1.0)->z(), std::cos(core::Deg(44.9)), 1e-12);
+  EXPECT_FALSE(axis_at(45.1, 1.0));
+  object.axis.reset();
+  EXPECT_FALSE(UprightAxis(bench.task));
+}
+
+// ---- Placing.
+
+TEST(Place, PutsThePadsOnBothSidesOfABoxAtTheAimedDepth) {
+  for (const double off_m : {0.0, 0.007, -0.02}) {
+    SceneBuilder builder;
+    builder.AddBox({0.06, 0.08, 0.12}, At(off_m, 0.0));
+    Workbench bench(builder);
+    const View view = FromAbove(bench.task);
+    const Aim aim{0.0, 0.0, view.top_m + 0.02};
+    const auto placed =
+        Place(bench.task, view, MakeBand(bench.task, view, 0.0), aim, GraspType::kPower);
+    ASSERT_TRUE(placed);
+    EXPECT_NEAR(placed->depth_m, aim.depth_m, 1e-12);
+    // Samples 2 mm apart on the pads' curved sides, two states 4 mm apart.
+    EXPECT_NEAR(placed->grasp.width_m, 0.06, 0.003);
+    EXPECT_NEAR(placed->grasp.X_CG.translation().x(), off_m, 0.002);
+    EXPECT_GE(placed->grasp.opening_m, 0.08);
+    EXPECT_EQ(placed->grasp.opening_m, bench.hand.states[placed->open_state].gap_m);
+    EXPECT_GE(bench.hand.states[placed->narrow_state].gap_m, 0.068);
+  }
+}
+
+TEST(Place, RefusesWhatIsWiderThanTheHandOrBesideIt) {
+  const SceneBuilder builder = Box(0.12, 0.08, 0.12);
+  Workbench bench(builder);
+  const View view = FromAbove(bench.task);
+  const Aim aim{0.0, 0.0, view.top_m + 0.02};
+  EXPECT_FALSE(Place(bench.task, view, MakeBand(bench.task, view, 0.0), aim, GraspType::kPower));
+  const View across = FromAbove(bench.task, Vector3d::UnitY());
+  EXPECT_TRUE(Place(bench.task, across, MakeBand(bench.task, across, 0.0), aim, GraspType::kPower));
+  EXPECT_FALSE(
+      Place(bench.task, across, MakeBand(bench.task, across, 0.2), aim, GraspType::kPower));
+}
+
+// A depth that the table forbids: the hand stops, and is tried 6, 12 and 18 mm higher.
+TEST(PlaceAtDepths, BacksOffWhereTheHandHadToStop) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.12);
+  Workbench bench(builder);
+  const View view = FromAbove(bench.task);
+  const Band band = MakeBand(bench.task, view, 0.0);
+  std::vector<Candidate> candidates;
+  const std::array too_deep{view.bottom_m + 0.1};
+  PlaceAtDepths(bench.task, view, band, {}, too_deep, GraspType::kPower, 5, candidates);
+  ASSERT_EQ(candidates.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(candidates[i].depth_m, candidates[0].depth_m - 0.006 * static_cast<double>(i),
+                1e-9);
+    EXPECT_EQ(candidates[i].group, 5);
+  }
+  // Two depths that can be had: one candidate each.
+  candidates.clear();
+  const std::array fine{view.top_m + 0.02, view.top_m + 0.03};
+  PlaceAtDepths(bench.task, view, band, {}, fine, GraspType::kPower, 0, candidates);
+  EXPECT_EQ(candidates.size(), 2u);
+}
+
+// ---- Candidates by type.
+
+TEST(CylindricalCandidates, StandRoundTheAxis) {
+  SceneBuilder builder;
+  builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
+  GraspOptions options;
+  options.refine = false;
+  Workbench bench(builder, options);
+  const auto candidates = CylindricalCandidates(bench.task);
+  ASSERT_EQ(candidates.size(), 24u);
+  const Vector3d to_arm = (ArmBase() - Vector3d(0.1, 0.05, ArmBase().z())).normalized();
+  std::set<long> angles;
+  for (const Candidate& c : candidates) {
+    const core::Pose& X_CG = c.grasp.X_CG;
+    EXPECT_LT((X_CG.translation().head<2>() - Vector2d(0.1, 0.05)).norm(), 1e-12);
+    EXPECT_LT((X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-12);
+    EXPECT_DOUBLE_EQ(c.grasp.width_m, 0.06);
+    EXPECT_NEAR(c.grasp.score, X_CG.linear().col(0).dot(to_arm), 1e-12);
+    angles.insert(std::lround(core::ToDeg(std::atan2(X_CG.linear()(1, 0), X_CG.linear()(0, 0)))));
+  }
+  EXPECT_EQ(angles.size(), 24u);
+}
+
+// The wall of a cup: the pads' line is radial, its middle is in the wall's, 14 mm below the rim,
+// and the pads are on its two sides, either way round.
+TEST(RimCandidates, HoldTheWallBetweenThePads) {
+  SceneBuilder builder;
+  builder.AddCup(0.041, 0.004, 0.095, At(0.03, -0.02));
+  Workbench bench(builder);
+  const auto candidates = RimCandidates(bench.task);
+  ASSERT_EQ(candidates.size(), 48u);
+  const Vector2d axis(0.03, -0.02);
+  const auto radius = [&](const Vector3d& p) { return (p.head<2>() - axis).norm(); };
+  int thumbs_outside = 0;
+  const Candidate* best = &candidates.front();
+  for (const Candidate& c : candidates) {
+    const Grasp& g = c.grasp;
+    // 72 sides: chords lie 0.04 mm inside the circle.
+    EXPECT_NEAR(radius(g.X_CG.translation()), 0.039, 1e-4);
+    EXPECT_NEAR(g.width_m, 0.004, 1e-4);
+    EXPECT_LE(0.095 - g.X_CG.translation().z(), 0.014 + 1e-9);
+    const Vector2d radial = (g.X_CG.translation().head<2>() - axis).normalized();
+    EXPECT_NEAR(std::abs(g.X_CG.linear().col(0).head<2>().dot(radial)), 1.0, 1e-9);
+    const auto& held = bench.hand.states[c.held_state];
+    const double thumb = radius(g.X_CH * held.thumb_pad_H);
+    const double finger = radius(g.X_CH * held.finger_pad_H);
+    EXPECT_LT((thumb - 0.039) * (finger - 0.039), 0.0);
+    thumbs_outside += thumb > finger;
+    if (g.score > best->grasp.score) best = &c;
+  }
+  EXPECT_EQ(thumbs_outside, 24);
+  // No curvature was seen: next to the arm, with two fingers on the convex side.
+  const Vector2d to_arm = (ArmBase().head<2>() - axis).normalized();
+  const Vector2d at = (best->grasp.X_CG.translation().head<2>() - axis).normalized();
+  EXPECT_GT(at.dot(to_arm), std::cos(core::Deg(7.6)));
+  EXPECT_GT(radius(best->grasp.X_CH * bench.hand.states[best->held_state].finger_pad_H), 0.039);
+}
+
+TEST(RimCandidates, HoldAClosedTopAcrossItsMiddle) {
+  SceneBuilder builder;
+  builder.AddUprightCylinder(0.03, 0.1, At(0.0, 0.0));
+  Workbench bench(builder);
+  const auto candidates = RimCandidates(bench.task);
+  ASSERT_FALSE(candidates.empty());
+  for (const Candidate& c : candidates) {
+    EXPECT_LT(c.grasp.X_CG.translation().head<2>().norm(), 0.003);
+    EXPECT_NEAR(c.grasp.width_m, 0.06, 0.004);
+    EXPECT_EQ(c.grasp.type, GraspType::kRim);
+  }
+  builder.scene.objects.front().axis.reset();
+  EXPECT_TRUE(RimCandidates(bench.task).empty());
+}
+
+// Straight down; across the narrow side first, and both ways round. The box has no top surface: its
+// directions come from its shape.
+TEST(PowerCandidates, CloseAcrossTheNarrowSideBothWaysRound) {
+  for (const double yaw : {0.0, 0.4, 1.3, 2.9}) {
+    SceneBuilder builder = Box(0.115, 0.06, 0.115, yaw);
+    builder.scene.objects.front().top.reset();
+    Workbench bench(builder);
+    const Vector3d narrow = Yaw(yaw).linear().col(1);
+    double best[2] = {-1e9, -1e9};
+    double other = -1e9;
+    for (const Candidate& c : PowerCandidates(bench.task)) {
+      EXPECT_LT((c.grasp.X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-12);
+      const double along = c.grasp.X_CG.linear().col(0).dot(narrow);
+      double& score =
+          std::abs(along) > std::cos(core::Deg(2.0)) ? best[along > 0.0 ? 0 : 1] : other;
+      score = std::max(score, c.grasp.score);
+      EXPECT_LE(c.grasp.width_m, bench.task.MaxWidth());
+    }
+    EXPECT_GT(best[0], other);
+    EXPECT_GT(best[1], other);
+  }
+}
+
+// A top that leans by 20 deg is approached against its normal, too; by 4 or 50 deg it is not.
+TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
+  for (const double tilt_deg : {4.0, 20.0, 50.0}) {
+    SceneBuilder builder = Box(0.115, 0.06, 0.115);
+    const Vector3d normal = TurnX(core::Deg(tilt_deg)) * Vector3d::UnitZ();
+    SceneBuilder::SetTop({0.0, 0.0, 0.115}, Vector3d::UnitX(), normal, 0.115, 0.06,
+                         builder.scene.objects.front());
+    Workbench bench(builder);
+    bool tilted = false;
+    for (const Candidate& c : PowerCandidates(bench.task)) {
+      const Vector3d approach = c.grasp.X_CG.linear().col(2);
+      const bool down = approach.z() < -1.0 + 1e-12;
+      tilted = tilted || !down;
+      if (!down) {
+        EXPECT_LT((approach + normal).norm(), 1e-9);
+      }
+    }
+    EXPECT_EQ(tilted, tilt_deg == 20.0);
+  }
+}
+
+// ---- Choosing.
+
+/// A candidate with the open hand high above the table, or in it.
+Candidate Standing(const robot::HandModel& hand, double score, int group, bool free) {
+  Candidate c;
+  c.grasp.X_CH = Move(0.0, 0.0, free ? 1.0 : -1.0);
+  c.grasp.score = score;
+  c.group = group;
+  c.held_state = hand.states.size() - 1;
+  return c;
+}
+
+TEST(ChooseFree, TakesTheBestOfEveryGroupWithinItsQuota) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  const collision::HandCollider collider(bench.hand, {}, {}, {}, {});
+  std::vector<Candidate> candidates;
+  for (int i = 0; i < 12; ++i) {
+    // Three groups; scores rise; every fourth candidate collides.
+    candidates.push_back(Standing(bench.hand, 0.1 * i, i % 3, i % 4 != 0));
+  }
+  const auto choose = [&](const Quota& quota, std::vector<Grasp>& rejected) {
+    std::vector<Grasp> accepted;
+    ChooseFree(collider, bench.task, candidates, quota, accepted, rejected);
+    std::vector<double> scores;
+    for (const Grasp& g : accepted) {
+      EXPECT_FALSE(g.collides);
+      scores.push_back(std::round(10.0 * g.score));
+    }
+    return scores;
+  };
+  std::vector<Grasp> rejected;
+  // 11 (group 2), 10 (1), 9 (0): then every group has its one.
+  EXPECT_EQ(choose({24, 1, 120}, rejected), (std::vector<double>{11, 10, 9}));
+  EXPECT_TRUE(rejected.empty());
+  // 8 collides; 7, 6, 5 are the second of their groups, in turn.
+  EXPECT_EQ(choose({24, 2, 120}, rejected), (std::vector<double>{11, 10, 9, 7, 6, 5}));
+  ASSERT_EQ(rejected.size(), 1u);
+  EXPECT_TRUE(rejected.front().collides);
+  EXPECT_EQ(choose({2, 4, 120}, rejected), (std::vector<double>{11, 10}));
+  EXPECT_EQ(choose({24, 4, 5}, rejected), (std::vector<double>{11, 10, 9, 7}));
+  rejected.clear();
+  choose({24, 4, 120}, rejected);
+  EXPECT_EQ(rejected.size(), 3u) << "the best of each group that collides: 8, 4, 0";
+}
+
+// The hand grazes the object: it goes up until it does not.
+TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  double lowest = 1e9;
+  for (const geometry::Shape& shape : bench.hand.states.front().shapes) {
+    for (const Vector3d& p : geometry::Tessellate(shape, 64).vertices) {
+      lowest = std::min(lowest, p.z());
+    }
+  }
+  for (const auto& [deep_m, lift_m] : {std::pair{0.0010, 0.002}, {0.0030, 0.004}}) {
+    // A plate so far above the hand's lowest point, under the open hand.
+    const auto plate = geometry::Transformed(Extrude(Rectangle(0.5, 0.5), 0.001), Move(0, 0, 0.5));
+    const collision::HandCollider collider(bench.hand, {}, plate, {}, {});
+    Candidate c = Standing(bench.hand, 1.0, 0, true);
+    c.held_state = 0;
+    c.grasp.X_CG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+    c.grasp.X_CH = Move(0.0, 0.0, 0.501 - deep_m - lowest);
+    std::vector<Grasp> accepted, rejected;
+    ChooseFree(collider, bench.task, {c}, {}, accepted, rejected);
+    ASSERT_EQ(accepted.size(), 1u);
+    EXPECT_NEAR(accepted.front().X_CH.translation().z(), c.grasp.X_CH.translation().z() + lift_m,
+                1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::grasp::internal

@@ -1,0 +1,186 @@
+#include "sim/internal/audit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <functional>
+
+#include "core/units.h"
+#include "sim/scene_files.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+using ::testing::StartsWith;
+
+// A hand of a palm and two tips on a slide that stands far above the plane, weightless; its two
+// joints are coupled one to one.
+constexpr char kHandScene[] = R"(<mujoco><option timestep="0.002" integrator="implicitfast"/>
+<compiler autolimits="true"/>
+<worldbody><body name="table"><geom type="plane" size="0 0 1"/></body>
+  <body name="link" pos="0 0 2" gravcomp="1">
+    <joint name="slide" type="slide" axis="0 0 1" range="-1 1" actuatorfrcrange="-5 5"/>
+    <body name="hand" gravcomp="1"><geom name="palm" type="box" size="0.05 0.05 0.05" mass="1"/>
+      <body name="thumb" pos="-0.2 0 0" gravcomp="1"><joint name="thumb" axis="0 1 0" range="-1 1"/>
+        <geom name="thumb_tip" type="sphere" size="0.01" mass="0.1"/></body>
+      <body name="index" pos="0.2 0 0" gravcomp="1"><joint name="index" axis="0 1 0" range="-1 1"/>
+        <geom name="index_tip" type="sphere" size="0.01" mass="0.1"/></body>
+    </body></body></worldbody>
+<equality><joint joint1="thumb" joint2="index" polycoef="0 1 0 0 0"/></equality>
+<actuator><position name="servo" joint="slide" kp="1000" dampratio="1"/></actuator>
+<custom>
+  <tuple name="arm_joints"><element objtype="joint" objname="slide"/></tuple>
+  <tuple name="arm_actuators"><element objtype="actuator" objname="servo"/></tuple>
+  <tuple name="hand_joints"><element objtype="joint" objname="thumb"/><element objtype="joint" objname="index"/></tuple>
+  <tuple name="fingertips"><element objtype="geom" objname="thumb_tip"/><element objtype="geom" objname="index_tip"/></tuple>
+</custom></mujoco>)";
+
+constexpr double kMass_kg = 0.3;
+
+class AuditBound : public ::testing::Test {
+ protected:
+  AuditBound()
+      : world_(
+            testing::WriteFile("audit_hand.xml", kHandScene),
+            {testing::MakeObject("cube", R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)")},
+            {}) {
+    Place(0.0, 0.0, 1.0);  // between hand and plane, free of both
+  }
+
+  void Place(double x, double y, double z, double turn_rad = 0.0) {
+    world_.PlaceObject(
+        0, core::MakePose(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                          {x, y, z}));
+  }
+  void Forward() { mj_forward(world_.model(), world_.data()); }
+
+  /// The figures of what was recorded, with bounds around one figure's value: within the bound they
+  /// pass, beyond it they fail by this figure's name.
+  void ExpectFailsBeyond(const std::string& figure, double value, double AuditBounds::*bound) {
+    AuditBounds bounds;
+    for (double AuditBounds::*other : kAll) bounds.*other = 1e9;
+    bounds.*bound = 1.001 * value;
+    EXPECT_EQ(audit_.Finish(bounds, true, true).failed, "");
+    bounds.*bound = 0.999 * value;
+    EXPECT_THAT(audit_.Finish(bounds, true, true).failed, StartsWith(figure + " "));
+  }
+
+  static constexpr double AuditBounds::*kAll[] = {
+      &AuditBounds::penetration_p95_m, &AuditBounds::penetration_max_m,  &AuditBounds::creep_m_s,
+      &AuditBounds::creep_rad_s,       &AuditBounds::equality_error_rad, &AuditBounds::torque_ratio,
+      &AuditBounds::energy_gain_J};
+
+  World world_;
+  HandGeoms hand_{world_.model()};
+  ArmServo servo_{world_.model()};
+  AuditRecorder audit_{world_, hand_, servo_, 0};
+};
+
+TEST_F(AuditBound, NothingRecordedIsValid) { EXPECT_EQ(audit_.Finish({}, true, true).failed, ""); }
+
+// The cube stands under the palm, deeper by the step: of 100 steps the 95th is the p95's.
+TEST_F(AuditBound, Penetration) {
+  for (int i = 1; i <= 100; ++i) {
+    Place(0.0, 0.0, 2.0 - 0.05 - 0.02 + 1e-5 * i);
+    Forward();
+    audit_.Step(/*holding=*/true);
+  }
+  Place(0.0, 0.0, 2.0 - 0.05 - 0.02 + 0.01);
+  Forward();
+  audit_.Step(/*holding=*/false);  // deeper, but let go
+  const Audit audit = audit_.Finish({}, true, true);
+  EXPECT_NEAR(audit.penetration_max_m, 1e-3, 1e-9);
+  EXPECT_NEAR(audit.penetration_p95_m, 0.95e-3, 1e-9);
+  ExpectFailsBeyond("penetration_p95_m", 0.95e-3, &AuditBounds::penetration_p95_m);
+  ExpectFailsBeyond("penetration_max_m", 1e-3, &AuditBounds::penetration_max_m);
+}
+
+// 0.1 mm along and 0.002 rad round in 0.4 s.
+TEST_F(AuditBound, Creep) {
+  audit_.BeginRest();
+  world_.data()->time += 0.4;
+  Place(0.0, 1e-4, 1.0, 0.002);
+  audit_.EndRest();
+  ExpectFailsBeyond("creep_m_s", 2.5e-4, &AuditBounds::creep_m_s);
+  ExpectFailsBeyond("creep_rad_s", 0.005, &AuditBounds::creep_rad_s);
+  EXPECT_EQ(audit_.Finish({}, true, false).failed, "");  // lost in the carry: nothing held
+}
+
+TEST_F(AuditBound, CreepIsNoCreepWhereTheObjectSlides) {
+  audit_.BeginRest();
+  world_.data()->time += 0.4;
+  audit_.RestStep(/*slides=*/true);
+  Place(0.0, 0.01, 1.0);
+  audit_.EndRest();
+  EXPECT_EQ(audit_.Finish({}, true, true).failed, "");
+}
+
+// The hand moves with the arm and the object with it: no creep.
+TEST_F(AuditBound, CreepIsMeasuredInTheHand) {
+  audit_.BeginRest();
+  world_.data()->time += 0.4;
+  world_.SetArm(Eigen::VectorXd::Constant(1, 0.1));
+  Place(0.0, 0.0, 1.1);
+  audit_.EndRest();
+  EXPECT_NEAR(audit_.Finish({}, true, true).creep_m_s, 0.0, 1e-12);
+}
+
+TEST_F(AuditBound, EqualityError) {
+  world_.data()->qpos[world_.model()->jnt_qposadr[1]] = 0.003;
+  Forward();
+  audit_.Step(true);
+  ExpectFailsBeyond("equality_error_rad", 0.003, &AuditBounds::equality_error_rad);
+  EXPECT_EQ(audit_.Finish({}, false, false).failed, "");  // nothing was held
+}
+
+// Lifted by 10 mm without a cause, and thrown at 1 m/s: m g h + m v^2 / 2.
+TEST_F(AuditBound, EnergyGained) {
+  Forward();
+  audit_.BeginRest();
+  Place(0.0, 0.0, 1.01);
+  world_.data()->qvel[world_.model()->nv - 6] = 1.0;
+  Forward();
+  audit_.RestStep(false);
+  Place(0.0, 0.0, 0.5);
+  Forward();
+  audit_.RestStep(false);  // the maximum stays
+  const double gain_J = kMass_kg * (core::kGravity * 0.01 + 0.5);
+  EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, gain_J, 1e-9);
+  ExpectFailsBeyond("energy_gain_J", gain_J, &AuditBounds::energy_gain_J);
+}
+
+// 1000 N/m times 2 mm are 2 N of 5. Far away the engine cuts it: the ratio stays 1, and the time is
+// counted.
+TEST_F(AuditBound, Torque) {
+  world_.data()->ctrl[0] = 0.002;
+  Forward();
+  audit_.Step(false);
+  EXPECT_EQ(audit_.Finish({}, true, true).torque_limit_s, 0.0);
+  ExpectFailsBeyond("torque_ratio", 0.4, &AuditBounds::torque_ratio);
+  world_.data()->ctrl[0] = 0.5;
+  Forward();
+  for (int i = 0; i < 3; ++i) audit_.Step(false);
+  const Audit audit = audit_.Finish({}, true, true);
+  EXPECT_DOUBLE_EQ(audit.torque_ratio, 1.0);
+  EXPECT_NEAR(audit.torque_limit_s, 0.006, 1e-12);
+}
+
+TEST_F(AuditBound, EngineWarnings) {
+  world_.data()->qvel[world_.model()->nv - 6] = std::numeric_limits<double>::quiet_NaN();
+  world_.Step();
+  const Audit audit = audit_.Finish({}, false, false);
+  EXPECT_GT(audit.warnings, 0);
+  EXPECT_THAT(audit.failed, StartsWith("engine warnings"));
+}
+
+TEST_F(AuditBound, AFigureThatIsNoNumberIsOutOfBounds) {
+  audit_.BeginRest();
+  world_.data()->time += 0.4;
+  Place(0.0, std::numeric_limits<double>::quiet_NaN(), 1.0);
+  audit_.EndRest();
+  EXPECT_THAT(audit_.Finish({}, true, true).failed, StartsWith("creep_m_s nan"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::sim::internal

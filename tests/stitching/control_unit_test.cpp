@@ -1,0 +1,76 @@
+#include "stitching/internal/control_unit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace rangegrasp::stitching::internal {
+namespace {
+
+constexpr double kAhead_m = 0.08;
+
+HeadState At(double x_m, double y_m, double heading_rad) {
+  HeadState head;
+  head.needle = {x_m, y_m};
+  head.heading_rad = heading_rad;
+  return head;
+}
+
+std::string Packet(double time_s, double edge_x_m) {
+  Correction correction;
+  correction.time_s = time_s;
+  correction.valid = true;
+  correction.edge_x_m = edge_x_m;
+  return ToXml(correction);
+}
+
+TEST(ControlUnit, PosesBetweenControlStepsLieOnTheLineBetweenTheirs) {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  unit.Record(At(0.0, 0.0, 0.1));
+  unit.Record(At(1e-3, 2e-3, 0.3));
+  unit.Record(At(5e-3, 4e-3, 0.3));
+  for (const double t : {0.0, 0.25, 0.8, 1.0}) {
+    const HeadState first = unit.PoseAt(t * kControlPeriod_s);
+    EXPECT_NEAR(first.needle.x(), t * 1e-3, 1e-15);
+    EXPECT_NEAR(first.needle.y(), t * 2e-3, 1e-15);
+    EXPECT_NEAR(first.heading_rad, 0.1 + t * 0.2, 1e-12);
+    EXPECT_NEAR(unit.PoseAt((1.0 + t) * kControlPeriod_s).needle.x(), 1e-3 + t * 4e-3, 1e-15);
+  }
+  // Before the first and after the last there is nothing to go on.
+  EXPECT_EQ(unit.PoseAt(-1.0).needle.y(), 0.0);
+  EXPECT_EQ(unit.PoseAt(1.0).needle.y(), 4e-3);
+}
+
+// The line's middle is 80 mm ahead along the heading, and the line stands across it.
+TEST(ControlUnit, AnEdgePointIsWhereTheLineWasWhenItWasSeen) {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  unit.Record(At(1e-3, 0.05, 0.2));
+  unit.Record(At(9e-3, 0.09, 0.6));
+  const auto point = unit.Receive(Packet(0.0, 3e-3));
+  ASSERT_TRUE(point);
+  EXPECT_NEAR(point->x_m, 1e-3 - kAhead_m * std::sin(0.2) + 3e-3 * std::cos(0.2), 1e-12);
+  EXPECT_NEAR(point->y_m, 0.05 + kAhead_m * std::cos(0.2) + 3e-3 * std::sin(0.2), 1e-12);
+}
+
+TEST(ControlUnit, PacketsWithoutAPositionTellNone) {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  unit.Record({});
+  EXPECT_FALSE(unit.Receive(ToXml({})));
+}
+
+TEST(ControlUnit, AnObstacleStopsTheHeadWhereItIs) {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  unit.Record(At(-5e-3, 0.01, 0.1));
+  EXPECT_GT(unit.Command().velocity.norm(), 0.0);
+  EXPECT_FALSE(unit.end());
+  Correction correction;
+  correction.stop = seam::StopReason::kObstacle;
+  unit.Receive(ToXml(correction));
+  const HeadCommand command = unit.Command();
+  EXPECT_EQ(command.velocity.norm(), 0.0);
+  EXPECT_EQ(command.heading_rad, 0.1);
+  EXPECT_EQ(unit.end(), TrackEnd::kObstacle);
+}
+
+}  // namespace
+}  // namespace rangegrasp::stitching::internal

@@ -1,0 +1,97 @@
+#include "tasks/grasping/table.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/words.h"
+#include "experiment/format.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+using experiment::Record;
+
+Record Trial(const std::string& object, int index, bool detected, const std::string& outcome) {
+  Record record;
+  record.which.group = object;
+  record.which.id = object + "-" + std::to_string(index);
+  record.result.outcome = outcome;
+  record.result.data = detected ? R"({"detected":true})" : "{}";
+  record.result.seconds = {{"scan", 0.01 * (index + 1)}};
+  return record;
+}
+
+class TableTest : public testing::Test {
+ protected:
+  const experiment::Stamp stamp_ = {{{"experiment", "demo"}, {"groups", "box,mug,none"}},
+                                    {},
+                                    {{"title.box", "Box (cuboid)"},
+                                     {"title.mug", "Mug"},
+                                     {"title.none", "Never tried"},
+                                     {"reference",
+                                      "object,name,detection_rate,grasping_rate\n1,Box "
+                                      "(cuboid),90,77.77\noverall,,95.00,80.65\n"}}};
+  const std::vector<Record> results_ = {
+      Trial("box", 0, true, "delivered"), Trial("box", 1, true, "dropped"),
+      Trial("box", 2, true, "delivered"), Trial("box", 3, false, "not_segmented"),
+      Trial("mug", 0, true, "delivered"), Trial("mug", 1, false, "timed_out")};
+};
+
+TEST_F(TableTest, RatesAreAsDefined) {
+  const Table table = BuildTable(stamp_, results_);
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection_rate, 0.75);
+  EXPECT_DOUBLE_EQ(*table.rows[0].grasp_rate, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(*table.rows[0].published_detection_rate, 0.9);
+  EXPECT_NEAR(*table.rows[0].published_grasp_rate, 0.7777, 1e-12);
+  EXPECT_FALSE(table.rows[1].published_grasp_rate);
+  // Overall is the mean of the rows that have the rate; pooled counts trials.
+  EXPECT_DOUBLE_EQ(*table.overall.detection_rate, (0.75 + 0.5) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.overall.grasp_rate, (2.0 / 3.0 + 1.0) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.pooled_detection_rate, 4.0 / 6.0);
+  EXPECT_DOUBLE_EQ(*table.pooled_grasp_rate, 3.0 / 4.0);
+  EXPECT_NEAR(*table.overall.published_grasp_rate, 0.8065, 1e-12);
+}
+
+TEST_F(TableTest, FailuresStayInTheDenominator) {
+  const Table table = BuildTable(stamp_, results_);
+  EXPECT_EQ(table.rows[1].trials, 2);
+  EXPECT_EQ(table.rows[1].outcomes.at("timed_out"), 1);
+}
+
+TEST_F(TableTest, AnObjectWithoutTrialsHasNullRates) {
+  const auto json = nlohmann::json::parse(ReportOf(stamp_, results_).json);
+  EXPECT_TRUE(json["rows"][2]["detection_rate"].is_null());
+  EXPECT_TRUE(json["rows"][2]["grasp_interval"].is_null());
+  EXPECT_DOUBLE_EQ(json["rows"][0]["detection_rate"].get<double>(), 0.75);
+  EXPECT_DOUBLE_EQ(json["overall"]["pooled_grasp_rate"].get<double>(), 0.75);
+  EXPECT_DOUBLE_EQ(json["stage_seconds"]["scan"]["median"].get<double>(), 0.02);
+}
+
+TEST_F(TableTest, EveryFormatNamesEveryObject) {
+  const auto report = ReportOf(stamp_, results_);
+  for (const auto format : core::ValuesOf<experiment::TableFormat>()) {
+    const std::string text = experiment::Format(report, stamp_, format);
+    for (const char* title : {"Box (cuboid)", "Mug", "Never tried"}) {
+      EXPECT_NE(text.find(title), std::string::npos) << text;
+    }
+  }
+}
+
+TEST_F(TableTest, AReferenceThatIsNoneIsToldWithItsLine) {
+  auto stamp = stamp_;
+  stamp.data["reference"] = "object,name,detection_rate,grasping_rate\n1,Box,190,20\n";
+  try {
+    BuildTable(stamp, {});
+    FAIL();
+  } catch (const core::InputError& e) {
+    EXPECT_STREQ(e.what(),
+                 "reference table:2: column 'detection_rate': '190' must be a rate from 0 to 100 "
+                 "per cent");
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::tasks::grasping

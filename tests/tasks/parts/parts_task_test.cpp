@@ -1,0 +1,138 @@
+#include "tasks/parts/parts_task.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "parts/metrics/human_score.h"
+#include "tasks/parts/peanuts.h"
+
+namespace rangegrasp::tasks {
+namespace {
+
+using experiment::Case;
+using experiment::Result;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing_support::Peanuts;
+
+class PartsTaskTest : public testing::Test {
+ protected:
+  Case CaseOf(const std::string& id) const {
+    const auto cases = task_->Cases();
+    return *std::find_if(cases.begin(), cases.end(), [&](const Case& one) { return one.id == id; });
+  }
+  Result Run(const std::string& id) const { return task_->Run(CaseOf(id)); }
+
+  Peanuts peanuts_;
+  std::unique_ptr<experiment::Task> task_ = peanuts_.Read(Peanuts::kGood);
+};
+
+TEST_F(PartsTaskTest, ACaseIsOneMethodOnOneModelInTheOrderOfTheFile) {
+  std::vector<std::string> ids, groups;
+  for (const Case& one : task_->Cases()) {
+    ids.push_back(one.id);
+    groups.push_back(one.group);
+    EXPECT_EQ(one.seed, 0U);
+  }
+  EXPECT_THAT(ids,
+              testing::ElementsAre("peanut-0001-kmeans", "peanut-0001-sdf", "peanut-0002-kmeans",
+                                   "peanut-0002-sdf", "peanut-0003-kmeans", "peanut-0003-sdf",
+                                   "other-0011-kmeans", "other-0011-sdf"));
+  EXPECT_EQ(groups.front(), "peanut");
+  EXPECT_EQ(groups.back(), "other");
+  const json params = json::parse(task_->Cases()[1].params);
+  EXPECT_EQ(params,
+            json({{"class", "peanut"}, {"model", 1}, {"method", "sdf"}, {"split", "tune"}}));
+  EXPECT_FALSE(PartsTask().uses_seed);
+}
+
+TEST_F(PartsTaskTest, ACaseIsScoredAgainstItsHumansAndAlwaysTheSame) {
+  for (const Case& which : task_->Cases()) {
+    const Result result = task_->Run(which);
+    ASSERT_EQ(result.outcome, "scored") << result.detail;
+    const json data = json::parse(result.data);
+    EXPECT_GT(data.at("parts"), 0);
+    ASSERT_EQ(result.seconds.size(), 1U);
+    EXPECT_EQ(result.seconds[0].first, "method");
+    EXPECT_GE(result.seconds[0].second, 0.0);
+    const Result again = task_->Run(which);
+    EXPECT_EQ(again.data, result.data);
+    EXPECT_EQ(again.detail, result.detail);
+  }
+}
+
+// The figures of a record are the doubles that were found, bit for bit.
+TEST_F(PartsTaskTest, FiguresAreReadBackAsTheyWereFound) {
+  const auto model = parts::ReadHumanModel(peanuts_.folder.path(), 3);
+  const auto found = parts::SegmentBy(parts::Method::kSdf, model.shape, {});
+  const auto score = parts::ScoreAgainstHumans(model, found);
+  const json data = json::parse(Run("peanut-0003-sdf").data);
+  EXPECT_EQ(data.at("rand_error").get<double>(), score.rand_error);
+  ASSERT_EQ(data.at("cut_discrepancy").is_null(), !score.cut_discrepancy);
+  if (score.cut_discrepancy) {
+    EXPECT_EQ(data.at("cut_discrepancy").get<double>(), *score.cut_discrepancy);
+  }
+}
+
+TEST_F(PartsTaskTest, KMeansTakesTheMeanNumberOfHumanSegments) {
+  // Two and three segments: 2.5, rounded up.
+  EXPECT_EQ(parts::MeanHumanSegments(peanuts_.folder.path(), std::vector{1, 2, 3}), 3);
+  for (const Case& which : task_->Cases()) {
+    if (!which.id.ends_with("kmeans")) continue;
+    EXPECT_EQ(json::parse(task_->Run(which).data).at("parts"), 3);
+  }
+}
+
+TEST_F(PartsTaskTest, AModelThatFailsSaysWhyAndTheOthersGoOn) {
+  peanuts_.folder.Write("off/2.off", "OFF\nrubbish\n");
+  std::filesystem::remove_all(peanuts_.folder / "seg/3");
+  peanuts_.folder.Write("seg/11/11_3.seg", "0\n1\n");
+  task_ = peanuts_.Read(Peanuts::kGood);
+  for (const Case& which : task_->Cases()) {
+    const Result result = task_->Run(which);
+    const bool works = which.id.starts_with("peanut-0001");
+    EXPECT_EQ(result.outcome, works ? "scored" : "failed") << which.id;
+    if (works) continue;
+    EXPECT_EQ(result.data, "{}");
+    EXPECT_EQ(result.stage, "read");
+    EXPECT_TRUE(result.seconds.empty());
+    EXPECT_EQ(result.detail.find('\n'), std::string::npos);
+  }
+  EXPECT_THAT(Run("peanut-0002-sdf").detail, HasSubstr("2.off"));
+  EXPECT_THAT(Run("peanut-0003-sdf").detail, HasSubstr("holds no human segmentation 3_<k>.seg"));
+  EXPECT_THAT(Run("other-0011-sdf").detail, HasSubstr("11_3.seg:3: has 2 labels"));
+}
+
+TEST_F(PartsTaskTest, AReplayLeavesLabelsColoursAndAPicture) {
+  const auto folder = peanuts_.folder / "replay";
+  const Case which = CaseOf("peanut-0002-kmeans");
+  const Result result = task_->Replay(which, {.folder = folder, .video = {}, .camera = {}});
+  EXPECT_EQ(result.data, Run("peanut-0002-kmeans").data);
+  const auto labels = parts::ReadLabels(folder / "peanut-0002-kmeans.seg");
+  EXPECT_EQ(labels.size(), parts::ReadInput(peanuts_.folder / "off/2.off").triangles.size());
+  EXPECT_THAT(core::ReadFile(folder / "peanut-0002-kmeans.ply"), testing::StartsWith("ply\n"));
+  EXPECT_THAT(core::ReadFile(folder / "peanut-0002-kmeans.png"), testing::StartsWith("\x89PNG"));
+}
+
+TEST_F(PartsTaskTest, AReplayHasNoVideo) {
+  const Case which = CaseOf("peanut-0002-kmeans");
+  EXPECT_THROW(
+      task_->Replay(which, {.folder = peanuts_.folder.path(), .video = "a.mp4", .camera = {}}),
+      core::InputError);
+}
+
+TEST_F(PartsTaskTest, AReplayThatCannotBeWrittenIsNoResultOfTheMethod) {
+  peanuts_.folder.Write("file", "");
+  const Case which = CaseOf("peanut-0002-kmeans");
+  EXPECT_THROW(
+      task_->Replay(which, {.folder = peanuts_.folder / "file", .video = {}, .camera = {}}),
+      core::InputError);
+}
+
+}  // namespace
+}  // namespace rangegrasp::tasks
