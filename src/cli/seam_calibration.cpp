@@ -93,15 +93,19 @@ seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
   const auto rows = seam::ReadProfiles(arguments.scans, RowFileOptions());
   const auto bases = core::CsvTable::Read(arguments.bases);
-  if (rows.size() != bases.rows()) {
+  const std::size_t base = bases.Column("base_mm");
+  std::vector<double> bases_m;
+  for (std::size_t i = 0; i < bases.rows(); ++i) {
+    bases_m.push_back(bases.Number(i, base) / kMmPerM);
+  }
+  if (rows.size() != bases_m.size()) {
     throw core::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
-                                       arguments.bases, bases.rows(), arguments.scans,
+                                       arguments.bases, bases_m.size(), arguments.scans,
                                        rows.size()));
   }
-  const std::size_t base = bases.Column("base_mm");
   std::vector<seam::CalibrationScan> scans;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    scans.push_back({{rows[i].height_m, 0.0}, bases.Number(i, base) / kMmPerM});
+    scans.push_back({{rows[i].height_m, 0.0}, bases_m[i]});
   }
   return scans;
 }

@@ -343,10 +343,12 @@ TEST_F(Io, APlyThatDeclaresFacesIsAMesh) {
   EXPECT_THROW(PlyHoldsMesh(Write("bad.ply", "ply\nelement\n")), InputError);
 }
 
-TEST_F(Io, AFullDiskAndAMissingFolderAreRunErrors) {
+TEST_F(Io, AMissingFolderIsMadeAndAFullDiskIsARunError) {
   core::Rng rng(4);
   const RangeImage image = RandomImage(rng);
-  EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd"), image), core::RunError);
+  WriteCloud(Path("no/such/folder.pcd"), image);
+  EXPECT_TRUE(std::filesystem::is_regular_file(Path("no/such/folder.pcd")));
+  EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd/cloud.pcd"), image), core::InputError);
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   try {
     WriteCloud("/dev/full", image);

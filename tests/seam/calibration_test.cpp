@@ -373,7 +373,8 @@ TEST(CalibrationFile, ErrorsNameFileAndKey) {
   EXPECT_NE(refusal(good + "height_5_m: 0\n").find("height_5_m"), std::string::npos);
   EXPECT_NE(MessageOf([&] { ReadCalibration(folder / "none.yaml"); }).find("none.yaml"),
             std::string::npos);
-  EXPECT_THROW(WriteCalibration(Fit({}), folder / "no/such/folder.yaml"), core::RunError);
+  WriteCalibration(Fit({}), folder / "new/folder.yaml");
+  EXPECT_THROW(WriteCalibration(Fit({}), folder / "new/folder.yaml/file.yaml"), core::InputError);
 }
 
 }  // namespace

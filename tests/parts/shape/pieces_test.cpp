@@ -65,7 +65,9 @@ TEST_P(SeededPieces, AreWhatNeighborsReachFallingBySize) {
       if (!chosen[u] || !chosen[v]) continue;
       EXPECT_EQ(label[u] == label[v], low[u] == low[v]);
       // The larger first; of two as large that with the first node.
-      const auto key = [&](auto node) { return std::pair(-static_cast<double>(size[low[node]]), low[node]); };
+      const auto key = [&](auto node) {
+        return std::pair(-static_cast<double>(size[low[node]]), low[node]);
+      };
       if (key(u) < key(v)) {
         EXPECT_LT(label[u], label[v]);
       }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "tasks/parts/peanuts.h"
 
 namespace rangegrasp::tasks {
@@ -58,7 +59,7 @@ TEST_F(PartsSetupTest, MistakesAreToldWithLineAndKey) {
   EXPECT_THAT(Refused("classes: [a, b]\n" + models),
               HasSubstr("parts.yaml:2: key 'models': has no models of class 'b'"));
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels: {a: {report: [1]}, b: {report: [2]}}\n"),
-              HasSubstr("unknown key 'models.b'"));
+              HasSubstr("unknown key 'b'; nearest valid key: 'a'"));
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {report: [1, x1]}\n"),
               HasSubstr("parts.yaml:4: key 'report': 'x1' must be a model's number"));
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {tune: [1], report: [1]}\n"),

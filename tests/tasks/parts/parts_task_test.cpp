@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "parts/method.h"
 #include "parts/metrics/human_score.h"
 #include "tasks/parts/peanuts.h"
 
