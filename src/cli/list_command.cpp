@@ -1,10 +1,9 @@
-#include "cli/list_command.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "cli/commands.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
 #include "tasks/kinds.h"

@@ -7,9 +7,6 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/list_command.h"
-#include "cli/results_commands.h"
-#include "cli/run_command.h"
 #include "core/error.h"
 #include "core/words.h"
 

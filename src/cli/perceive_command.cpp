@@ -9,6 +9,7 @@
 #include "cli/output.h"
 #include "core/data_folder.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "core/words.h"
 #include "draw/scene_view.h"
 #include "geometry/cloud_file.h"
@@ -139,8 +140,9 @@ std::string Text(const perception::Scene& scene,
         fmt::format("object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free",
                     i + 1, object.points.size(),
                     object.kind == perception::ObjectKind::kRotational ? "rotational" : "other",
-                    object.open ? ", open" : "", object.size_m.x() * 1e3, object.size_m.y() * 1e3,
-                    object.size_m.z() * 1e3, grasps[i].size(), free);
+                    object.open ? ", open" : "", object.size_m.x() * core::kMmPerM,
+                    object.size_m.y() * core::kMmPerM, object.size_m.z() * core::kMmPerM,
+                    grasps[i].size(), free);
     if (free > 0) text += fmt::format(", best: {}", core::Word(grasps[i].front().type));
     text += "\n";
   }

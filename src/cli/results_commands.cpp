@@ -1,5 +1,3 @@
-#include "cli/results_commands.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -7,6 +5,7 @@
 #include <memory>
 #include <set>
 
+#include "cli/commands.h"
 #include "cli/output.h"
 #include "core/error.h"
 #include "experiment/compare.h"

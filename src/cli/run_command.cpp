@@ -1,5 +1,3 @@
-#include "cli/run_command.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include <memory>
 #include <thread>
 
+#include "cli/commands.h"
 #include "cli/output.h"
 #include "core/data_folder.h"
 #include "core/error.h"

@@ -12,6 +12,7 @@
 #include "core/csv.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/units.h"
 #include "seam/calibration_body.h"
 #include "tasks/seam/seam_experiment.h"
 #include "tasks/seam/seam_files.h"
@@ -21,8 +22,6 @@ namespace {
 
 using seam::ProfileFileOptions;
 using tasks::seam_task::SeamExperiment;
-
-constexpr double kMmPerM = 1e3;
 
 struct GenerateArguments {
   std::string experiment, out;
@@ -38,7 +37,7 @@ void GenerateBody(const SeamExperiment& experiment, const std::filesystem::path&
   const stitching::StripeSensor sensor(experiment.sensor);
   for (const auto& scan : tasks::seam_task::CalibrationScansOf(experiment, sensor)) {
     rows.push_back({scan.profile.row_px, 0.0});
-    bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * kMmPerM);
+    bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * core::kMmPerM);
   }
   core::MakeFolderOf(out);
   seam::WriteProfiles(rows, out, RowFileOptions());
@@ -85,8 +84,8 @@ seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
   seam::CalibrationBody body;
   if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
   for (const double height : arguments.step_heights_mm)
-    body.step_heights_m.push_back(height / kMmPerM);
-  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / kMmPerM;
+    body.step_heights_m.push_back(height / core::kMmPerM);
+  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / core::kMmPerM;
   return body;
 }
 
@@ -96,7 +95,7 @@ std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments
   const std::size_t base = bases.Column("base_mm");
   std::vector<double> bases_m;
   for (std::size_t i = 0; i < bases.rows(); ++i) {
-    bases_m.push_back(bases.Number(i, base) / kMmPerM);
+    bases_m.push_back(bases.Number(i, base) / core::kMmPerM);
   }
   if (rows.size() != bases_m.size()) {
     throw core::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
@@ -124,9 +123,9 @@ void Calibrate(const CalibrateArguments& arguments) {
       "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} "
       "columns a mm",
       arguments.out, calibration.row_min_px, calibration.row_max_px,
-      calibration.HeightAt(calibration.row_min_px) * kMmPerM,
-      calibration.HeightAt(calibration.row_max_px) * kMmPerM,
-      1.0 / calibration.meters_per_column[0] / kMmPerM);
+      calibration.HeightAt(calibration.row_min_px) * core::kMmPerM,
+      calibration.HeightAt(calibration.row_max_px) * core::kMmPerM,
+      1.0 / calibration.meters_per_column[0] / core::kMmPerM);
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +11,7 @@
 #include "cli/output.h"
 #include "cli/seam_calibration.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "core/words.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
@@ -21,8 +23,6 @@ namespace rangegrasp::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr double kMmPerM = 1e3;
 
 // ---- detect: recorded profiles or a stream ----
 
@@ -46,7 +46,8 @@ class Detection {
     if (!arguments.method.empty()) {
       options_.method = core::FromWord<seam::DecisionMethod>(arguments.method, "--method");
     }
-    if (arguments.options.empty()) options_.line.columns_per_m = arguments.columns_per_mm * kMmPerM;
+    if (arguments.options.empty())
+      options_.line.columns_per_m = arguments.columns_per_mm * core::kMmPerM;
     if (arguments.negative) options_.positive_edge = false;
     if (!arguments.calibration.empty()) {
       calibration_ = seam::ReadCalibration(arguments.calibration);
@@ -89,8 +90,8 @@ class Detection {
 
   void Finish(std::size_t rows) const {
     if (!arguments_.picture.empty() && !drawn_) {
-      throw core::InputError("--picture-row " + std::to_string(arguments_.picture_row) +
-                             ": there are only " + std::to_string(rows) + " profiles");
+      throw core::InputError(fmt::format("--picture-row {}: there are only {} profiles",
+                                         arguments_.picture_row, rows));
     }
   }
 
@@ -116,9 +117,10 @@ class Detection {
                  std::size_t row) const {
     std::string line =
         fmt::format("{},{:.4f},{},", row, reading.time_s, core::Word(reading.status));
-    line += reading.column ? fmt::format("{:.2f},{:.4f},", *reading.column, reading.x_m * kMmPerM)
-                           : ",,";
-    line += fmt::format("{:.3f}", reading.step_m * kMmPerM);
+    line += reading.column
+                ? fmt::format("{:.2f},{:.4f},", *reading.column, reading.x_m * core::kMmPerM)
+                : ",,";
+    line += fmt::format("{:.3f}", reading.step_m * core::kMmPerM);
     for (const auto& column : reading.detected) line += column ? fmt::format(",{}", *column) : ",";
     WriteResult(fmt::format("{},{}\n", line, stop ? core::Word(*stop) : ""));
   }

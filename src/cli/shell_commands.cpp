@@ -1,8 +1,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "cli/bash_completion.h"
 #include "cli/commands.h"
-#include "cli/completion.h"
 #include "cli/man_page.h"
 #include "cli/output.h"
 #include "core/data_folder.h"

@@ -1,5 +1,7 @@
 #include "core/csv.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 
@@ -38,7 +40,7 @@ std::vector<std::string> TakeRecord(std::string_view& rest, int& line, const std
     }
   }
   if (quoted) {
-    throw InputError(name + ":" + std::to_string(first_line) + ": a quote is not closed");
+    throw InputError(fmt::format("{}:{}: a quote is not closed", name, first_line));
   }
   rest.remove_prefix(std::min(i + 1, rest.size()));
   return cells;
@@ -59,9 +61,8 @@ CsvTable CsvTable::Parse(std::string_view text, const std::string& name) {
       continue;
     }
     if (cells.size() != table.header_.size()) {
-      throw InputError(name + ":" + std::to_string(at) + ": has " + std::to_string(cells.size()) +
-                       " cells; there must be " + std::to_string(table.header_.size()) + ": " +
-                       Join(table.header_, ","));
+      throw InputError(fmt::format("{}:{}: has {} cells; there must be {}: {}", name, at,
+                                   cells.size(), table.header_.size(), Join(table.header_, ",")));
     }
     table.rows_.push_back({at, std::move(cells)});
   }
@@ -95,8 +96,8 @@ std::optional<double> CsvTable::OptionalNumber(std::size_t row, std::size_t colu
 }
 
 void CsvTable::Fail(std::size_t row, std::size_t column, const std::string& what) const {
-  throw InputError(name_ + ":" + std::to_string(rows_[row].line) + ": column '" + header_[column] +
-                   "': '" + Cell(row, column) + "' " + what);
+  throw InputError(fmt::format("{}:{}: column '{}': '{}' {}", name_, rows_[row].line,
+                               header_[column], Cell(row, column), what));
 }
 
 std::string CsvCell(const std::string& cell) {

@@ -1,5 +1,6 @@
 #include "core/file.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -40,15 +41,17 @@ void WriteFile(const std::filesystem::path& file, std::string_view bytes) {
   const bool in_place =
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   std::filesystem::path target = file;
-  if (!in_place) target += ".part" + std::to_string(getpid());
+  if (!in_place) target += fmt::format(".part{}", getpid());
   std::ofstream out(target, std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();  // a full disk may show only here
   if (out && !in_place) std::filesystem::rename(target, file, error);
   if (out && !error) return;
   if (!in_place) std::filesystem::remove(target, error);
-  throw RunError(file.string() + ": could not be written whole (" + std::to_string(bytes.size()) +
-                 " bytes; is the disk full, or the folder not writable?)");
+  throw RunError(
+      fmt::format("{}: could not be written whole ({} bytes; is the disk full, or the folder not "
+                  "writable?)",
+                  file.string(), bytes.size()));
 }
 
 void MakeFolderOf(const std::filesystem::path& file) {
@@ -59,6 +62,12 @@ void MakeFolderOf(const std::filesystem::path& file) {
     throw InputError(file.parent_path().string() +
                      ": the folder cannot be made: " + error.message());
   }
+}
+
+std::string EndingOf(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending;
 }
 
 }  // namespace rangegrasp::core

@@ -22,4 +22,7 @@ void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 /// Makes the folder that a file is to stand in. @throws InputError naming the folder.
 void MakeFolderOf(const std::filesystem::path& file);
 
+/// What a file's name ends with, in small letters: ".ply" of "Cup.PLY".
+std::string EndingOf(const std::filesystem::path& file);
+
 }  // namespace rangegrasp::core

@@ -1,7 +1,6 @@
 #include "core/hash.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
 
 namespace rangegrasp::core {
 
@@ -12,10 +11,6 @@ std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state) {
   return state;
 }
 
-std::string Hex(std::uint64_t value) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
-  return text.data();
-}
+std::string Hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
 }  // namespace rangegrasp::core

@@ -13,9 +13,9 @@ namespace rangegrasp::core {
 /// Takes the place of a YamlMap where options were not read but made in code: the function that
 /// reads them key by key checks them against the same ranges, and changes nothing.
 ///
-///   template <typename Source> void ReadKeys(Source& from, Options& options) {
-///     from.ReadScaled("width_mm", options.width_m, kMm, 0.1, 50.0, "width of the line");
-///   }
+///     template <typename Source> void ReadKeys(Source& from, Options& options) {
+///       from.ReadScaled("width_mm", options.width_m, kMm, 0.1, 50.0, "width of the line");
+///     }
 ///
 /// Every method throws std::invalid_argument as "what: key: 70 is out of range, must be from 0.1 to
 /// 50", in the key's unit.

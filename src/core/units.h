@@ -10,11 +10,11 @@ constexpr double kPi = std::numbers::pi;
 constexpr double Deg(double degrees) { return degrees * kPi / 180.0; }
 /// Degrees from radians.
 constexpr double ToDeg(double radians) { return radians * 180.0 / kPi; }
-/// Metres from millimetres.
-constexpr double Mm(double millimetres) { return millimetres * 1e-3; }
 /// One millimetre [m], one degree [rad]: the units of files that people write.
 constexpr double kMm = 1e-3;
 constexpr double kDeg = kPi / 180.0;
+/// Millimetres from metres, as a factor.
+constexpr double kMmPerM = 1e3;
 /// Standard gravity [m/s^2].
 constexpr double kGravity = 9.81;
 

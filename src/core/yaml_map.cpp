@@ -163,17 +163,6 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   return YamlMap(std::move(impl));
 }
 
-std::vector<std::string> YamlMap::Names() {
-  std::vector<std::string> names;
-  if (impl_->node.IsMap()) {
-    for (const auto& entry : impl_->node) {
-      if (entry.first.IsScalar()) names.push_back(entry.first.Scalar());
-    }
-  }
-  impl_->asked.insert(impl_->asked.end(), names.begin(), names.end());
-  return names;
-}
-
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
   const auto& overridden = impl_->document->overridden;
   const std::string path = impl_->prefix + key;

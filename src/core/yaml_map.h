@@ -52,8 +52,6 @@ class YamlMap {
   bool Has(const std::string& key) const;
   /// The mapping under a key; an empty one if the key is absent.
   YamlMap Child(const std::string& key, const std::string& doc = "");
-  /// The keys of a mapping whose keys are names that the file chooses; all count as asked for.
-  std::vector<std::string> Names();
 
   void Read(const std::string& key, std::string& value, const std::string& doc = "");
   void Read(const std::string& key, bool& value, const std::string& doc = "");
@@ -74,13 +72,6 @@ class YamlMap {
   void Read(const std::string& key, Enum& value, const std::string& doc = "") {
     auto position = static_cast<std::size_t>(value);
     ReadWord(key, position, WordList<Enum>(), doc);
-    value = static_cast<Enum>(position);
-  }
-  /// For enums that have no words of their own yet.
-  template <typename Enum>
-  void ReadEnum(const std::string& key, Enum& value, const std::vector<std::string>& names) {
-    auto position = static_cast<std::size_t>(value);
-    ReadWord(key, position, names, "");
     value = static_cast<Enum>(position);
   }
   /// Words of an enum, at least one.

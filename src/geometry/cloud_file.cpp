@@ -16,14 +16,6 @@
 namespace rangegrasp::geometry {
 namespace {
 
-bool EndsWith(const std::filesystem::path& file, std::string_view ending) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return extension == ending;
-}
-
 /// Rows keep their places, but a point is either finite or NaN as a whole.
 void Normalize(CloudFile& cloud, double unit_m) {
   for (Eigen::Vector3d& p : cloud.points) {
@@ -91,7 +83,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
   }
   const std::string bytes = core::ReadNonEmptyFile(file);
   const bool ply = internal::IsPly(bytes);
-  if (!ply && EndsWith(file, ".ply")) {
+  if (!ply && core::EndingOf(file) == ".ply") {
     throw core::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
   }
   CloudFile cloud = ply ? internal::ReadPlyCloud(file, bytes) : internal::ReadPcd(file, bytes);
@@ -108,7 +100,8 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
                 const std::vector<CloudField>& fields) {
   CheckFields(image, fields);
-  core::WriteFile(file, EndsWith(file, ".ply") ? PlyBytes(image, fields) : PcdBytes(image, fields));
+  core::WriteFile(
+      file, core::EndingOf(file) == ".ply" ? PlyBytes(image, fields) : PcdBytes(image, fields));
 }
 
 }  // namespace rangegrasp::geometry

@@ -17,7 +17,6 @@ struct LineGeometry {
 
   double CenterColumn() const { return 0.5 * (columns - 1); }
   double ToMeters(double column) const { return (column - CenterColumn()) / columns_per_m; }
-  double ToColumn(double x_m) const { return x_m * columns_per_m + CenterColumn(); }
 };
 
 /// What the camera saw of one line: for each column the row of the brightest pixel [px], NaN where

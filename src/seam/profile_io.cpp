@@ -1,5 +1,7 @@
 #include "seam/profile_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "image/pgm.h"
 #include "image/png.h"
 
@@ -35,20 +38,14 @@ void Check(const ProfileFileOptions& options) {
   check(options.min_height_m < options.max_height_m, "min_height_m must be below max_height_m");
 }
 
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", number);
-  return text;
-}
-
 // A piece of a file for a message: short, and nothing that a terminal would obey.
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kMost = 24;
-  std::string shown(text.substr(0, kMost));
+  constexpr std::size_t kMaxShown = 24;
+  std::string shown(text.substr(0, kMaxShown));
   for (char& c : shown) {
     if (c < ' ' || c > '~') c = '?';
   }
-  return "'" + shown + (text.size() > kMost ? "..." : "") + "'";
+  return "'" + shown + (text.size() > kMaxShown ? "..." : "") + "'";
 }
 
 std::string_view Trimmed(std::string_view text) {
@@ -124,8 +121,8 @@ bool InRange(double height_m, const ProfileFileOptions& options) {
 
 std::string RangeFault(const std::string& value, double unit, double zero,
                        const ProfileFileOptions& options) {
-  return value + " is out of range; it must be from " + Text(options.min_height_m / unit + zero) +
-         " to " + Text(options.max_height_m / unit + zero);
+  return fmt::format("{} is out of range; it must be from {:.6g} to {:.6g}", value,
+                     options.min_height_m / unit + zero, options.max_height_m / unit + zero);
 }
 
 // The fields' heights; what is wrong with them is returned.
@@ -134,7 +131,7 @@ std::string ParseFields(const std::vector<std::string_view>& fields,
   height_m.assign(fields.size(), kMissing);
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (IsNoValue(fields[i])) continue;
-    const std::string where = "column " + std::to_string(i + 1) + ": ";
+    const std::string where = fmt::format("column {}: ", i + 1);
     const auto number = Number(fields[i]);
     if (!number) {
       return where + Quoted(fields[i]) + " is not a number; no value is nan, - or nothing";
@@ -149,7 +146,7 @@ std::string ParseFields(const std::vector<std::string_view>& fields,
 }
 
 std::string WidthFault(std::size_t columns, int expected) {
-  return "has " + std::to_string(columns) + " columns instead of " + std::to_string(expected);
+  return fmt::format("has {} columns instead of {}", columns, expected);
 }
 
 // One line's heights; what is wrong with it is returned. `expected` 0: as many as there are.
@@ -164,12 +161,6 @@ std::string ParseLine(std::string_view line, int expected, const ProfileFileOpti
   }
   if (expected != 0 && fields.size() != columns) return WidthFault(fields.size(), expected);
   return ParseFields(fields, options, height_m);
-}
-
-std::string EndingOf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return ending;
 }
 
 std::ifstream Open(const std::filesystem::path& file) {
@@ -203,9 +194,9 @@ Profile ProfileOf(std::span<const std::uint16_t> grey, std::size_t row,
     if (grey[i] == 0) continue;
     const double height = (grey[i] - options.image_zero) * options.image_unit_m;
     if (!InRange(height, options)) {
-      throw InputError(
-          "row " + std::to_string(row + 1) + ", column " + std::to_string(i + 1) + ": grey level " +
-          RangeFault(std::to_string(grey[i]), options.image_unit_m, options.image_zero, options));
+      throw InputError(fmt::format("row {}, column {}: grey level {}", row + 1, i + 1,
+                                   RangeFault(fmt::format("{}", grey[i]), options.image_unit_m,
+                                              options.image_zero, options)));
     }
     profile.height_m[i] = static_cast<float>(height);
   }
@@ -270,8 +261,8 @@ std::uint16_t GreyOf(float height_m, const ProfileFileOptions& options) {
   const double grey =
       std::round(static_cast<double>(height_m) / options.image_unit_m + options.image_zero);
   if (!(grey >= 0.0 && grey <= 65535.0)) {
-    throw InputError("height " + Text(static_cast<double>(height_m)) +
-                     " m does not fit into 16 bits of " + Text(options.image_unit_m) + " m");
+    throw InputError(fmt::format("height {:.6g} m does not fit into 16 bits of {:.6g} m", height_m,
+                                 options.image_unit_m));
   }
   return static_cast<std::uint16_t>(std::max(grey, 1.0));
 }
@@ -285,8 +276,7 @@ image::Grey16 ImageOf(const std::vector<Profile>& profiles, const ProfileFileOpt
       try {
         image.grey.push_back(GreyOf(profiles[row].height_m[i], options));
       } catch (const InputError& error) {
-        throw InputError("row " + std::to_string(row + 1) + ", column " + std::to_string(i + 1) +
-                         ": " + error.what());
+        throw InputError(fmt::format("row {}, column {}: {}", row + 1, i + 1, error.what()));
       }
     }
   }
@@ -299,8 +289,9 @@ void CheckShape(const std::vector<Profile>& profiles) {
   if (columns == 0) throw InputError("row 1 has no columns");
   for (std::size_t row = 0; row < profiles.size(); ++row) {
     if (profiles[row].height_m.size() == columns) continue;
-    throw InputError("row " + std::to_string(row + 1) + " " +
-                     WidthFault(profiles[row].height_m.size(), static_cast<int>(columns)));
+    throw InputError(
+        fmt::format("row {} {}", row + 1,
+                    WidthFault(profiles[row].height_m.size(), static_cast<int>(columns))));
   }
 }
 
@@ -338,9 +329,9 @@ std::optional<ProfileRow> ProfileStream::Next() {
     }
     if (!fault.empty()) {
       row.profile = {};
-      row.fault = "row " + std::to_string(row_);
-      if (line_ != row_) row.fault += " (line " + std::to_string(line_) + ")";
-      row.fault += (fault.starts_with("column") ? ", " : " ") + fault;
+      row.fault =
+          fmt::format("row {}{}{}{}", row_, line_ != row_ ? fmt::format(" (line {})", line_) : "",
+                      fault.starts_with("column") ? ", " : " ", fault);
       return row;
     }
     row.profile.time_s = static_cast<double>(row_ - 1) / options_.rate_hz;
@@ -352,7 +343,7 @@ std::optional<ProfileRow> ProfileStream::Next() {
 std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
                                   const ProfileFileOptions& options) {
   Check(options);
-  const std::string ending = EndingOf(file);
+  const std::string ending = core::EndingOf(file);
   if (ending == ".csv" || ending == ".txt") return ReadCsv(file, options);
   if (ending == ".png" || ending == ".pgm") return ReadImage(file, ending == ".png", options);
   throw InputError(file.string() + ": unknown ending '" + ending +
@@ -364,14 +355,11 @@ void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::
   Check(options);
   std::string bytes;
   try {
-    bytes = BytesOf(profiles, EndingOf(file), options);
+    bytes = BytesOf(profiles, core::EndingOf(file), options);
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.flush();
-  if (!out) throw core::RunError(file.string() + ": cannot be written whole");
+  core::WriteFile(file, bytes);
 }
 
 }  // namespace rangegrasp::seam

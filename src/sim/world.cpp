@@ -165,11 +165,6 @@ void World::PlaceObject(int object, const core::Pose& X_WO) {
   impl_->Refresh();
 }
 
-void World::ParkObject(int object) {
-  impl_->Park(object);
-  impl_->Refresh();
-}
-
 void World::SetArm(const Eigen::VectorXd& q) {
   impl_->SetArm(q);
   impl_->Refresh();
@@ -228,10 +223,6 @@ std::vector<VisualMesh> World::VisualMeshes() const {
 
 core::Pose World::SitePose(const std::string& site) const {
   return internal::SitePose(data(), internal::Find(model(), mjOBJ_SITE, site));
-}
-
-double World::SiteRadius(const std::string& site) const {
-  return model()->site_size[3 * internal::Find(model(), mjOBJ_SITE, site)];
 }
 
 const mjModel* World::model() const { return impl_->model.get(); }

@@ -61,8 +61,6 @@ class World {
   double ObjectSpeed(int object) const;  ///< |v| + radius |w| [m/s]
   /// Puts an object at rest into a pose.
   void PlaceObject(int object, const core::Pose& X_WO);
-  /// Parks an object far away from everything, asleep, so that it takes no part.
-  void ParkObject(int object);
   void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
   Eigen::VectorXd ArmPositions() const;
 
@@ -75,7 +73,6 @@ class World {
   /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out).
   std::vector<VisualMesh> VisualMeshes() const;
   core::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
-  double SiteRadius(const std::string& site) const;
 
   const mjModel_* model() const;  ///< for the module's own files and tests
   mjModel_* model();

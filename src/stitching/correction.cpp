@@ -1,5 +1,7 @@
 #include "stitching/correction.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -102,7 +104,7 @@ Correction FromXml(const std::string& xml) {
       pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
   const auto parsed = document.load_buffer(xml.data(), xml.size(), kOptions, pugi::encoding_utf8);
   if (!parsed) {
-    Fail(std::string(parsed.description()) + " at byte " + std::to_string(parsed.offset));
+    Fail(fmt::format("{} at byte {}", parsed.description(), parsed.offset));
   }
   const pugi::xml_node root = document.first_child();
   if (root.type() != pugi::node_element || std::string_view(root.name()) != "correction" ||

@@ -12,6 +12,8 @@
 /// and points that tests about it need.
 namespace rangegrasp::test {
 
+constexpr double Mm(double millimetres) { return millimetres * core::kMm; }
+
 using Eigen::Vector3d;
 
 inline core::Pose TurnX(double rad) {
@@ -56,7 +58,6 @@ inline Vector3d AddFinger(const core::Pose& X_HBase, const std::vector<double>& 
 
 inline robot::HandModel::State HandState(double angle_rad) {
   using core::Deg;
-  using core::Mm;
   robot::HandModel::State state;
   geometry::Shape palm;
   palm.kind = geometry::Shape::Kind::kBox;

@@ -7,21 +7,13 @@
 
 #include "core/error.h"
 #include "core/rng.h"
+#include "error_of.h"
 
 namespace rangegrasp::core {
 namespace {
 
 using testing::HasSubstr;
-
-std::string ErrorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  ADD_FAILURE() << "no InputError";
-  return "";
-}
+using testing_support::ErrorOf;
 
 TEST(CsvTable, ReadsQuotedCellsAndBothLineEnds) {
   const auto table = CsvTable::Parse("a,b\r\n\"x, \"\"y\"\"\",1.5\n\n\"two\nlines\",\n", "t.csv");

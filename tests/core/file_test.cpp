@@ -52,5 +52,11 @@ TEST(WriteFile, TellsAFolderThatCannotBe) {
   EXPECT_THROW(WriteFile(folder / "file/inner/x", "y"), InputError);
 }
 
+TEST(EndingOf, IsInSmallLettersAndOfTheNameAlone) {
+  EXPECT_EQ(EndingOf("a.b/Cup.PLY"), ".ply");
+  EXPECT_EQ(EndingOf("a.b/cup"), "");
+  EXPECT_EQ(EndingOf("cup.tar.gz"), ".gz");
+}
+
 }  // namespace
 }  // namespace rangegrasp::core

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 
 #include "core/error.h"
+#include "error_of.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::core {
@@ -14,22 +16,16 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
+
+enum class Colour { kRed, kGreen, kBlue };
+constexpr std::array<std::string_view, 3> WordsOf(Colour) { return {"red", "green", "blue"}; }
 
 class YamlMapTest : public testing::Test {
  protected:
   YamlMap Parse(const std::string& text) {
     return YamlMap::FromFile(file_ = folder_.Write("options.yaml", text));
-  }
-  /// What the InputError says; a failure if there is none.
-  static std::string ErrorOf(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    ADD_FAILURE() << "no InputError";
-    return "";
   }
   /// The error must begin with file, line and key.
   auto At(int line, const std::string& key) const {
@@ -51,7 +47,7 @@ TEST_F(YamlMapTest, ReadsEveryKindOfValue) {
   int count = 0;
   double length_m = 0.0;
   std::optional<double> maybe;
-  enum class Colour { kRed, kGreen } colour = Colour::kRed;
+  Colour colour = Colour::kRed;
   int inner = 0;
   map.Read("text", text);
   map.Read("yes", yes);
@@ -60,7 +56,7 @@ TEST_F(YamlMapTest, ReadsEveryKindOfValue) {
   map.Read("count", count, -3, 3);
   map.ReadScaled("length_mm", length_m, 1e-3, 0.0, 10.0);
   map.Read("maybe", maybe, 0.0, 1.0);
-  map.ReadEnum("colour", colour, {"red", "green"});
+  map.Read("colour", colour);
   YamlMap child = map.Child("child");
   child.Read("inner", inner, 0, 10);
   child.Finish();
@@ -193,14 +189,12 @@ TEST_F(YamlMapTest, TextBoolListAndMapMustBeWhatTheyShould) {
 }
 
 TEST_F(YamlMapTest, AWordOfFewNamesTheNearest) {
-  int colour = 0;
+  Colour colour = Colour::kRed;
   YamlMap map = Parse("colour: grean\n");
-  EXPECT_THAT(ErrorOf([&] {
-                map.ReadEnum("colour", colour, {"red", "green", "blue"});
-              }),
+  EXPECT_THAT(ErrorOf([&] { map.Read("colour", colour); }),
               AllOf(At(1, "colour"), HasSubstr("'grean'"), HasSubstr("red, green, blue"),
                     HasSubstr("nearest: green")));
-  EXPECT_EQ(colour, 0);
+  EXPECT_EQ(colour, Colour::kRed);
 }
 
 TEST_F(YamlMapTest, AnUnknownKeyNamesTheNearestValidOne) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "error_of.h"
 #include "experiment/format.h"
 #include "experiment/runner.h"
 #include "temp_folder.h"
@@ -16,6 +17,7 @@ namespace rangegrasp::experiment {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
 // A kind that counts: `groups` words with `cases_each` cases, each of which squares its number.
@@ -84,15 +86,6 @@ class ExperimentTest : public testing::Test {
  protected:
   Experiment Open(const std::string& text, const Changes& changes = {}) {
     return OpenExperiment(folder_.Write("demo.yaml", text), kinds_, changes);
-  }
-  std::string ErrorOf(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const core::InputError& e) {
-      return e.what();
-    }
-    ADD_FAILURE() << "no InputError";
-    return "";
   }
   static std::vector<std::string> Ids(const Experiment& e) {
     std::vector<std::string> ids;

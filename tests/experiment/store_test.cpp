@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "error_of.h"
 #include "experiment/child.h"
 #include "experiment/sample_record.h"
 #include "temp_folder.h"
@@ -17,6 +18,7 @@ namespace rangegrasp::experiment {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::InChild;
 using testing_support::LimitFileSize;
 using testing_support::TempFolder;
@@ -27,20 +29,6 @@ void ExpectSame(const std::vector<Record>& a, const std::vector<Record>& b) {
     EXPECT_EQ(Row(a[i]), Row(b[i]));
     EXPECT_EQ(a[i].result.seconds, b[i].result.seconds);
   }
-}
-
-template <typename Error>
-std::string MessageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& e) {
-    return e.what();
-  } catch (const std::exception& e) {
-    ADD_FAILURE() << "another error: " << e.what();
-    return "";
-  }
-  ADD_FAILURE() << "no error";
-  return "";
 }
 
 TEST(Store, RoundTripsEveryFieldExactly) {
@@ -187,22 +175,22 @@ TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {
   folder.Write("file", "");
   for (const std::filesystem::path& bad :
        {folder / "file", folder / "file/below", std::filesystem::path("/proc/rangegrasp")}) {
-    EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
+    EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
   }
   // A folder that exists but takes no files, whoever asks.
-  EXPECT_THAT(MessageOf<core::InputError>([] { Store::Create("/proc/self"); }),
+  EXPECT_THAT(ErrorOf<core::InputError>([] { Store::Create("/proc/self"); }),
               HasSubstr("/proc/self/results.sqlite"));
 }
 
 TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
   const TempFolder folder;
   const auto file = folder.Write("results.sqlite", std::string(5000, 'x'));
-  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder.path()); }),
+  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder.path()); }),
               HasSubstr(file.string()));
-  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Create(folder.path()); }),
+  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Create(folder.path()); }),
               HasSubstr(file.string()));
   folder.Write("empty/results.sqlite", "");
-  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder / "empty"); }),
+  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder / "empty"); }),
               HasSubstr("no results"));
 }
 
@@ -212,7 +200,7 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
   ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
   sqlite3_exec(db, "CREATE TABLE other(x)", nullptr, nullptr, nullptr);
   sqlite3_close(db);
-  EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(folder.path()); }),
+  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder.path()); }),
               HasSubstr("no such table"));
 }
 
@@ -220,7 +208,7 @@ TEST(Store, AFolderWithoutResultsIsAnInputErrorThatSaysWhatToGive) {
   const TempFolder folder;
   EXPECT_FALSE(Store::Exists(folder.path()));
   for (const auto& bad : {folder.path(), folder / "missing"}) {
-    EXPECT_THAT(MessageOf<core::InputError>([&] { Store::Open(bad); }),
+    EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(bad); }),
                 testing::AllOf(HasSubstr(bad.string()), HasSubstr("no results here")));
   }
 }

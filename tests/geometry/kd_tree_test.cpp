@@ -27,13 +27,18 @@ std::vector<KdTree::Neighbor> BruteForce(PointSpan points, const Eigen::Vector3d
 }
 
 class SeededKdTree : public ::testing::TestWithParam<std::uint64_t> {};
+
+class SeededQueries : public ::testing::TestWithParam<std::uint64_t> {
+ protected:
+  core::Rng rng{GetParam()};
+  const Points points = RandomPoints(1 + rng.Index(400), 1.0, rng);
+  const KdTree tree{points};
+  std::vector<KdTree::Neighbor> found;
+};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededQueries, ::testing::Range<std::uint64_t>(0, 20));
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededKdTree, ::testing::Range<std::uint64_t>(0, 20));
 
-TEST_P(SeededKdTree, NearestIsThatOfABruteForce) {
-  core::Rng rng(GetParam());
-  const Points points = RandomPoints(1 + rng.Index(400), 1.0, rng);
-  const KdTree tree(points);
-  std::vector<KdTree::Neighbor> found;
+TEST_P(SeededQueries, NearestIsThatOfABruteForce) {
   for (int q = 0; q < 30; ++q) {
     const Eigen::Vector3d query = RandomPoint(1.2, rng);
     const std::size_t k = rng.Index(20);
@@ -44,11 +49,7 @@ TEST_P(SeededKdTree, NearestIsThatOfABruteForce) {
   }
 }
 
-TEST_P(SeededKdTree, WithinAndCountAreThoseOfABruteForce) {
-  core::Rng rng(GetParam());
-  const Points points = RandomPoints(1 + rng.Index(400), 1.0, rng);
-  const KdTree tree(points);
-  std::vector<KdTree::Neighbor> found;
+TEST_P(SeededQueries, WithinAndCountAreThoseOfABruteForce) {
   for (int q = 0; q < 30; ++q) {
     const Eigen::Vector3d query = RandomPoint(1.2, rng);
     const double radius = rng.Uniform(0.0, 1.0);

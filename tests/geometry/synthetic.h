@@ -235,4 +235,13 @@ inline std::vector<Solid> MixedObjects() {
           Cylinder{{-0.08, -0.10, 0.03}, 0.03, 0.06}};
 }
 
+/// A scan of them.
+inline Scan MixedScan(std::uint64_t seed, int outliers = 0, double step_m = 0.004) {
+  ScanOptions options;
+  options.seed = seed;
+  options.step_m = step_m;
+  options.outliers = outliers;
+  return MakeScan(MixedObjects(), options);
+}
+
 }  // namespace rangegrasp::synthetic

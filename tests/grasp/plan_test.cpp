@@ -288,7 +288,7 @@ TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
   // The least distance of walls at which a grasp is free is less than the open hand needs.
   const auto least = [](bool refine) {
     for (int mm = 10; mm < 80; mm += 2) {
-      if (Free(Plan(BoxBetweenWalls(core::Mm(mm)), refine)) > 0) return mm;
+      if (Free(Plan(BoxBetweenWalls(mm * core::kMm), refine)) > 0) return mm;
     }
     return 80;
   };

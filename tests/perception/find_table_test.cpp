@@ -20,14 +20,6 @@ using geometry::Points;
 
 const Eigen::Vector3d kSensor(0.8, 0.0, 0.62);
 
-synthetic::Scan Scene(std::uint64_t seed, int outliers = 0, double step_m = 0.004) {
-  synthetic::ScanOptions options;
-  options.seed = seed;
-  options.step_m = step_m;
-  options.outliers = outliers;
-  return synthetic::MakeScan(synthetic::MixedObjects(), options);
-}
-
 /// The scene's table is z = 0 with noise of 0.3 mm along the line of sight (0.18 mm across).
 void ExpectTable(const std::optional<Table>& table, const Eigen::Vector3d& up) {
   ASSERT_TRUE(table);
@@ -41,7 +33,7 @@ class SeededTable : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededTable, ::testing::Range<std::uint64_t>(0, 20));
 
 TEST_P(SeededTable, IsFoundUnderManyObjects) {
-  const auto scan = Scene(GetParam());
+  const auto scan = synthetic::MixedScan(GetParam());
   core::Rng rng(GetParam());
   const auto table = FindTable(scan.points_W, kSensor, {}, rng);
   ExpectTable(table, Eigen::Vector3d::UnitZ());
@@ -55,7 +47,7 @@ TEST_P(SeededTable, IsFoundUnderManyObjects) {
 }
 
 TEST_P(SeededTable, IsFoundWithStrayPointsUnderIt) {
-  auto scan = Scene(GetParam());
+  auto scan = synthetic::MixedScan(GetParam());
   core::Rng rng(1000 + GetParam());
   const std::size_t strays = 1 + rng.Index(12);
   for (std::size_t i = 0; i < strays; ++i) {
@@ -75,7 +67,7 @@ TEST_P(SeededTable, IsFoundInAnyFrame) {
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), geometry::testing::RandomDirection(rng))
           .toRotationMatrix();
-  auto scan = Scene(GetParam());
+  auto scan = synthetic::MixedScan(GetParam());
   for (Eigen::Vector3d& p : scan.points_W) p = R * p;
   ExpectTable(FindTable(scan.points_W, R * kSensor, {}, rng), R * Eigen::Vector3d::UnitZ());
 }
@@ -112,7 +104,7 @@ TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundWithDeepStrayPointsUnderIt) {
 }
 
 TEST(Table, IsFoundByTheDominantPlaneBeforeABackground) {
-  auto scan = Scene(1);
+  auto scan = synthetic::MixedScan(1);
   core::Rng rng(1);
   const std::size_t n = scan.points_W.size() / 2;
   for (std::size_t i = 0; i < n; ++i) {  // a rough wall behind, and below the table's height
@@ -133,7 +125,7 @@ TEST(Table, IsNotFoundWhereThereIsNone) {
   EXPECT_FALSE(FindTable(geometry::testing::RandomPoints(2000, 0.2, rng), kSensor, {}, rng));
   PreprocessOptions sideways;
   sideways.up_C = Eigen::Vector3d(0.0, 1.0, 0.0);
-  EXPECT_FALSE(FindTable(Scene(1).points_W, kSensor, sideways, rng));
+  EXPECT_FALSE(FindTable(synthetic::MixedScan(1).points_W, kSensor, sideways, rng));
 }
 
 TEST(Table, ThatIsEmptyAndFlatIsAllTable) {

@@ -15,14 +15,6 @@ using geometry::Indices;
 using geometry::KdTree;
 using geometry::Points;
 
-synthetic::Scan Scene(std::uint64_t seed, int outliers = 0, double step_m = 0.004) {
-  synthetic::ScanOptions options;
-  options.seed = seed;
-  options.step_m = step_m;
-  options.outliers = outliers;
-  return synthetic::MakeScan(synthetic::MixedObjects(), options);
-}
-
 TEST(CompressionRate, FollowsItsEquations) {
   core::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
@@ -83,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededFilter, ::testing::Range<std::uint64_t>(0,
 
 TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
   core::Rng rng(GetParam());
-  const auto scan = Scene(GetParam(), 20);
+  const auto scan = synthetic::MixedScan(GetParam(), 20);
   Points points = scan.points_W;
   for (int i = 0; i < 10; ++i) {  // pairs and far strays too
     const Eigen::Vector3d p = geometry::testing::RandomPoint(0.5, rng);

@@ -85,7 +85,7 @@ TEST(World, TakingTheSupportAwayWakesWhatRestedOnIt) {
   world.PlaceObject(1, At(0, 0, 0.1503));
   ASSERT_TRUE(world.Settle());
   for (int i = 0; i < 200; ++i) world.Step();
-  world.ParkObject(0);
+  world.PlaceObject(0, At(1, 0, 0.0501));
   ASSERT_TRUE(world.Settle());
   EXPECT_NEAR(world.ObjectPose(1).translation().z(), 0.05, 1e-3);
 }
@@ -140,7 +140,6 @@ TEST(World, UnknownNamesAreNamedWithTheKnownOnes) {
     EXPECT_THAT(error.what(), HasSubstr("moon"));
     EXPECT_THAT(error.what(), HasSubstr("delivery"));
   }
-  EXPECT_NEAR(world.SiteRadius("workspace"), 0.13, 0.05);
 }
 
 std::string Body(const std::string& inside) {

@@ -12,28 +12,13 @@
 #include "core/units.h"
 #include "core/words.h"
 #include "stitching/random_mats.h"
+#include "stitching/smooth_mats.h"
 
 namespace rangegrasp::stitching {
 namespace {
 
 constexpr EdgeShape kShapes[] = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
                                  EdgeShape::kConvex, EdgeShape::kConcave, EdgeShape::kNone};
-
-// A bright and dull mat without any texture, so that only its shape is left.
-MatOptions Smooth(EdgeShape shape) {
-  MatOptions options;
-  options.shape = shape;
-  options.texture.weave_relief_m = 0.0;
-  options.texture.fuzz_m = 0.0;
-  options.texture.fray_m = 0.0;
-  options.texture.filaments_per_m = 0.0;
-  options.texture.loose_filaments_per_m2 = 0.0;
-  options.texture.detached_share = 0.0;
-  options.texture.gloss = 0.0;
-  options.texture.darkness = 0.0;
-  options.texture.steep_rad = 0.75;
-  return options;
-}
 
 double HeightAt(const Mats& mats, double x, double y) { return mats.At(x, y).height_m; }
 

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "stitching/random_mats.h"
+#include "stitching/smooth_mats.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::stitching {
@@ -25,22 +26,6 @@ StripeSensorOptions Perfect() {
   options.lost_return = 0.0;
   options.outlier_share = 0.0;
   options.phantom_share = 0.0;
-  return options;
-}
-
-// A bright mat without texture.
-MatOptions Smooth(EdgeShape shape) {
-  MatOptions options;
-  options.shape = shape;
-  options.texture.weave_relief_m = 0.0;
-  options.texture.fuzz_m = 0.0;
-  options.texture.fray_m = 0.0;
-  options.texture.filaments_per_m = 0.0;
-  options.texture.loose_filaments_per_m2 = 0.0;
-  options.texture.detached_share = 0.0;
-  options.texture.gloss = 0.0;
-  options.texture.darkness = 0.0;
-  options.texture.steep_rad = 0.75;
   return options;
 }
 

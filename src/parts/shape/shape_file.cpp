@@ -46,8 +46,7 @@ constexpr const char* kColors = "property uchar red\nproperty uchar green\nprope
 }  // namespace
 
 geometry::TriangleMesh ReadInput(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const std::string ending = core::EndingOf(file);
   const bool mesh = ending == ".off" || ending == ".obj" || ending == ".stl";
   if (!mesh && ending != ".ply" && ending != ".pcd") {
     throw core::InputError(file.string() + ": unknown ending '" + ending +

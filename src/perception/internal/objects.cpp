@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/stopwatch.h"
+#include "core/units.h"
 #include "perception/internal/completion.h"
 #include "perception/internal/fragments.h"
 #include "perception/internal/merge_rotational.h"
@@ -69,7 +70,7 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 
 void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
   // Objects of one height to the millimetre are as high: noise must not order them.
-  const auto millimetres = [](double metres) { return std::lround(metres * 1e3); };
+  const auto millimetres = [](double metres) { return std::lround(metres * core::kMmPerM); };
   std::stable_sort(objects.begin(), objects.end(),
                    [&](const PerceivedObject& a, const PerceivedObject& b) {
                      const long height_a = millimetres(a.height_m);

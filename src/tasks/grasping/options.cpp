@@ -108,7 +108,7 @@ Options ReadOptions(YamlMap& map) {
   map.Read("mover", o.mover, "what plans the arm's motions");
   map.ReadPath("reference", o.reference, "published table, printed beside the own one");
   o.object_folder = (map.file().parent_path() / "../models/objects").lexically_normal();
-  map.ReadPath("object_folder", o.object_folder, "holds <name>/<name>.xml for every object");
+  map.ReadPath("object_folder", o.object_folder, "holds NAME/NAME.xml for every object");
   map.Read("objects", o.objects, "one row of the table each");
   map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
   map.Read("max_plans", o.max_plans, 1, 200,
@@ -133,7 +133,7 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 void CheckObjects(const YamlMap& map, const Options& options) {
   if (!std::filesystem::is_directory(options.object_folder)) {
     map.Fail("object_folder", "no folder " + options.object_folder.string() +
-                                  " (it must hold <name>/<name>.xml for every object)");
+                                  " (it must hold NAME/NAME.xml for every object)");
   }
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {

@@ -32,7 +32,7 @@ constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"
 struct Options {
   std::filesystem::path scene;
   std::filesystem::path sensor;         ///< a line scanner's file
-  std::filesystem::path object_folder;  ///< holds <name>/<name>.xml
+  std::filesystem::path object_folder;  ///< holds NAME/NAME.xml
   std::filesystem::path reference;      ///< the published table; may be empty
   std::vector<std::string> objects;
   int trials_per_object = 10;

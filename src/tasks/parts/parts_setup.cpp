@@ -45,7 +45,7 @@ Keys ReadKeys(YamlMap& map) {
   map.ReadPath("runtimes", keys.runtimes, "published table 6.1 as CSV: method, seconds");
   map.Require("data");
   map.Read("data", keys.data,
-           "folder of the benchmark, relative to the file: off/<id>.off, seg/<id>/<id>_<k>.seg");
+           "folder of the benchmark, relative to the file: off/ID.off, seg/ID/ID_K.seg");
   map.Require("models");
   return keys;
 }
@@ -121,7 +121,7 @@ std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
     std::error_code error;
     if (std::filesystem::is_directory(folder / part, error)) continue;
     map.Fail("data", fmt::format("'{}' has no folder '{}'; the data of the benchmark are laid out "
-                                 "as off/<id>.off and seg/<id>/<id>_<k>.seg; --set data=DIR names "
+                                 "as off/ID.off and seg/ID/ID_K.seg; --set data=DIR names "
                                  "another folder",
                                  folder.string(), part));
   }

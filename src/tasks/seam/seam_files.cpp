@@ -7,11 +7,7 @@
 #include "core/units.h"
 
 namespace rangegrasp::tasks::seam_task {
-namespace {
-
-constexpr double kMmPerM = 1e3;
-
-}  // namespace
+namespace {}  // namespace
 
 std::string LabelsCsv(const stitching::Recording& recording) {
   std::string text = "profile,column\n";
@@ -25,8 +21,9 @@ std::string LabelsCsv(const stitching::Recording& recording) {
 std::string PathCsv(const stitching::TrackResult& track) {
   std::string text = "time_s,x_mm,y_mm,heading_deg,distance_mm\n";
   for (const stitching::TrackPoint& p : track.path) {
-    text += fmt::format("{:.3f},{:.4f},{:.4f},{:.4f},{:.4f}\n", p.time_s, p.x_m * kMmPerM,
-                        p.y_m * kMmPerM, core::ToDeg(p.heading_rad), p.distance_m * kMmPerM);
+    text += fmt::format("{:.3f},{:.4f},{:.4f},{:.4f},{:.4f}\n", p.time_s, p.x_m * core::kMmPerM,
+                        p.y_m * core::kMmPerM, core::ToDeg(p.heading_rad),
+                        p.distance_m * core::kMmPerM);
   }
   return text;
 }

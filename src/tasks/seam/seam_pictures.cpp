@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/units.h"
 #include "core/words.h"
 #include "draw/plot.h"
 
@@ -16,7 +17,6 @@ using draw::Series;
 
 // The dissertation's colours (fig. 3.17): green, blue, red.
 constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
-constexpr double kMmPerM = 1e3;
 
 Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
                     const std::string& color) {
@@ -34,13 +34,13 @@ std::string ProfileSvg(const seam::EdgeTracker& tracker, const seam::Reading& re
                        const seam::LineGeometry& line) {
   const auto& prepared = tracker.prepared();
   Panel measured{"Profile as measured", "", "height [mm]", {}, {}, {}};
-  measured.series.push_back(ColumnSeries(prepared.original_m, kMmPerM, "", "#444444"));
+  measured.series.push_back(ColumnSeries(prepared.original_m, core::kMmPerM, "", "#444444"));
   Panel flat{
       fmt::format("Prepared: {}", core::Word(reading.status)), "", "height [mm]", {}, {}, {}};
-  flat.series.push_back(ColumnSeries(prepared.height_m, kMmPerM, "", "#444444"));
+  flat.series.push_back(ColumnSeries(prepared.height_m, core::kMmPerM, "", "#444444"));
   if (reading.column) flat.markers.push_back({*reading.column, "edge", "#d62728"});
   Panel weights{"Weight functions and positions of the three detectors",
-                fmt::format("column ({} a mm)", std::lround(line.columns_per_m / kMmPerM)),
+                fmt::format("column ({} a mm)", std::lround(line.columns_per_m / core::kMmPerM)),
                 "weight",
                 {},
                 {},
@@ -72,16 +72,16 @@ std::string TrackSvg(const stitching::TrackResult& track, const stitching::Mats&
       "Error of the distance between seam and edge", "along the track [mm]", "[mm]", {}, {}, {}};
   Series error{"", {}, {}, "#d62728"};
   for (const auto& point : track.path) {
-    needle.x.push_back(point.y_m * kMmPerM);
-    needle.y.push_back(-point.x_m * kMmPerM);
-    error.x.push_back(point.y_m * kMmPerM);
-    error.y.push_back((point.distance_m - wanted_distance_m) * kMmPerM);
-    edge.x.push_back(point.y_m * kMmPerM);
-    edge.y.push_back(-mats.EdgeX(point.y_m) * kMmPerM);
+    needle.x.push_back(point.y_m * core::kMmPerM);
+    needle.y.push_back(-point.x_m * core::kMmPerM);
+    error.x.push_back(point.y_m * core::kMmPerM);
+    error.y.push_back((point.distance_m - wanted_distance_m) * core::kMmPerM);
+    edge.x.push_back(point.y_m * core::kMmPerM);
+    edge.y.push_back(-mats.EdgeX(point.y_m) * core::kMmPerM);
   }
   for (const auto& point : track.sensed) {
-    sensed.x.push_back(point.y_m * kMmPerM);
-    sensed.y.push_back(-point.x_m * kMmPerM);
+    sensed.x.push_back(point.y_m * core::kMmPerM);
+    sensed.y.push_back(-point.x_m * core::kMmPerM);
   }
   map.series = {edge, sensed, needle};
   errors.series = {error};

@@ -28,8 +28,6 @@ using stitching::EdgeShape;
 using stitching::TrackEnd;
 using Cells = std::vector<std::string>;
 
-constexpr double kMmPerM = 1e3;
-
 // Name -> numbers of a published table, whose first column names the row.
 using Published = std::map<std::string, std::vector<std::optional<double>>>;
 
@@ -310,9 +308,9 @@ Cells TracksRow(const Facts& facts, const std::vector<RunResult>& all,
           fmt::format("{}", runs),
           fmt::format("{}", done),
           fmt::format("{}", early),
-          Fixed(mean / n * kMmPerM, 3),
-          Fixed(p95 / n * kMmPerM, 3),
-          Fixed(max * kMmPerM, 3),
+          Fixed(mean / n * core::kMmPerM, 3),
+          Fixed(p95 / n * core::kMmPerM, 3),
+          Fixed(max * core::kMmPerM, 3),
           Fixed(within / n * 100.0, 2),
           runs > 0 ? Fixed(within / wanted * 100.0, 2) : "-",
           ErrorCell(parts)};
@@ -373,7 +371,7 @@ std::string SeamRows(const std::vector<SeamResult>& seams) {
       "within_18px\n";
   for (const SeamResult& seam : seams) {
     const std::string height =
-        std::isfinite(seam.height_m) ? Fixed(seam.height_m * kMmPerM, 3) : "";
+        std::isfinite(seam.height_m) ? Fixed(seam.height_m * core::kMmPerM, 3) : "";
     for (std::size_t m = 0; m < kMethods; ++m) {
       Cells row = {fmt::format("{}", seam.seam),
                    std::string(core::Word(seam.shape)),
@@ -399,8 +397,8 @@ std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record
         {fmt::format("{}", run.run), TitleOf(run.method), std::string(core::Word(run.hazard)),
          Failed(records[i]) ? records[i].result.outcome : std::string(core::Word(run.end)),
          run.reached_hazard ? "1" : "0", run.stopped_early ? "1" : "0",
-         Fixed(run.settled_m * kMmPerM, 1), Fixed(run.mean_error_m * kMmPerM, 4),
-         Fixed(run.p95_error_m * kMmPerM, 4), Fixed(run.max_error_m * kMmPerM, 4),
+         Fixed(run.settled_m * core::kMmPerM, 1), Fixed(run.mean_error_m * core::kMmPerM, 4),
+         Fixed(run.p95_error_m * core::kMmPerM, 4), Fixed(run.max_error_m * core::kMmPerM, 4),
          Fixed(run.share_within_1mm, 5)});
   }
   return text;

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/stopwatch.h"
+#include "core/units.h"
 #include "seam/profile_io.h"
 #include "tasks/seam/seam_files.h"
 #include "tasks/seam/seam_json.h"
@@ -35,12 +36,11 @@ std::string DetailOf(const SeamResult& seam) {
 }
 
 std::string DetailOf(const RunResult& run) {
-  constexpr double kMmPerM = 1e3;
   return fmt::format(
       "end: {}; error after 100 mm: mean {:.3f} mm, 95 % {:.3f} mm, max {:.3f} mm; within 1 mm: "
       "{:.2f} % of the length",
-      core::Word(run.end), run.mean_error_m * kMmPerM, run.p95_error_m * kMmPerM,
-      run.max_error_m * kMmPerM, run.share_within_1mm * 100.0);
+      core::Word(run.end), run.mean_error_m * core::kMmPerM, run.p95_error_m * core::kMmPerM,
+      run.max_error_m * core::kMmPerM, run.share_within_1mm * 100.0);
 }
 
 class SeamRunner final : public experiment::Task {

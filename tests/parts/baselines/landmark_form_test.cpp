@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "parts/graphs.h"
+
 namespace rangegrasp::parts {
 namespace {
 
@@ -19,14 +21,7 @@ VertexGraph Star(std::uint32_t length) {
     join(0, first);
     for (std::uint32_t k = 1; k < length; ++k) join(first + k - 1, first + k);
   }
-  VertexGraph graph;
-  graph.begin.push_back(0);
-  for (const auto& some : links) {
-    graph.neighbor.insert(graph.neighbor.end(), some.begin(), some.end());
-    graph.length.insert(graph.length.end(), some.size(), 1.0);
-    graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbor.size()));
-  }
-  return graph;
+  return testing::GraphOf(links);
 }
 
 bool IsTip(std::uint32_t node, std::uint32_t length) { return node > 0 && node % length == 0; }

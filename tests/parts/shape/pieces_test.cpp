@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/rng.h"
+#include "parts/graphs.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -19,14 +20,7 @@ VertexGraph RandomGraph(std::uint32_t nodes, core::Rng& rng) {
     links[a].push_back(b);
     links[b].push_back(a);
   }
-  VertexGraph graph;
-  graph.begin.push_back(0);
-  for (const auto& some : links) {
-    graph.neighbor.insert(graph.neighbor.end(), some.begin(), some.end());
-    graph.length.insert(graph.length.end(), some.size(), 1.0);
-    graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbor.size()));
-  }
-  return graph;
+  return testing::GraphOf(links);
 }
 
 class SeededPieces : public ::testing::TestWithParam<std::uint64_t> {};

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/rng.h"
+#include "error_of.h"
 #include "parts/shape/segmentation.h"
 #include "parts/shape/shape_graph.h"
 #include "temp_folder.h"
@@ -17,18 +18,9 @@ namespace rangegrasp::parts {
 namespace {
 
 using ::testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 using Labels = std::vector<std::int32_t>;
-
-template <typename Call>
-std::string ErrorOf(Call call) {
-  try {
-    call();
-  } catch (const core::InputError& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 TEST(Labels, AreReadBackAsTheyWereWritten) {
   const TempFolder folder;
