@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "collision/hand_collider.h"
 #include "robot/ik.h"
 #include "robot/test_cells.h"
@@ -244,6 +246,69 @@ TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
       EXPECT_FALSE(collider.Hits(robot_.LinkPoses(q), contacts));
     }
   }
+}
+
+// Of the arm's links with each other and with the work cell: what MuJoCo finds deeper than 0.1 mm
+// is a hit. MuJoCo leaves out the same pairs, neighbors and those that the model excludes.
+TEST_P(Cell, ArmHitsItselfAndTheWorkCellWhereItDoesInMujoco) {
+  RobotCollider collider(robot_, 0.0);
+  collider.SetScene(-10.0, {}, {});
+  rangegrasp::Reference reference(GetParam());
+  mjModel* m = reference.m.get();
+  mjData* d = reference.d.get();
+  std::vector<bool> is_link(static_cast<std::size_t>(m->nbody), false);
+  for (const robot::Link& link : robot_.links()) {
+    is_link[static_cast<std::size_t>(mj_name2id(m, mjOBJ_BODY, link.name.c_str()))] = true;
+  }
+  const auto of_arm = [&](int geom) {
+    return is_link[static_cast<std::size_t>(m->geom_bodyid[geom])];
+  };
+  const auto of_cell = [&](int geom) {
+    const char* name = mj_id2name(m, mjOBJ_GEOM, geom);
+    const auto& cell = robot_.workcell();
+    return name != nullptr && std::any_of(cell.begin(), cell.end(),
+                                          [&](const auto& shape) { return shape.name == name; });
+  };
+  core::Rng rng(3);
+  int itself = 0;
+  int cell = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::VectorXd q = RandomJoints(robot_, rng);
+    reference.SetArm(q);
+    mj_kinematics(m, d);
+    mj_collision(m, d);
+    bool touches = false;
+    for (int c = 0; c < d->ncon; ++c) {
+      const int a = d->contact[c].geom[0];
+      const int b = d->contact[c].geom[1];
+      if (d->contact[c].dist > -1e-4) continue;
+      itself += of_arm(a) && of_arm(b);
+      cell += (of_arm(a) && of_cell(b)) || (of_cell(a) && of_arm(b));
+      touches = touches || (of_arm(a) && of_arm(b)) || (of_arm(a) && of_cell(b)) ||
+                (of_cell(a) && of_arm(b));
+    }
+    if (touches) {
+      EXPECT_TRUE(collider.Hits(robot_.LinkPoses(q), {})) << i;
+    }
+  }
+  EXPECT_GT(itself + cell, 20);
+}
+
+// A table that only the hand reaches, and one that the arm reaches, too.
+TEST_P(Cell, TheHandMayTouchTheTableAndTheArmMustNot) {
+  RobotCollider collider(robot_, 0.0);
+  const Eigen::VectorXd q = PointingDown();
+  const auto hits = [&](double table_z_m, bool may_touch) {
+    collider.SetScene(table_z_m, {}, {});
+    Contacts contacts;
+    contacts.may_touch_table = may_touch;
+    return collider.Hits(robot_.LinkPoses(q), contacts);
+  };
+  const double lowest = collider.LowestOfHand(robot_.HandPose(q), 0);
+  EXPECT_FALSE(hits(lowest - 1e-4, false));
+  EXPECT_TRUE(hits(lowest + 1e-4, false));
+  EXPECT_FALSE(hits(lowest + 1e-4, true));
+  EXPECT_TRUE(hits(10.0, true));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cells, Cell, ::testing::ValuesIn(Cells()),

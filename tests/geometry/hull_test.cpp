@@ -66,6 +66,29 @@ TEST(Hull, OfACubeWithPointsOnItsFacesIsTheCube) {
   EXPECT_NEAR(Volume(ConvexHull(points)), 1.0, 1e-12);
 }
 
+// Points of a facet that are no corners of the solid are in no triangle, and the order of what is
+// left is one of its own, whatever the order of the points.
+TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
+  core::Rng rng(GetParam());
+  Points points;
+  for (int x = 0; x <= 3; ++x) {
+    for (int y = 0; y <= 3; ++y) {
+      for (int z = 0; z <= 3; ++z) points.emplace_back(x, y, z);
+    }
+  }
+  points = Select(points, testing::Permutation(points.size(), rng));
+  const TriangleMesh hull = ConvexHull(points);
+  EXPECT_EQ(hull.vertices.size(), 8u);
+  EXPECT_EQ(hull.triangles.size(), 12u);
+  for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
+    const Eigen::Vector3d& a = hull.vertices[i - 1];
+    const Eigen::Vector3d& b = hull.vertices[i];
+    EXPECT_TRUE(std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3));
+  }
+  EXPECT_TRUE(std::is_sorted(hull.triangles.begin(), hull.triangles.end()));
+  for (const auto& t : hull.triangles) EXPECT_EQ(*std::min_element(t.begin(), t.end()), t[0]);
+}
+
 TEST(Hull, OfFlatPointsIsEmpty) {
   core::Rng rng(1);
   Points flat = testing::RandomPoints(50, 1.0, rng);

@@ -162,6 +162,24 @@ TEST_F(Io, TheUnitScalesPointsAndViewpoint) {
   EXPECT_THROW(ReadCloud(Path("mm.pcd"), 0.0), std::invalid_argument);
 }
 
+TEST_F(Io, APointThatIsNotWhollyMeasuredIsNotMeasured) {
+  const CloudFile cloud =
+      ReadCloud(Write("holes.pcd", Ascii("", "x y z", "F F F", "1 2 3\n4 nan 6\n")));
+  ASSERT_EQ(cloud.points.size(), 2u);
+  EXPECT_TRUE(cloud.points[0].allFinite());
+  EXPECT_TRUE(cloud.points[1].array().isNaN().all());
+}
+
+TEST_F(Io, UnitsAreFiniteAndEndingsOfEitherCase) {
+  const auto file = Write("mm.pcd", Ascii());
+  for (const double unit :
+       {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(ReadCloud(file, unit), std::invalid_argument) << unit;
+  }
+  Write("BROKEN.PLY", "plx\n");
+  EXPECT_THAT(Message([&] { ReadCloud(Path("BROKEN.PLY")); }), HasSubstr("starts with the line"));
+}
+
 TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
   const auto message = [this](const std::string& text) {
     const auto file = Write("broken.pcd", text);

@@ -69,6 +69,28 @@ TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
   }
 }
 
+TEST(Normals, TurnToThePlaceThatSawThePoint) {
+  core::Rng rng(6);
+  Points points = testing::RandomPoints(400, 0.03, rng);
+  Indices place_of;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].z() = 0.0;
+    place_of.push_back(i % 3 == 0 ? 1 : 0);
+  }
+  const Points places{{0.0, 0.0, 1.0}, {0.0, 0.0, -1.0}};
+  const Points normals = EstimateNormals(points, KdTree(points), 0.01, places, place_of);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(normals[i].z(), place_of[i] == 0 ? 1.0 : -1.0, 1e-9);
+  }
+}
+
+TEST(Normals, OfALonePointPointsToTheOrigin) {
+  const Points one{{0.1, 0.2, 0.3}};
+  const Eigen::Vector3d origin(0.4, 0.6, 0.3);
+  const auto normals = EstimateNormals(one, KdTree(one), 0.005, origin);
+  EXPECT_LT((normals[0] - Eigen::Vector3d(0.6, 0.8, 0.0)).norm(), 1e-12);
+}
+
 TEST(Normals, AreUnitLengthWhereNothingDefinesThem) {
   for (const Points& points :
        {Points{{0.0, 0.0, 0.0}}, Points{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},

@@ -95,6 +95,56 @@ TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
   EXPECT_EQ(within, fit->inliers.size());
 }
 
+// As exact as a fit to all points of the plane, not as the three that were drawn: six standard
+// errors of 400 points (see FitPlane's test), and what four stray points within 2 mm can turn.
+TEST_P(SeededPlane, RansacRefitsToItsInliers) {
+  core::Rng rng(GetParam());
+  const Plane truth = RandomPlane(rng);
+  Points points = OnPlane(truth, 400, 0.2, 0.0005, rng);
+  for (int i = 0; i < 100; ++i) points.push_back(RandomPoint(0.2, rng));
+  const auto fit = FitPlaneRansac(points, {}, rng);
+  ASSERT_TRUE(fit);
+  const double error = 6.0 * 0.0005 / (0.115 * 20.0) + 4.0 * 0.002 / 400.0 / 0.115;
+  EXPECT_GT(std::abs(fit->plane.normal.dot(truth.normal)), std::cos(error));
+}
+
+// What counts is the sum over all points, wherever the plane's own stand among them.
+TEST_P(SeededPlane, RansacCountsToTheEnd) {
+  core::Rng rng(GetParam());
+  const Plane truth = RandomPlane(rng);
+  Points points;
+  for (int i = 0; i < 2500; ++i) points.push_back(RandomPoint(0.2, rng));
+  for (const auto& p : OnPlane(truth, 2500, 0.2, 0.0005, rng)) points.push_back(p);
+  const auto fit = FitPlaneRansac(points, {}, rng);  // misses in (1 - 0.5^3)^100 = 2e-6 of all
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->inliers.size(), 2480u);
+}
+
+TEST_P(SeededPlane, RansacDependsOnItsArgumentsAndTheStreamAlone) {
+  core::Rng draw(GetParam());
+  const Points points = testing::RandomPoints(200, 0.2, draw);
+  core::Rng a(GetParam()), b(GetParam());
+  const auto first = FitPlaneRansac(points, {}, a);
+  const auto again = FitPlaneRansac(points, {}, b);
+  ASSERT_TRUE(first && again);
+  EXPECT_EQ(first->plane.normal, again->plane.normal);
+  EXPECT_EQ(first->plane.offset_m, again->plane.offset_m);
+  EXPECT_EQ(first->inliers, again->inliers);
+  EXPECT_EQ(a.Uniform(), b.Uniform());
+}
+
+TEST(Plane, IsFlatToANanometreAMetre) {
+  core::Rng rng(2);
+  for (const auto& [thickness, flat] : {std::pair(0.0, true), {1e-11, true}, {1e-6, false}}) {
+    Points points = testing::RandomPoints(50, 1.0, rng);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      points[i].z() = i % 2 == 0 ? thickness : -thickness;
+    }
+    EXPECT_EQ(IsFlat(points), flat) << thickness;
+  }
+  EXPECT_TRUE(IsFlat(Points(5, Eigen::Vector3d(1.0, 2.0, 3.0))));
+}
+
 TEST(Plane, RansacNeedsThreePointsThatAreNotOnALine) {
   core::Rng rng(1);
   EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}}, {}, rng));

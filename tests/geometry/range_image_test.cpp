@@ -40,6 +40,28 @@ TEST(MedianSpacing, HoldsWithGapsAndSteps) {
   EXPECT_NEAR(MedianSpacing(image), 0.002, 1e-12);
 }
 
+TEST(RangeImage, AProfileHasItsOrigin) {
+  RangeImage image = Grid(2, 5, 0.001, 0.003);
+  EXPECT_EQ(image.OriginOf(9), Eigen::Vector3d::Zero());
+  image.origins_C = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(image.OriginOf(i), i < 5 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY()) << i;
+  }
+  image.origins_C.resize(3);
+  EXPECT_THROW(image.OriginOf(0), std::invalid_argument);
+}
+
+TEST(ToCloud, TakesWhatWasMeasuredAndSaysWhere) {
+  RangeImage image = Grid(2, 3, 0.001, 0.003);
+  image.points_C[1].setConstant(kNaN);
+  image.points_C[4].x() = kNaN;
+  Indices source{7, 7};
+  const PointCloud cloud = ToCloud(image, &source);
+  EXPECT_EQ(source, (Indices{0, 2, 3, 5}));
+  ASSERT_EQ(cloud.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(cloud.points[k], image.points_C[source[k]]);
+}
+
 TEST(MedianSpacing, IsZeroWithoutNeighbors) {
   EXPECT_EQ(MedianSpacing({}), 0.0);
   EXPECT_EQ(MedianSpacing(Grid(1, 1, 0.001, 0.001)), 0.0);

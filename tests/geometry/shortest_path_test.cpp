@@ -270,6 +270,13 @@ TEST(ShortestPath, OnAGridDistancesAreStepsAlongBothSides) {
   }
 }
 
+TEST(FarthestReached, IsTheLowestNodeOfTheLargestFiniteDistance) {
+  EXPECT_EQ(FarthestReached(std::vector{1.0, 3.0, kFar, 3.0, 2.0}), 1u);
+  EXPECT_EQ(FarthestReached(std::vector{kFar, kFar}), 0u);
+  EXPECT_EQ(FarthestReached(std::vector{kFar, 0.0}), 1u);  // a source
+  EXPECT_EQ(FarthestReached({}), 0u);
+}
+
 TEST(ShortestPath, WhereNoLinkLeadsTheDistanceIsInfinite) {
   const Graph graph(3, {{0, 1, 2.0}});
   EXPECT_EQ(DistancesFrom({{0U}}, graph.Rows()), (std::vector{0.0, 2.0, kFar}));

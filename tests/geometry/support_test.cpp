@@ -82,6 +82,45 @@ TEST(Grown, ReachesFurtherByTheMargin) {
   }
 }
 
+// By definition, at points whose distances from the shapes are known.
+TEST(Inside, IsRightOnBothSidesOfASurface) {
+  const auto inside = [](Kind kind, const Vector3d& p) {
+    Shape shape;
+    shape.kind = kind;
+    shape.size = Vector3d(0.02, 0.03, 0.05);
+    return Inside(shape, p);
+  };
+  EXPECT_TRUE(inside(Kind::kCapsule, {0.0, 0.0, 0.0499}));  // half length and radius
+  EXPECT_FALSE(inside(Kind::kCapsule, {0.0, 0.0, 0.0501}));
+  EXPECT_FALSE(inside(Kind::kCapsule, {0.015, 0.0, 0.0449}));
+  EXPECT_TRUE(inside(Kind::kCylinder, {0.0199, 0.0, 0.0299}));
+  EXPECT_FALSE(inside(Kind::kCylinder, {0.0, 0.0, 0.0301}));
+  EXPECT_TRUE(inside(Kind::kBox, {0.0199, 0.0299, 0.0499}));
+  EXPECT_FALSE(inside(Kind::kBox, {0.0, 0.0301, 0.0}));
+  EXPECT_TRUE(inside(Kind::kEllipsoid, {0.0, 0.0, 0.0499}));
+  EXPECT_FALSE(inside(Kind::kEllipsoid, {0.0, 0.0, 0.0501}));
+  EXPECT_FALSE(inside(Kind::kEllipsoid, {0.019, 0.015, 0.0}));
+}
+
+TEST(Support, OfAMeshIsItsFarthestVertex) {
+  Shape mesh;
+  mesh.kind = Kind::kMesh;
+  mesh.mesh.vertices = {{0.1, 0.0, 0.0}, {-0.3, 0.2, 0.0}, {0.0, 0.0, 0.4}};
+  EXPECT_EQ(Support(mesh, Vector3d::UnitX()), 0.1);
+  EXPECT_EQ(Support(mesh, -Vector3d::UnitX()), 0.3);
+  EXPECT_EQ(Support(mesh, Vector3d::UnitZ()), 0.4);
+}
+
+// Its middle, not the origin of its frame.
+TEST(Grown, MovesAConvexPieceAwayFromItsMiddle) {
+  Shape piece;
+  piece.kind = Kind::kConvex;
+  piece.mesh = Tessellate(Turned(Kind::kBox));
+  for (Vector3d& p : piece.mesh.vertices) p += Vector3d(1.0, 0.0, 0.0);
+  const Shape grown = Grown(piece, 0.01);
+  EXPECT_LT((Centroid(grown.mesh.vertices) - Centroid(piece.mesh.vertices)).norm(), 1e-12);
+}
+
 TEST(Grown, MovesVerticesOfConvexPiecesAndLeavesSurfaces) {
   Shape box = Turned(Kind::kBox);
   Shape piece;

@@ -145,6 +145,55 @@ TEST(Antipodal, MatchesTheDirectFormula) {
   }
 }
 
+/// The formula of score.h, term by term.
+double Transcribed(const Quality& q, double cone_rad, const ScoreWeights& w) {
+  const auto square = [](double x) { return x * x; };
+  const double A =
+      std::min(4.0, square(std::max(q.angles.finger_rad, q.angles.thumb_rad) / cone_rad));
+  const double P = std::min(4.0, square((q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad));
+  const double L = std::min(4.0, square(q.lever_m / w.lever_scale_m));
+  const double H =
+      std::min(2.0, square(q.above_m / (q.above_m > 0.0 ? w.above_scale_m : w.below_scale_m)));
+  const double D = std::min(2.0, std::abs(q.drag_m) / w.drag_scale_m);
+  const double S = std::min(2.0, std::abs(q.slope_m) / w.slope_scale_m);
+  const double missing = (w.margin_m - q.top_margin_m) / w.margin_m;
+  const double M = missing < 0.0 ? 0.0 : std::min(2.0, missing);
+  const double R = q.room_m >= w.room_scale_m ? 0.0
+                   : q.room_m <= 0.0          ? 1.0
+                                              : square(1.0 - q.room_m / w.room_scale_m);
+  const double T = std::min(1.0, q.contact_m2 / w.contact_scale_m2);
+  return 1.0 - w.antipodal * A - w.pitch * P - w.lever * L - w.height * H - w.drag * D -
+         w.slope * S - w.shallow * M - w.room * R + w.tight * T + w.arm * q.thumb_to_arm;
+}
+
+// Within the bounds of every term and beyond, with weights that tell the terms apart.
+TEST(Score, IsTheSumOfItsTerms) {
+  core::Rng rng(8);
+  ScoreWeights odd;
+  for (double* value : {&odd.antipodal, &odd.pitch, &odd.lever, &odd.height, &odd.drag, &odd.slope,
+                        &odd.shallow, &odd.tight, &odd.room, &odd.arm, &odd.margin_m}) {
+    *value *= rng.Uniform(0.5, 2.0);
+  }
+  for (int i = 0; i < 2000; ++i) {
+    Quality q;
+    q.angles.finger_rad = rng.Uniform(0.0, 1.5);
+    q.angles.thumb_rad = rng.Uniform(0.0, 1.5);
+    q.pitch_rad = rng.Uniform(-0.3, 0.5);
+    q.best_pitch_rad = rng.Uniform(0.0, 0.3);
+    q.lever_m = rng.Uniform(0.0, 0.06);
+    q.above_m = rng.Uniform(-0.1, 0.1);
+    q.drag_m = rng.Uniform(-0.05, 0.05);
+    q.slope_m = rng.Uniform(-0.06, 0.06);
+    q.top_margin_m = rng.Uniform(-0.03, 0.03);
+    q.contact_m2 = rng.Uniform(0.0, 6e-4);
+    q.room_m = rng.Uniform(-0.01, 0.03);
+    q.thumb_to_arm = rng.Uniform(-1.0, 1.0);
+    for (const ScoreWeights& weights : {ScoreWeights{}, odd}) {
+      EXPECT_NEAR(Score(q, 0.46, weights), Transcribed(q, 0.46, weights), 1e-12) << i;
+    }
+  }
+}
+
 TEST(Score, FallsWithEveryFlaw) {
   Quality good;
   good.top_margin_m = 0.03;

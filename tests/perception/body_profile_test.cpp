@@ -74,6 +74,28 @@ TEST(ProfileBody, AHandleDiffers) {
                                          static_cast<double>(wall.size() + handle.size()));
 }
 
+TEST(ProfileBody, TheFullestBandOfTwiceTheDistanceAgrees) {
+  // 3 mm apart are within twice 2 mm of each other; a dent of 10 mm is not.
+  Analytic vase;
+  const Indices wide = vase.AddWall({0.0, 0.0}, 0.043, 0.05, 0.09, 0.0, 3.0);
+  const Indices narrow = vase.AddWall({0.0, 0.0}, 0.040, 0.05, 0.09, 3.0, 6.0);
+  const Indices dent = vase.AddWall({0.0, 0.0}, 0.030, 0.05, 0.09, 6.0, 6.28);
+  const BodyProfile profile = Profile(vase, testing::Joined(testing::Joined(wide, narrow), dent));
+  EXPECT_EQ(profile.differing, dent);
+  for (const Section& s : profile.sections) {
+    EXPECT_GT(s.outer_m, 0.040);
+    EXPECT_LT(s.outer_m, 0.043);
+  }
+}
+
+TEST(ProfileBody, LeavesOutTheLipThatIsOfTheTop) {
+  Analytic can;
+  const Indices wall = can.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
+  const Indices lip = can.AddWall({0.0, 0.0}, 0.05, 0.098, 0.102);  // within 2 mm of the top
+  EXPECT_EQ(Profile(can, testing::Joined(wall, lip)).agreeing, wall);
+  EXPECT_TRUE(Profile(can, testing::Joined(wall, lip)).differing.empty());
+}
+
 TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {
   Analytic can;
   const Indices wall = can.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
@@ -96,11 +118,16 @@ TEST(ProfileBody, NormalsHaveToPassTheAxis) {
 }
 
 TEST(ProfileBody, FewPointsSayNothing) {
-  Analytic wall;
-  wall.AddWall({0.0, 0.0}, 0.04, 0.05, 0.06);
-  wall.AddWall({0.0, 0.0}, 0.08, 0.05, 0.06);
-  const auto n = static_cast<std::uint32_t>(wall.cloud.size());
-  EXPECT_EQ(Profile(wall, {0, 1, 2, n - 2, n - 1}).fraction, 1.0);
+  // The first rows of two walls: one section with two radii, of which only one can be right.
+  Analytic walls;
+  Indices points = walls.AddWall({0.0, 0.0}, 0.04, 0.05, 0.06);
+  const Indices other = walls.AddWall({0.0, 0.0}, 0.08, 0.05, 0.06);
+  points.resize(10);
+  points.insert(points.end(), other.begin(), other.begin() + 9);
+  EXPECT_EQ(Profile(walls, points).fraction, 1.0);
+  points.push_back(other[9]);  // twenty say something
+  EXPECT_EQ(Profile(walls, points).fraction, 0.5);
+  const Analytic wall;
   EXPECT_TRUE(Profile(wall, {}).sections.empty());
 }
 

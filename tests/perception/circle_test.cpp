@@ -98,6 +98,39 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
   }
 }
 
+TEST(FitCircle2, IsExactForPointsOnAnArc) {
+  core::Rng rng(4);
+  for (int i = 0; i < 200; ++i) {
+    const double x = rng.Uniform(-0.1, 0.1);
+    const Eigen::Vector2d center(x, rng.Uniform(-0.1, 0.1));
+    const double radius = rng.Uniform(0.01, 0.1);
+    std::vector<Eigen::Vector2d> points;
+    for (int k = 0; k < 20; ++k) {
+      const double a = rng.Uniform(0.0, 2.0);
+      points.push_back(center + radius * Eigen::Vector2d(std::cos(a), std::sin(a)));
+    }
+    const auto fit = FitCircle2(points);
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR((fit->center - center).norm(), 0.0, 1e-9);
+    EXPECT_NEAR(fit->radius_m, radius, 1e-9);
+  }
+  EXPECT_FALSE(FitCircle2(std::vector<Eigen::Vector2d>{{0.0, 0.0}, {1.0, 0.0}}));
+  EXPECT_FALSE(
+      FitCircle2(std::vector<Eigen::Vector2d>{{0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0}, {5.0, 5.0}}));
+}
+
+TEST(FitCircle, RefusesACircleThatIsTooWide) {
+  for (const auto& [radius, found] : {std::pair(0.149, true), {0.151, false}}) {
+    geometry::Points rim;
+    for (int i = 0; i < 100; ++i) {
+      const double a = 2.0 * core::kPi * i / 100;
+      rim.emplace_back(radius * std::cos(a), radius * std::sin(a), 0.0);
+    }
+    core::Rng rng(1);
+    EXPECT_EQ(FitCircle(rim, {}, rng).has_value(), found) << radius;
+  }
+}
+
 TEST(FitCircle, FindsNothingInALine) {
   core::Rng rng(3);
   geometry::Points line;

@@ -140,11 +140,51 @@ TEST(Table, ThatIsEmptyAndFlatIsAllTable) {
   EXPECT_EQ(table->points.size(), 900u);
 }
 
-TEST(Table, RefusesBadOptions) {
+TEST(Table, ThatIsFlatIsNoneWhereUpIsElsewhere) {
+  Points points;
+  for (int x = 0; x < 30; ++x) {
+    for (int y = 0; y < 30; ++y) points.emplace_back(0.004 * x, 0.004 * y, 0.0);
+  }
   core::Rng rng(1);
   PreprocessOptions options;
-  options.preselection_m = 0.0;
-  EXPECT_THROW(FindTable(Points{}, kSensor, options, rng), std::invalid_argument);
+  options.up_C = Eigen::Vector3d(0.0, 1.0, 0.0);
+  EXPECT_FALSE(FindTable(points, kSensor, options, rng));
+  options.up_C = Eigen::Vector3d(0.1, 0.0, 1.0);
+  EXPECT_TRUE(FindTable(points, kSensor, options, rng));
+}
+
+// A wall holds more points than the table; beneath both lies rubble, so that the hull shows
+// neither.
+TEST(Table, IsFoundAfterAWallThatIsNotUp) {
+  core::Rng rng(2);
+  Points points;
+  for (int x = 0; x < 50; ++x) {
+    for (int y = 0; y < 50; ++y) points.emplace_back(0.004 * x - 0.1, 0.004 * y - 0.1, 0.0);
+  }
+  for (int y = 0; y < 80; ++y) {
+    for (int z = 0; z < 50; ++z) points.emplace_back(-0.3, 0.005 * y - 0.2, 0.005 * z - 0.1);
+  }
+  for (int i = 0; i < 500; ++i) {
+    const double x = rng.Uniform(-0.5, 0.3);
+    const double y = rng.Uniform(-0.3, 0.3);
+    points.emplace_back(x, y, rng.Uniform(-0.5, -0.05));
+  }
+  PreprocessOptions options;
+  options.up_C = Eigen::Vector3d::UnitZ();
+  ExpectTable(FindTable(points, kSensor, options, rng), Eigen::Vector3d::UnitZ());
+  options.table.dominant_planes = 1;
+  EXPECT_FALSE(FindTable(points, kSensor, options, rng));
+}
+
+TEST(Table, RefusesBadOptions) {
+  core::Rng rng(1);
+  PreprocessOptions no_preselection, below, no_up;
+  no_preselection.preselection_m = 0.0;
+  below.table_clearance_m = -0.001;
+  no_up.up_C = Eigen::Vector3d::Zero();
+  for (const PreprocessOptions& options : {no_preselection, below, no_up}) {
+    EXPECT_THROW(FindTable(Points{}, kSensor, options, rng), std::invalid_argument);
+  }
 }
 
 }  // namespace

@@ -86,6 +86,141 @@ TEST(FindRotationAxis, RefusesARoundLidOnASquareBody) {
   EXPECT_FALSE(AxisOf(Given(shape.cloud), 1));
 }
 
+/// The parts of a disc, or of a ring, within an angle of +x.
+Indices Within(const Analytic& shape, const Indices& points, double angle_rad) {
+  Indices within;
+  for (const auto i : points) {
+    const Vector3d& p = shape.cloud.points[i];
+    if (std::abs(std::atan2(p.y(), p.x())) <= angle_rad) within.push_back(i);
+  }
+  return within;
+}
+
+std::optional<RotationAxis> AxisOf(const Given& given, const Indices& points) {
+  return given.Describe(points).axis;
+}
+
+// Its round side is 61 % of its rim, and its body agrees.
+TEST(FindRotationAxis, RefusesHalfALid) {
+  Analytic half;
+  const Indices lid = half.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m);
+  const Indices wall = half.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
+  const Indices points = testing::Joined(Within(half, lid, 0.5 * core::kPi), wall);
+  Given given(half.cloud);
+  EXPECT_FALSE(AxisOf(given, points));
+  given.options.axis.rim_share = 0.5;
+  EXPECT_TRUE(AxisOf(given, points));
+}
+
+// An arc of 60 deg fits too well to say anything.
+TEST(FindRotationAxis, RefusesAShortArc) {
+  Analytic sector;
+  const Indices ring = sector.AddDisc({0.0, 0.0, kHeight_m}, 0.1, 0.07);
+  const Indices wall = sector.AddWall({0.0, 0.0}, 0.1, 0.01, 0.096, -0.5, 0.5);
+  const Indices points = testing::Joined(Within(sector, ring, 0.52), wall);
+  Given given(sector.cloud);
+  given.options.axis.rim_share = 0.3;
+  given.options.axis_from_body = false;
+  EXPECT_FALSE(AxisOf(given, points));
+  given.options.axis.min_arc_rad = 0.8;
+  EXPECT_TRUE(AxisOf(given, points));
+}
+
+// A lid that leans by less than its fit is uncertain is no reason to lean the whole can; a can that
+// leans as a whole does.
+TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
+  const Eigen::AngleAxisd lean(core::Deg(3.0), Vector3d::UnitY());
+  const Vector3d top(0.0, 0.0, kHeight_m);
+  Analytic cut;
+  const Indices lid = cut.AddDisc(top, kRadius_m);
+  const Indices wall = cut.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.092, -1.3, 1.3);
+  for (const auto i : lid) {
+    cut.cloud.points[i] = top + lean * (cut.cloud.points[i] - top);
+    cut.cloud.normals[i] = lean * cut.cloud.normals[i];
+  }
+  const auto upright = AxisOf(Given(cut.cloud), testing::Joined(lid, wall));
+  ASSERT_TRUE(upright);
+  EXPECT_EQ(upright->direction_C, Vector3d::UnitZ());
+  // 7 mm at the can's foot, which the sections of an upright axis show.
+  const Eigen::AngleAxisd more(core::Deg(4.5), Vector3d::UnitY());
+  auto cloud = Can({0.0, 0.0}).cloud;
+  for (Vector3d& p : cloud.points) p = more * p;
+  for (Vector3d& n : cloud.normals) n = more * n;
+  const auto leaning = AxisOf(Given(cloud), 1);
+  ASSERT_TRUE(leaning);
+  EXPECT_NEAR((leaning->direction_C - more * Vector3d::UnitZ()).norm(), 0.0, 1e-9);
+}
+
+// The rim of a ring with a gap runs inside and out.
+TEST(FindRotationAxis, BridgesAGapInTheRim) {
+  Analytic shape;
+  const Indices ring = shape.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m, 0.03);
+  const Indices wall = shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
+  Given given(shape.cloud);
+  const auto axis = AxisOf(given, testing::Joined(Within(shape, ring, core::kPi - 0.25), wall));
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR(axis->center_C.head<2>().norm(), 0.0, 1e-6);
+  EXPECT_GT(axis->rim_fraction, 0.0);
+}
+
+// The lid lies 1 mm beside the body's middle, as a rim seen at a grazing angle does.
+TEST(FindRotationAxis, IsRefinedByTheBody) {
+  Analytic can;
+  const Indices lid = can.AddDisc({0.001, 0.0, kHeight_m}, kRadius_m);
+  const Indices wall = can.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
+  const auto axis = AxisOf(Given(can.cloud), testing::Joined(lid, wall));
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR(axis->center_C.head<2>().norm(), 0.0, 1e-5);
+}
+
+/// A cup of which the lip was seen on the near side alone: its rim gives no circle.
+struct NearLip {
+  Analytic cup;
+  Indices points;
+  explicit NearLip(double wall_rad) {
+    const Indices lip = cup.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m, kRadius_m - 0.008);
+    points = testing::Joined(Within(cup, lip, 1.6),
+                             cup.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -wall_rad, wall_rad));
+  }
+};
+
+TEST(FindRotationAxis, OfAThinRingComesFromItsBody) {
+  const NearLip lip(1.3);
+  Given given(lip.cup.cloud);
+  const auto axis = AxisOf(given, lip.points);
+  ASSERT_TRUE(axis);
+  EXPECT_EQ(axis->rim_fraction, 0.0);
+  EXPECT_NEAR((axis->center_C - Vector3d(0.0, 0.0, kHeight_m)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-9);
+  given.options.axis_from_body = false;
+  EXPECT_FALSE(AxisOf(given, lip.points));
+  const NearLip narrow(0.8);  // 92 deg of wall
+  EXPECT_FALSE(AxisOf(Given(narrow.cup.cloud), narrow.points));
+}
+
+TEST(FindRotationAxis, OfAThinRingAllowsAHandle) {
+  NearLip lip(1.3);
+  const Indices handle = lip.cup.AddWall({0.0, 0.0}, 0.06, 0.02, 0.086, -0.5, 0.5);
+  const Indices points = testing::Joined(lip.points, handle);
+  const auto axis = AxisOf(Given(lip.cup.cloud), points);
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-9);
+  EXPECT_LT(axis->body_fraction, 0.8);  // of a rim's axis that would be too few
+}
+
+TEST(ShareOnCircle, CountsWhatIsWithinTheDistance) {
+  Analytic shape;
+  const Circle circle{{0.0, 0.0, 0.0}, Vector3d::UnitZ(), 0.05};
+  Indices points;
+  for (const Vector3d& p : {Vector3d(0.0519, 0.0, 0.0), Vector3d(0.0, 0.0481, 0.0019),
+                            Vector3d(0.0521, 0.0, 0.0), Vector3d(0.05, 0.0, 0.0021)}) {
+    points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
+    shape.Add(p, Vector3d::UnitZ());
+  }
+  EXPECT_EQ(ShareOnCircle(shape.cloud, points, circle, 0.002), 0.5);
+  EXPECT_EQ(ShareOnCircle(shape.cloud, {}, circle, 0.002), 0.0);
+}
+
 TEST(RefineAxis, MovesAnAxisThatTheRimPutWrongBackToTheBody) {
   const Given given(Can({0.0, 0.0}).cloud);
   const auto part = given.Describe(All(given.cloud));

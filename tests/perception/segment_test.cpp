@@ -126,7 +126,7 @@ TEST(NormalWeight, FollowsItsEquations) {
 }
 
 /// Algorithm 2 by flood filling, all pairs.
-std::vector<Indices> FloodFill(const PointCloud& cloud, double d_a) {
+std::vector<Indices> FloodFill(const PointCloud& cloud, double d_a, double neighborhood) {
   std::vector<bool> done(cloud.size(), false);
   std::vector<Indices> regions;
   for (std::uint32_t start = 0; start < cloud.size(); ++start) {
@@ -137,7 +137,7 @@ std::vector<Indices> FloodFill(const PointCloud& cloud, double d_a) {
       const std::uint32_t i = region[k];
       for (std::uint32_t m = 0; m < cloud.size(); ++m) {
         const double d = (cloud.points[i] - cloud.points[m]).norm();  // eq. 5.2
-        if (done[m] || d >= 3.0 * d_a) continue;
+        if (done[m] || d >= neighborhood * d_a) continue;
         if (d * NormalWeight(cloud.normals[i], cloud.normals[m]) >= d_a) continue;
         done[m] = true;
         region.push_back(m);
@@ -163,7 +163,13 @@ TEST(RegionGrowing, IsTheFloodFillOfAlgorithm2) {
         geometry::NearestNeighborDistances(cloud.points, KdTree(cloud.points)).mean_m;
     SegmentOptions options;
     options.min_points = 1;
-    EXPECT_EQ(SegmentByRegionGrowing(cloud.points, cloud.normals, options), FloodFill(cloud, d_a));
+    for (const double neighborhood : {1.5, 3.0, 6.0}) {
+      options.neighborhood = neighborhood;
+      const auto regions = SegmentByRegionGrowing(cloud.points, cloud.normals, options);
+      EXPECT_EQ(regions, FloodFill(cloud, d_a, neighborhood));
+      options.method = SegmentMethod::kRegionGrowing;
+      EXPECT_EQ(Segment(cloud, options), regions);
+    }
   }
 }
 
@@ -179,6 +185,27 @@ TEST(MeshAlpha, IsTheLargestNeighbourDistanceWithinBounds) {
   EXPECT_EQ(MeshAlpha(0.200, options), options.max_alpha_m);
   options.alpha_m = 0.02;
   EXPECT_EQ(MeshAlpha(0.005, options), 0.02);
+}
+
+// The gap of 20 mm is wider than any alpha that is taken from the scan, and narrower than 30 mm.
+TEST(MeshSegmentation, TakesTheAlphaThatTheOptionsName) {
+  const Objects objects = ScanObjects(TwoBoxes(0.020), 6);
+  SegmentOptions options;
+  EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 2u);
+  options.alpha_m = 0.030;
+  EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 1u);
+}
+
+TEST(Segment, RefusesAlphasOutOfRange) {
+  SegmentOptions negative;
+  negative.alpha_m = -0.001;
+  SegmentOptions crossed;
+  crossed.min_alpha_m = 0.02;
+  crossed.max_alpha_m = 0.01;
+  for (const SegmentOptions& options : {negative, crossed}) {
+    EXPECT_THROW(SegmentByMesh(Points{}, options), std::invalid_argument);
+    EXPECT_THROW(SegmentByRegionGrowing(Points{}, Points{}, options), std::invalid_argument);
+  }
 }
 
 TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {

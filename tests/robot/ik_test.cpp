@@ -123,6 +123,44 @@ TEST_P(Ik, StraightLineOutOfReachIsRefused) {
   EXPECT_FALSE(StraightLine(robot_, robot_.home, X_WH));
 }
 
+// A turn in place has as many steps as a point at kRotationRadius_m from the hand needs.
+TEST_P(Ik, ATurnInPlaceIsALineOfSmallTurns) {
+  core::Rng rng(16);
+  int lines = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Eigen::VectorXd q0 = RandomJoints(robot_, rng, 0.3);
+    core::Pose X_WH = robot_.HandPose(q0);
+    X_WH.linear() = X_WH.linear() * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+    const auto path = StraightLine(robot_, q0, X_WH);
+    if (!path) continue;
+    ++lines;
+    EXPECT_GE(path->size(), 1 + static_cast<std::size_t>(0.5 * kRotationRadius_m / 0.01));
+  }
+  EXPECT_GT(lines, 30);
+}
+
+// Held in one place, the arm turns its elbow away from its joints' limits.
+TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
+  core::Rng rng(17);
+  const Eigen::ArrayXd half = 0.5 * (robot_.upper - robot_.lower).array();
+  const Eigen::ArrayXd middle = 0.5 * (robot_.upper + robot_.lower).array();
+  const auto nearness = [&](const Eigen::VectorXd& q) {
+    return ((q.array() - middle) / half).pow(6).sum();
+  };
+  int better = 0;
+  int followed = 0;
+  for (int n = 0; n < 50; ++n) {
+    const Eigen::VectorXd q0 = RandomJoints(robot_, rng, 0.02);
+    const auto path = FollowPoses(robot_, q0, std::vector<core::Pose>(40, robot_.HandPose(q0)));
+    if (!path) continue;
+    ++followed;
+    better += nearness(path->back()) < nearness(q0);
+  }
+  EXPECT_GT(followed, 10);
+  // The step is the descent of this sum to first order.
+  EXPECT_GE(better, followed * 9 / 10);
+}
+
 INSTANTIATE_TEST_SUITE_P(Cells, Ik, ::testing::ValuesIn(Cells()),
                          [](const auto& cell) { return CellName(cell.param); });
 

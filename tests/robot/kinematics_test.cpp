@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "core/error.h"
+#include "core/file.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {
@@ -87,6 +90,31 @@ TEST(Load, NamesTheFileAndWhatIsMissing) {
     FAIL() << "should throw";
   } catch (const core::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("missing.xml"), std::string::npos);
+  }
+}
+
+// The small cell with one thing wrong each: what the message has to name.
+TEST(Load, NamesWhatIsWrongInTheFile) {
+  const std::string cell = core::ReadFile(SmallCell());
+  const auto file = std::filesystem::path(::testing::TempDir()) / "wrong_cell.xml";
+  for (const auto& [right, wrong, named] :
+       {std::tuple("name=\"workspace\"", "name=\"elsewhere\"", "workspace"),
+        std::tuple("name=\"stand\"", "name=\"q/hand\"", "twice"),
+        std::tuple("name=\"stand\"", "name=\"q/base\"", "twice"),
+        std::tuple("axis=\"0 0 1\" range=\"-180 180\"", "axis=\"0 0 1\"", "needs a range"),
+        std::tuple("<joint name=\"j2\"", "<joint name=\"j2\" type=\"slide\"", "hinge")}) {
+    std::string text = cell;
+    const auto at = text.find(right);
+    ASSERT_NE(at, std::string::npos) << right;
+    text.replace(at, std::string(right).size(), wrong);
+    core::WriteFile(file, text);
+    try {
+      Robot::Load(file);
+      ADD_FAILURE() << "should throw: " << wrong;
+    } catch (const core::InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("wrong_cell.xml"), std::string::npos);
+      EXPECT_NE(std::string(error.what()).find(named), std::string::npos) << error.what();
+    }
   }
 }
 

@@ -115,6 +115,28 @@ TEST(TimingOfOneJoint, TakesTheTimeOfATrapezoid) {
   }
 }
 
+// A rounded corner is passed without a stop.
+TEST(TimingOfCorners, RoundingSavesTime) {
+  const Robot robot = Robot::Load(SmallCell());
+  Path path(3, Eigen::VectorXd::Zero(robot.dof()));
+  path[1][0] = path[2][0] = 1.0;
+  path[2][1] = 1.0;
+  const double sharp = TimeParameterise(robot, path, {.corner_rad = 0.0}).Duration();
+  const double rounded = TimeParameterise(robot, path, {.corner_rad = 0.05}).Duration();
+  EXPECT_LT(rounded, sharp - 0.02);
+}
+
+TEST(Timing, RefusesOptionsOutOfRange) {
+  const Robot robot = Robot::Load(SmallCell());
+  const Path path{Eigen::VectorXd::Zero(robot.dof()), Eigen::VectorXd::Ones(robot.dof())};
+  for (const TimingOptions& options :
+       {TimingOptions{.velocity_scale = 0.0}, TimingOptions{.acceleration_scale = 0.0},
+        TimingOptions{.acceleration_scale = 1.1}, TimingOptions{.corner_rad = -0.01},
+        TimingOptions{.smoothing_s = -0.01}, TimingOptions{.period_s = 0.0}}) {
+    EXPECT_THROW(TimeParameterise(robot, path, options), std::invalid_argument);
+  }
+}
+
 TEST(TimingOfCorners, ReversalsAndRepeatedPointsStopThereAndKeepTheLimits) {
   const Robot robot = Robot::Load(SmallCell());
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(robot.dof());
