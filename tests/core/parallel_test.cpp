@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace rangegrasp::core {
@@ -22,13 +25,18 @@ TEST(ForEach, NothingToDoIsDone) {
 
 TEST(ForEach, ProgressCountsUpToTheTotal) {
   std::vector<int> counts;
+  std::atomic<int> ended{0};
   ForEach(
       20, 3,
       [&](int done, int total) {
         EXPECT_EQ(total, 20);
         counts.push_back(done);
       },
-      [](int) {});
+      [&](int i) {
+        // The first one ends after others.
+        while (i == 0 && ended < 5) std::this_thread::yield();
+        ++ended;
+      });
   ASSERT_EQ(counts.size(), 20U);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(counts[static_cast<std::size_t>(i)], i + 1);
 }
@@ -44,6 +52,38 @@ TEST(ForEach, ThrowsWhatTheFirstFailingTaskThrew) {
       EXPECT_EQ(std::string(e.what()), "10");
     }
   }
+}
+
+TEST(ForEach, TheFirstFailingTaskCountsThoughALaterOneFailsAfterIt) {
+  std::atomic<bool> second_runs{false};
+  std::atomic<bool> first_threw{false};
+  try {
+    ForEach(2, 2, {}, [&](int i) {
+      if (i == 0) {
+        while (!second_runs) std::this_thread::yield();
+        first_threw = true;
+        throw std::runtime_error("0");
+      }
+      second_runs = true;
+      while (!first_threw) std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until it has been caught
+      throw std::runtime_error("1");
+    });
+    FAIL();
+  } catch (const std::runtime_error& e) {
+    EXPECT_STREQ(e.what(), "0");
+  }
+}
+
+TEST(ForEach, NothingBeginsAfterAFailure) {
+  int begun = 0;
+  EXPECT_THROW(ForEach(50, 1, {},
+                       [&](int i) {
+                         ++begun;
+                         if (i == 10) throw std::runtime_error("10");
+                       }),
+               std::runtime_error);
+  EXPECT_EQ(begun, 11);
 }
 
 }  // namespace

@@ -38,7 +38,10 @@ TEST(RangeCheck, BoundsSurviveTheirWayThroughUnits) {
     EXPECT_EQ(Fault([&] { kCheck.ReadScaled("a_mm", bound * kMm, kMm, bound, bound); }), "");
     EXPECT_NE(Fault([&] { kCheck.Read("a", bound * 1.00001, 0.0, bound); }), "");
   }
+  EXPECT_EQ(Fault([] { kCheck.Read("bulbs", 1, 1, 8); }), "");
   EXPECT_EQ(Fault([] { kCheck.Read("bulbs", 8, 1, 8); }), "");
+  EXPECT_NE(Fault([] { kCheck.Read("bulbs", 0, 1, 8); }), "");
+  EXPECT_NE(Fault([] { kCheck.Read("bulbs", 9, 1, 8); }), "");
 }
 
 TEST(RangeCheck, NoNumberIsInARange) {
