@@ -43,12 +43,13 @@ std::string Text(double number) {
 
 // A piece of a file for a message: short, and nothing that a terminal would obey.
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kMost = 24;
-  std::string shown(text.substr(0, kMost));
+  // Characters: enough for a number with all its digits.
+  constexpr std::size_t kMaxShown = 24;
+  std::string shown(text.substr(0, kMaxShown));
   for (char& c : shown) {
     if (c < ' ' || c > '~') c = '?';
   }
-  return "'" + shown + (text.size() > kMost ? "..." : "") + "'";
+  return "'" + shown + (text.size() > kMaxShown ? "..." : "") + "'";
 }
 
 std::string_view Trimmed(std::string_view text) {
