@@ -217,7 +217,9 @@ void AddPerceiveCommand(CLI::App& app) {
       ->add_option("--noise-mm", arguments->noise_mm,
                    "the sensor's noise (default: a laser's 0.5; stereo at 1 m: 2 to 3)")
       ->check(CLI::Range(0.0, 50.0));
-  command->add_option("--segmentation", arguments->segmentation)
+  command
+      ->add_option("--segmentation", arguments->segmentation,
+                   "how points above the table become segments (mesh)")
       ->check(CLI::IsMember({"mesh", "region_growing"}));
   command->add_option("--scene", arguments->scene,
                       "scene whose hand is to grasp (default: the installed tabletop.xml)");

@@ -66,7 +66,8 @@ void AddShellCommands(CLI::App& app) {
                    "installed experiments")
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>{"bash", "experiments"}));
-  completion->footer("Example: source <(rangegrasp completion bash)");
+  completion->footer(
+      "Example: rangegrasp completion bash > rangegrasp.bash; source rangegrasp.bash");
   completion->callback([&app, what] {
     WriteResult(*what == "bash"
                     ? BashCompletion(TreeOf(app))

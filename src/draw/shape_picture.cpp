@@ -8,7 +8,7 @@
 namespace rangegrasp::draw {
 namespace {
 
-constexpr float kDot_px = 3.0F;
+constexpr float kDot_px = 3.0F;         // of a cloud: smaller is hardly seen, larger hides gaps
 constexpr double kAir = 1.05;           // round a shape, of its size
 constexpr double kMinDistance = 1e-12;  // of the eye from a single point
 // The eye stands before the shape, by these parts of the way to the right and above.

@@ -11,7 +11,7 @@
 namespace rangegrasp::image {
 namespace {
 
-constexpr GLint kDepthBits = 24;
+constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each other
 constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
 constexpr GLint kAccumulationBits = 0;
 constexpr std::size_t kRgba = 4;  // bytes a pixel

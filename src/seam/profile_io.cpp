@@ -40,6 +40,7 @@ void Check(const ProfileFileOptions& options) {
 
 // A piece of a file for a message: short, and nothing that a terminal would obey.
 std::string Quoted(std::string_view text) {
+  // Characters: enough for a number with all its digits.
   constexpr std::size_t kMaxShown = 24;
   std::string shown(text.substr(0, kMaxShown));
   for (char& c : shown) {

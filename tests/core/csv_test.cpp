@@ -35,6 +35,16 @@ TEST(CsvTable, NamesFileLineColumnAndCell) {
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("", "t.csv"); }), HasSubstr("t.csv: is empty"));
 }
 
+TEST(CsvTable, ANumberIsAWholeCellAndFinite) {
+  for (const std::string bad : {"1.5x", "1 ", "1,5", "inf", "-inf", "nan", "1e999", ""}) {
+    const auto table = CsvTable::Parse("n,m\n" + CsvLine({bad, "x"}), "t.csv");
+    EXPECT_THAT(ErrorOf([&] { table.Number(0, 0); }), HasSubstr("t.csv:2: column 'n'")) << bad;
+  }
+  const auto table = CsvTable::Parse("n,m\n-1.5e2,0\n", "t.csv");
+  EXPECT_EQ(table.Number(0, 0), -150.0);
+  EXPECT_EQ(table.Number(0, 1), 0.0);
+}
+
 TEST(CsvLine, IsReadBackTheSame) {
   const std::string letters = "ab,\"\n\r ;";
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {

@@ -61,6 +61,16 @@ TEST(DataFolder, ABuiltProgramFindsTheSourceTreeThatItsBuildFolderLiesIn) {
   EXPECT_EQ(DataFolder(), RANGEGRASP_SOURCE_DIR);
 }
 
+TEST(DataFolder, HoldsModelsScenesAndExperimentsOrIsNone) {
+  for (const char* missing : {"models", "scenes", "experiments"}) {
+    const TempFolder folder;
+    const auto data = MakeData(folder, "share/rangegrasp");
+    std::filesystem::remove_all(data / missing);
+    const auto program = folder.Write("bin/rangegrasp", "");
+    EXPECT_THAT(ErrorOf([&] { DataFolderOf(program); }), HasSubstr(kVariable)) << missing;
+  }
+}
+
 TEST(DataFolder, SaysWhereItLookedAndWhatHelps) {
   const TempFolder folder;
   const auto program = folder.Write("bin/rangegrasp", "");

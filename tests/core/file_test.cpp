@@ -2,6 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "core/error.h"
 #include "temp_folder.h"
@@ -44,6 +49,53 @@ TEST(WriteFile, MakesFoldersAndReplacesTheWholeFile) {
 TEST(WriteFile, TellsAFullDiskAndKeepsTheDevice) {
   EXPECT_THROW(WriteFile("/dev/full", std::string(100000, 'x')), RunError);
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+}
+
+// Lets files grow to 1000 bytes as long as it lives. Whoever writes more is killed in the middle of
+// it, or is told where the signal is ignored.
+class ShortFiles {
+ public:
+  ShortFiles() {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{1000, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~ShortFiles() { setrlimit(RLIMIT_FSIZE, &before_); }
+  ShortFiles(const ShortFiles&) = delete;
+  ShortFiles& operator=(const ShortFiles&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(WriteFile, AKilledWriterLeavesTheOldFile) {
+  const TempFolder folder;
+  const auto file = folder.Write("table.csv", "old");
+  const pid_t child = fork();
+  if (child == 0) {
+    const ShortFiles limit;
+    std::signal(SIGXFSZ, SIG_DFL);
+    WriteFile(file, std::string(100000, 'x'));
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(ReadFile(file), "old");
+}
+
+TEST(WriteFile, AFailedWriteLeavesTheOldFileAloneInItsFolder) {
+  const TempFolder folder;
+  const auto file = folder.Write("table.csv", "old");
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  {
+    const ShortFiles limit;
+    EXPECT_THROW(WriteFile(file, std::string(100000, 'x')), RunError);
+  }
+  std::signal(SIGXFSZ, before);
+  EXPECT_EQ(ReadFile(file), "old");
+  const auto names = std::filesystem::directory_iterator(folder.path());
+  EXPECT_EQ(std::distance(begin(names), end(names)), 1);
 }
 
 TEST(WriteFile, TellsAFolderThatCannotBe) {

@@ -40,6 +40,27 @@ TEST(Rng, UniformHasTheMomentsOfAUniform) {
   EXPECT_NEAR(squares / n, 1.0 / 3.0, 5.0 * std::sqrt(4.0 / 45.0 / n));
 }
 
+TEST(Rng, BothHalvesOfASeedChangeTheDraws) {
+  for (int bit = 0; bit < 64; ++bit) {
+    EXPECT_NE(Rng(42).Next(), Rng(42 ^ (std::uint64_t{1} << bit)).Next()) << bit;
+  }
+}
+
+TEST(Rng, UniformLiesBetweenItsBoundsRoundTheirMiddle) {
+  Rng rng(10);
+  const int n = 10000;
+  const double low = -3.0, high = 5.0;
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i) {
+    const double u = rng.Uniform(low, high);
+    ASSERT_GE(u, low);
+    ASSERT_LT(u, high);
+    sum += u;
+  }
+  // Five standard errors: sigma = (high - low) / sqrt(12).
+  EXPECT_NEAR(sum / n, 1.0, 5.0 * (high - low) / std::sqrt(12.0 * n));
+}
+
 TEST(Rng, NormalHasTheMomentsOfANormal) {
   Rng rng(8);
   const int n = 200000;
@@ -66,6 +87,21 @@ TEST(Rng, IndexIsUniformOverItsRange) {
   double chi2 = 0.0;
   for (const int c : count) chi2 += (c - 10000.0) * (c - 10000.0) / 10000.0;
   EXPECT_LT(chi2, 27.9);  // chi-squared with 6 degrees of freedom, p = 1e-4
+}
+
+// Of three quarters of all 64-bit numbers, cut down without care, each third one comes twice as
+// often as the others: one draw in two instead of in three.
+TEST(Rng, IndexHasNoBiasInRangesOfAnySize) {
+  Rng rng(11);
+  const std::size_t size = std::size_t{3} << 62;
+  const int n = 3000;
+  int thirds = 0;
+  for (int i = 0; i < n; ++i) {
+    const std::size_t index = rng.Index(size);
+    ASSERT_LT(index, size);
+    thirds += index % 3 == 0 ? 1 : 0;
+  }
+  EXPECT_NEAR(static_cast<double>(thirds) / n, 1.0 / 3.0, 5.0 * std::sqrt(2.0 / 9.0 / n));
 }
 
 TEST(DeriveSeed, ChildrenDiffer) {

@@ -149,6 +149,10 @@ TEST_F(YamlMapTest, TheBoundsOfARangeBelongToIt) {
 
 TEST_F(YamlMapTest, WholeNumbersMustBeWholeAndInRange) {
   int value = 1;
+  for (const int bound : {0, 10}) {
+    Parse("count: " + std::to_string(bound) + "\n").Read("count", value, 0, 10);
+    EXPECT_EQ(value, bound);
+  }
   for (const char* bad : {"1.5", "abc", "11", "-1", "99999999999", "[1]", "", "1e1", "true"}) {
     YamlMap map = Parse(std::string("count: ") + bad + "\n");
     EXPECT_THAT(ErrorOf([&] { map.Read("count", value, 0, 10); }),
@@ -263,6 +267,10 @@ TEST(NearestWord, IsTheOneOfLeastEditDistance) {
   EXPECT_EQ(NearestWord("", {"abc", "ab"}), "ab");
   EXPECT_EQ(NearestWord("x", {}), "");
   EXPECT_EQ(NearestWord("kitten", {"sitting", "mitten"}), "mitten");
+  // A letter changed, one too many, one too few: one edit each, beside words of two or more.
+  EXPECT_EQ(NearestWord("cat", {"catch", "cut"}), "cut");
+  EXPECT_EQ(NearestWord("seeds", {"trees", "seed"}), "seed");
+  EXPECT_EQ(NearestWord("see", {"ate", "seed"}), "seed");
 }
 
 TEST_F(YamlMapTest, AnOverrideTakesTheFilesPlace) {
@@ -308,6 +316,34 @@ TEST_F(YamlMapTest, TheReadingCodeIsTheTableOfKeys) {
   EXPECT_EQ(map.Keys()[2].path, "physics.step_ms");
   EXPECT_EQ(map.Keys()[2].default_value, "2");
   EXPECT_EQ(map.Keys()[2].range, "0.1 to 4");
+}
+
+TEST_F(YamlMapTest, TheTableOfKeysSaysWhatHasNoDefaultAndWhatAListMayHold) {
+  auto map = YamlMap::ForDocumentation();
+  std::optional<double> unset;
+  std::optional<double> set = 0.5;
+  std::vector<Colour> hues = {Colour::kRed};
+  map.Read("unset", unset, 0.0, 1.0, "a");
+  map.Read("set", set, 0.0, 1.0, "b");
+  map.Read("hues", hues, "c");
+  int deep = 4;
+  auto outer = map.Child("outer", "d");
+  outer.Child("inner", "e").Read("deep", deep, 0, 9, "f");
+  ASSERT_EQ(map.Keys().size(), 6u);
+  EXPECT_EQ(map.Keys()[0].default_value, "");
+  EXPECT_EQ(map.Keys()[1].default_value, "0.5");
+  EXPECT_EQ(map.Keys()[2].default_value, "[red]");
+  EXPECT_EQ(map.Keys()[2].range, "of red, green");
+  EXPECT_EQ(map.Keys()[5].path, "outer.inner.deep");
+}
+
+TEST_F(YamlMapTest, AListOfWordsHoldsNoOthers) {
+  std::vector<Colour> hues;
+  Parse("hues: [green, red]\n").Read("hues", hues);
+  EXPECT_EQ(hues, (std::vector{Colour::kGreen, Colour::kRed}));
+  YamlMap map = Parse("hues: [red, grean]\n");
+  EXPECT_THAT(ErrorOf([&] { map.Read("hues", hues); }),
+              AllOf(At(1, "hues"), HasSubstr("'grean'"), HasSubstr("nearest: green")));
 }
 
 }  // namespace

@@ -54,10 +54,14 @@ TEST(ShapePicture, TheFaceInFrontHidesTheOnesBehind) {
 TEST(ShapePicture, TheWholeShapeIsInView) {
   // Corners of a box must fall within the view's cone, for every axis that points up and any scale.
   for (const int up : {0, 1, 2}) {
-    for (const double scale : {1e-3, 1.0, 1e4}) {
+    for (const Eigen::Vector3d& sides :
+         {Eigen::Vector3d(5e-3, 1e-3, 2e-3), Eigen::Vector3d(5, 1, 2),
+          Eigen::Vector3d(5e4, 1e4, 2e4), Eigen::Vector3d(5, 0.2, 0.2),
+          Eigen::Vector3d(0.2, 5, 0.2), Eigen::Vector3d(0.2, 0.2, 5)}) {
       geometry::Points corners;
       for (int i = 0; i < 8; ++i) {
-        corners.push_back(scale * Eigen::Vector3d(i & 1 ? 5 : 0, i & 2 ? 1 : 0, i & 4 ? 2 : 0));
+        corners.push_back(
+            sides.cwiseProduct(Eigen::Vector3d(i & 1 ? 1 : 0, i & 2 ? 1 : 0, i & 4 ? 1 : 0)));
       }
       const View view = LookAtShape(corners, up);
       const Eigen::Vector3d ahead = (view.target - view.eye).normalized();
@@ -76,6 +80,8 @@ TEST(ShapePicture, PointsThatAreNotFiniteAreLeftOut) {
   const Canvas canvas = DrawLabels(mesh, std::vector<std::int32_t>(4, 0), RedOrBlue);
   ASSERT_EQ(canvas.surfaces.size(), 1U);
   EXPECT_EQ(canvas.surfaces[0].mesh.triangles.size(), 1U);
+  EXPECT_TRUE(LookAtShape(mesh.vertices, 2).eye.allFinite());
+  mesh.vertices[3].x() = INFINITY;
   EXPECT_TRUE(LookAtShape(mesh.vertices, 2).eye.allFinite());
 }
 

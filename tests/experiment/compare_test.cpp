@@ -28,6 +28,19 @@ TEST(Compare, CountsPairsOfTheSameIdAndSeed) {
   EXPECT_EQ(c.p_value, McNemarExact(1, 1));
 }
 
+TEST(Compare, TellsWhichOfTheTwoWonAlone) {
+  std::vector<Record> a, b;
+  for (int i = 0; i < 8; ++i) {
+    a.push_back(With(i, i < 7 ? "won" : "lost"));
+    b.push_back(With(i, i < 2 || i == 7 ? "won" : "lost"));
+  }
+  const Comparison c = Compare(a, b, "won");
+  EXPECT_EQ(c.both, 2);
+  EXPECT_EQ(c.only_first, 5);
+  EXPECT_EQ(c.only_second, 1);
+  EXPECT_NEAR(c.p_value, 2.0 * (1.0 + 6.0) / 64.0, 1e-12);  // both tails of six throws of a coin
+}
+
 TEST(StageTimes, KeepTheOrderAndInterpolate) {
   std::vector<Record> records(3);
   records[0].result.seconds = {{"scan", 1.0}, {"plan", 4.0}};

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include "experiment/format.h"
+
 namespace rangegrasp::experiment {
 namespace {
 
@@ -14,6 +18,31 @@ TEST(Grid, TextAlignsWordsLeftAndNumbersRight) {
             "a           1\n"
             "-------------\n"
             "long word  10\n");
+}
+
+TEST(Grid, LinesEndWithoutBlanks) {
+  const Grid grid = {{"n", "what"}, {false, true}, {{"1", "a"}, {"10", "long word"}}, false};
+  EXPECT_EQ(TextOf(grid),
+            " n  what\n"
+            "-------------\n"
+            " 1  a\n"
+            "10  long word\n");
+}
+
+TEST(Format, TablesAreJsonWithNumbersAndNullForNothing) {
+  Report report;
+  report.sections = {{"sizes", {{"what", "n"}, {true, false}, {{"a", "1.5"}, {"1x", "-"}}, false}}};
+  const auto json = nlohmann::json::parse(Format(report, {}, TableFormat::kJson));
+  EXPECT_EQ(json["tables"][0]["title"], "sizes");
+  EXPECT_EQ(json["tables"][0]["rows"], nlohmann::json::parse(R"([["a", 1.5], ["1x", null]])"));
+}
+
+TEST(Format, CsvIsTheOneTableThatIsMeantForIt) {
+  Report report;
+  report.sections = {{"", kGrid}};
+  EXPECT_EQ(Format(report, {}, TableFormat::kCsv), CsvOf(kGrid) + "\n");
+  report.csv = {{"x"}, {}, {{"1"}}, false};
+  EXPECT_EQ(Format(report, {}, TableFormat::kCsv), "x\n1\n");
 }
 
 TEST(Grid, MarkdownSaysHowColumnsAlign) {

@@ -27,6 +27,7 @@ namespace rangegrasp::experiment {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing_support::InChild;
 using testing_support::TempFolder;
 
@@ -110,6 +111,18 @@ TEST(RunCases, ShardsHoldEveryCaseOnce) {
   }
 }
 
+// Of three shards the first holds cases 0, 3, 6, ...
+TEST(ShardOf, TakesEveryCaseOfItsTurn) {
+  const auto cases = Cases(11);
+  for (int shard = 1; shard <= 3; ++shard) {
+    const auto mine = ShardOf(cases, shard, 3);
+    ASSERT_EQ(mine.size(), shard == 3 ? 3u : 4u);
+    for (std::size_t i = 0; i < mine.size(); ++i) {
+      EXPECT_EQ(mine[i].id, cases[3 * i + static_cast<std::size_t>(shard - 1)].id);
+    }
+  }
+}
+
 TEST(Missing, IsWhatTheStoreDoesNotHoldFailedOnesIncluded) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
@@ -174,6 +187,7 @@ TEST(RunCases, AnAbortKeepsTheLastLineOfItsMessage) {
   EXPECT_EQ(result.result.outcome, kCrashed);
   EXPECT_THAT(result.result.detail, HasSubstr("Aborted"));
   EXPECT_THAT(result.result.detail, HasSubstr("assertion failed: x > 0"));
+  EXPECT_THAT(result.result.detail, Not(HasSubstr("first line")));
 }
 
 TEST(RunCases, AnExceptionCostsOneTrialAndIsNamed) {

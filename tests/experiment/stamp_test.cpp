@@ -56,6 +56,9 @@ TEST(Need, SaysThatTheRunWasKilled) {
 
 TEST(LineOf, BeginsWithNameVersionAndCommit) {
   EXPECT_EQ(LineOf(kStamp), "demo: rangegrasp 0.1 (abc), seed 1");
+  Stamp many = kStamp;
+  many.identity["groups"] = "a,b,c";  // a row of the table each
+  EXPECT_EQ(LineOf(many), LineOf(kStamp));
 }
 
 }  // namespace

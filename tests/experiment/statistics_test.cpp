@@ -35,6 +35,13 @@ TEST(Wilson, BoundsSolveTheScoreEquation) {
   }
 }
 
+TEST(Wilson, ReachesItsEndsWhereAllOrNoneSucceed) {
+  for (int n = 1; n < 2000; ++n) {
+    EXPECT_EQ(WilsonInterval(0, n).first, 0.0) << n;
+    EXPECT_EQ(WilsonInterval(n, n).second, 1.0) << n;
+  }
+}
+
 TEST(Wilson, RejectsImpossibleCounts) {
   EXPECT_THROW(WilsonInterval(1, 0), std::invalid_argument);
   EXPECT_THROW(WilsonInterval(3, 2), std::invalid_argument);

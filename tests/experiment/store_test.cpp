@@ -83,9 +83,13 @@ TEST(Store, RemoveTakesTheResultsAndNothingElse) {
   const TempFolder folder;
   { Store::Create(folder.path()).Write(SampleRecord("mug", 0)); }
   folder.Write("notes.txt", "mine");
+  folder.Write("results.sqlite-wal", "left by a run that was killed");
+  folder.Write("results.sqlite-shm", "");
   Store::Remove(folder.path());
   EXPECT_FALSE(Store::Exists(folder.path()));
   EXPECT_TRUE(std::filesystem::exists(folder / "notes.txt"));
+  const auto names = std::filesystem::directory_iterator(folder.path());
+  EXPECT_EQ(std::distance(begin(names), end(names)), 1);
 }
 
 TEST(Store, MayBeReadWhileItIsWritten) {

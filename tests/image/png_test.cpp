@@ -108,6 +108,38 @@ TEST(ReadPng, NamesWhatIsNoPng) {
   ExpectRefused<Image>(folder.Write("h.png", whole.substr(0, whole.size() / 2)), "cut off");
 }
 
+TEST(DecodePng, NoBeginningOfAFileIsAPicture) {
+  const std::string whole = EncodePng(RandomPicture<Grey8>(1));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_THROW(DecodePng<Grey8>(whole.substr(0, size)), core::InputError) << size;
+  }
+}
+
+// The checksum that ends a chunk of a PNG (ISO 3309), bit by bit.
+std::uint32_t Crc(const std::string& bytes) {
+  std::uint32_t crc = ~0U;
+  for (const char c : bytes) {
+    crc ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);
+  }
+  return ~crc;
+}
+
+TEST(DecodePng, AHeaderThatAsksForMoreThanTheFileCanHoldAsksForNoMemory) {
+  std::string bytes = EncodePng(Grey8{3, 2, std::vector<std::uint8_t>(6, 7)});
+  constexpr std::size_t kKind = 12, kSides = 16, kEnd = 29;  // of the header's chunk
+  using std::string_literals::operator""s;
+  bytes.replace(kSides, 8, "\x00\x00\x75\x30\x00\x00\x75\x30"s);  // 30000 twice
+  const std::uint32_t crc = Crc(bytes.substr(kKind, kEnd - kKind));
+  for (std::size_t i = 0; i < 4; ++i) bytes[kEnd + i] = static_cast<char>(crc >> (24 - 8 * i));
+  try {
+    DecodePng<Grey8>(bytes);
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("too short for 30000 x 30000 pixels"));
+  }
+}
+
 // Two rows of three pixels, as the format's description has them: the width first, rows from the
 // top, each row preceded by its filter.
 TEST(EncodePng, TheHeaderSaysSizeDepthAndColour) {

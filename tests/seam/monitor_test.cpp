@@ -233,13 +233,61 @@ TEST(SurfaceMonitor, WantsAnObstacleInOnePlace) {
   }
 }
 
+// A level mat with a block of 8 mm from one column to another.
+PreparedProfile WithBlock(std::size_t begin, std::size_t end) {
+  PreparedProfile profile;
+  profile.original_m.assign(1024, 0.0F);
+  for (std::size_t i = begin; i < end; ++i) profile.original_m[i] = 8e-3F;
+  return profile;
+}
+
+TEST(SurfaceMonitor, StopsAtTheProfileThatMakesTheCountWithinTheWindow) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  const auto block = WithBlock(500, 560);
+  const auto level = WithBlock(0, 0);
+  const auto update = [&](const PreparedProfile& profile) {
+    return monitor.Update(profile, Told(ProfileStatus::kEdge));
+  };
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
+  for (int i = 1; i < options.window; ++i) EXPECT_FALSE(update(level)) << i;
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
+  EXPECT_EQ(update(block), StopReason::kObstacle);
+}
+
+// A block over most of the line is taken for the surface: it stands out from what was there before.
+TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  }
+  std::optional<StopReason> stop;
+  for (int i = 0; i < options.obstacle_profiles; ++i) {
+    stop = monitor.Update(WithBlock(300, 1024), Told(ProfileStatus::kEdge));
+  }
+  EXPECT_EQ(stop, StopReason::kObstacle);
+}
+
+// An edge that goes on with a step too low for a new one is none here.
+TEST(SurfaceMonitor, TheMatsEndThoughALowStepGoesOn) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  Reading low = Told(ProfileStatus::kEdge);
+  low.step_m = 0.9 * options.min_step_m;
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), low)) << i;
+  }
+  EXPECT_EQ(monitor.Update(WithBlock(0, 0), low), StopReason::kMatEnd);
+}
+
 TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   const LineGeometry line;
   PreparedProfile flat;
   flat.original_m.assign(1024, 0.0F);
   MonitorOptions options;
   SurfaceMonitor monitor(line, options);
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 2 * options.window; ++i) {
     EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge)));  // no edge was seen yet
   }
   monitor.Reset();

@@ -171,8 +171,9 @@ TEST(ProfileFiles, WhatDoesNotFitIsNotWritten) {
   EXPECT_THROW(WriteProfiles({high[0], {.height_m = {1.0F}, .time_s = 0.0}}, folder / "p.csv", {}),
                InputError);
   EXPECT_THROW(WriteProfiles(high, folder / "p.xyz", {}), InputError);
-  EXPECT_THROW(WriteProfiles(high, folder / "none/p.csv", {}), core::RunError);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  folder.Write("file", "x");
+  EXPECT_THROW(WriteProfiles(high, folder / "file/p.csv", {}), InputError);
 }
 
 // Whatever bytes a file holds: profiles of one width, or an error that names it.

@@ -208,7 +208,8 @@ TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
   EdgeTracker tracker(options);
   std::vector<double> history;
   for (int i = 0; i < 30; ++i) {
-    const Reading reading = tracker.Update(Scan({}, kPeriod_s * i, rng));
+    // The edge moves: of equal positions the mean does not tell how many they are.
+    const Reading reading = tracker.Update(Scan({.edge = 500.0 + i}, kPeriod_s * i, rng));
     auto expected = SumOfWeights(tracker.results());
     WeightByHistory(expected, history, options.history.sigma_columns);
     EXPECT_EQ(tracker.weight(), expected);
@@ -219,6 +220,95 @@ TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
     if (history.size() > 10) history.erase(history.begin());
   }
   EXPECT_EQ(history.size(), 10U);
+}
+
+// The strongest position of a period (eq. 3.17).
+TEST(EdgeTracker, SendsThePositionOfTheLargestWeightOfAPeriod) {
+  for (const auto method : {DecisionMethod::kWeights, DecisionMethod::kAccumulated}) {
+    Rng rng(8);
+    EdgeTracker tracker(With(method));
+    double max_weight = 0.0;
+    double max_time_s = 0.0;
+    int packets = 0;
+    for (int i = 0; i <= 100; ++i) {
+      const Reading reading = tracker.Update(Scan({}, 0.01 * i, rng));
+      if (reading.column) {
+        const double weight = tracker.weight()[static_cast<std::size_t>(*reading.column)];
+        if (weight >= max_weight) {
+          max_weight = weight;
+          max_time_s = reading.time_s;
+        }
+      }
+      if (const auto packet = tracker.TakePacket()) {
+        EXPECT_EQ(packet->time_s, max_time_s);
+        max_weight = 0.0;
+        ++packets;
+      }
+    }
+    EXPECT_EQ(packets, 10);
+  }
+}
+
+TEST_P(EveryDecision, APeriodWithoutAnEdgeSendsNone) {
+  Rng rng(9);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i <= 20; ++i) tracker.Update(Scan({}, 0.01 * i, rng));
+  ASSERT_TRUE(tracker.TakePacket()->column);
+  std::optional<EdgePacket> packet;
+  for (int i = 21; i <= 30; ++i) {
+    tracker.Update({.height_m = std::vector<float>(1024, kNone), .time_s = 0.01 * i});
+    if (auto one = tracker.TakePacket()) packet = one;
+  }
+  ASSERT_TRUE(packet);
+  EXPECT_FALSE(packet->column);
+}
+
+TEST_P(EveryDecision, OnePositionAloneIsNoEdge) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    EXPECT_FALSE(tracker.Update(Scan({}, 0.0, rng)).column) << seed;
+  }
+}
+
+// What lies outside of the measured part is no part of the profile; columns are the whole line's.
+TEST_P(EveryDecision, ColumnsAreThoseOfTheLineThoughItsBeginningIsMissing) {
+  Rng rng(10);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 10; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    std::fill_n(profile.height_m.begin(), 200, kNone);
+    const Reading reading = tracker.Update(profile);
+    for (const auto& column : reading.detected) {
+      ASSERT_TRUE(column);
+      EXPECT_NEAR(*column, 500, 12);
+    }
+    if (i < 3) continue;
+    ASSERT_TRUE(reading.column);
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+  }
+}
+
+TEST_P(EveryDecision, NothingIsFoundWhereNoStepCanBeMeasured) {
+  for (const double edge : {8.0, 1015.0}) {
+    Rng rng(11);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 5; ++i) {
+      const Reading reading = tracker.Update(Scan({.edge = edge, .lost = 0.0}, kPeriod_s * i, rng));
+      for (const auto& column : reading.detected) {
+        if (column) {
+          EXPECT_GE(*column, 20);
+          EXPECT_LT(*column, 1004);
+        }
+      }
+      for (const auto& result : tracker.results()) {
+        for (std::size_t c = 0; c < 20; ++c) {
+          EXPECT_EQ(result.weight[c], 0.0F);
+          EXPECT_EQ(result.weight[1023 - c], 0.0F);
+        }
+      }
+    }
+  }
 }
 
 TEST(EdgeTracker, RefusesProfilesThatAreNotTheSensors) {

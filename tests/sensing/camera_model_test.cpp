@@ -91,5 +91,18 @@ TEST(DepthSigma, OfSpeckleAloneIsItsOptionAtOneMetre) {
   EXPECT_NEAR(DepthSigma(options, 1.0), options.speckle_sigma_m, 1e-15);
 }
 
+// An error that is uniform over one step q has the standard deviation q / sqrt(12).
+TEST(DepthSigma, OfQuantisationAloneIsThatOfAUniformError) {
+  LineScannerOptions options;
+  options.centroid_sigma_px = options.speckle_sigma_m = 0.0;
+  options.quantisation_px = 0.5;
+  const CameraModel camera(options);
+  const double u = camera.Column(0.0, 1.0);
+  const double h = 1e-3;
+  const double depth_per_px = (*camera.Depth(u + h) - *camera.Depth(u - h)) / (2.0 * h);
+  EXPECT_NEAR(DepthSigma(options, 1.0) / (std::abs(depth_per_px) * 0.5 / std::sqrt(12.0)), 1.0,
+              1e-6);
+}
+
 }  // namespace
 }  // namespace rangegrasp::sensing::internal

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "core/error.h"
 #include "core/units.h"
 #include "sensing/line_scanner.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::sensing {
 namespace {
@@ -18,15 +18,8 @@ using ::testing::HasSubstr;
 
 class SensorFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    file_ = std::filesystem::temp_directory_path() /
-            (std::string("rangegrasp_sensor_") + info->name() + ".yaml");
-  }
-  void TearDown() override { std::filesystem::remove(file_); }
-
   LineScannerOptions Read(const std::string& text) {
-    std::ofstream(file_) << text;
+    folder_.Write("sensor.yaml", text);
     return ReadLineScanner(file_);
   }
   /// The error's text after the file's name.
@@ -41,7 +34,9 @@ class SensorFile : public ::testing::Test {
     return "no error";
   }
 
-  std::filesystem::path file_;
+  // One of its own: tests of several builds may run at once.
+  const testing_support::TempFolder folder_;
+  const std::filesystem::path file_ = folder_ / "sensor.yaml";
 };
 
 void ExpectSame(const LineScannerOptions& a, const LineScannerOptions& b) {

@@ -162,6 +162,56 @@ TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
   EXPECT_NEAR(product[2] / product[0], 0.0, 0.036);
 }
 
+// The first sample's speckle is no smaller than that of the others.
+TEST(LineScanner, SpeckleIsStationaryFromTheFirstSample) {
+  LineScannerOptions options = Noiseless();
+  options.speckle_sigma_m = 0.0002;
+  options.samples = 16;
+  options.profiles = 2000;
+  options.pan_range_rad = core::Deg(1.0);
+  const Scan scan = ScanOf(Wall(1.0), options);
+  for (const int s : {0, 15}) {
+    double squares = 0.0;
+    for (int p = 0; p < options.profiles; ++p) {
+      const double e = scan.view.image.points_C[scan.view.image.Index(p, s)].z() - 1.0;
+      squares += e * e;
+    }
+    const double variance = squares / options.profiles;
+    EXPECT_NEAR(variance / (options.speckle_sigma_m * options.speckle_sigma_m), 1.0,
+                5.0 * std::sqrt(2.0 / options.profiles))
+        << s;
+  }
+}
+
+TEST(LineScanner, CentroidsAreGivenInStepsAndOnTheSensor) {
+  LineScannerOptions options = Noiseless();
+  options.quantisation_px = 0.5;
+  options.centroid_sigma_px = 100.0;
+  options.sensor_pixels = 200;
+  const internal::CameraModel camera(options);
+  const Scan scan = ScanOf(Wall(options.focus_distance_m), options);
+  ForEach(scan, [&](std::size_t i, int, int) {
+    if (scan.truth.state[i] != SampleState::kMeasured) return;
+    const Vector3d& p = scan.view.image.points_C[i];
+    const double steps = camera.Column(0.0, std::hypot(p.x(), p.z())) / options.quantisation_px;
+    EXPECT_NEAR(steps, std::round(steps), 1e-6);
+    EXPECT_LE(std::abs(steps), 200.0 + 1e-6);
+  });
+  EXPECT_GT(Count(scan, SampleState::kMeasured), 1000u);
+  EXPECT_GT(Count(scan, SampleState::kOutOfView), 1000u);
+}
+
+// A thin plate whose plane passes between the two: the laser lights one side, the camera sees the
+// other.
+TEST(LineScanner, TheCameraDoesNotSeeTheBackOfALitSurface) {
+  const LineScannerOptions options = Noiseless();
+  const Vector3d along = Vector3d(0.5 * options.baseline_m, 0.0, -1.0).normalized();
+  const Vector3d corner = Vector3d(0.0, -0.2, 1.0) - 0.05 * along;
+  const Scan scan = ScanOf({test::Plate(corner, 0.1 * along, {0.0, 0.4, 0.0})}, options);
+  EXPECT_EQ(Count(scan, SampleState::kMeasured), 0u);
+  EXPECT_GT(Count(scan, SampleState::kCameraShadow), 100u);
+}
+
 TEST(LineScanner, ASpheresRadiusIsRecovered) {
   LineScannerOptions options;
   options.pan_jitter_rad = 0.0;
@@ -382,6 +432,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   // A wall that is turned by 45 degrees about y: its depth in the fan at a pan angle a is
   // 1 / (cos a + sin a).
   const Scan scan = ScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
+  double sum = 0.0;
   double squares = 0.0;
   for (int p = 0; p < scan.view.image.profiles; ++p) {
     const double pan = internal::PanAngle(options, p);
@@ -397,11 +448,13 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
     }
     ASSERT_GT(jitter.size(), 100u);
     for (const double j : jitter) EXPECT_NEAR(j, jitter[0], 1e-5);
+    sum += jitter[0];
     squares += jitter[0] * jitter[0];
   }
   const double n = scan.view.image.profiles;
   const double sigma = std::sqrt(squares / n);
   EXPECT_NEAR(sigma / options.pan_jitter_rad, 1.0, 5.0 / std::sqrt(2.0 * n));
+  EXPECT_NEAR(sum / n / options.pan_jitter_rad, 0.0, 5.0 / std::sqrt(n));  // one a profile
 }
 
 TEST(LineScanner, TheSameSeedGivesTheSameBytes) {

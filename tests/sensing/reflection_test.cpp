@@ -26,6 +26,8 @@ TEST(AlbedoLoss, DarkSurfacesLoseHalfToNineTenths) {
   EXPECT_EQ(AlbedoLoss(0.10), 0.0);
   EXPECT_NEAR(AlbedoLoss(0.05), 0.5, 1e-12);
   EXPECT_NEAR(AlbedoLoss(0.0), 0.9, 1e-12);
+  EXPECT_NEAR(AlbedoLoss(0.075), 0.25, 1e-12);  // linear between
+  EXPECT_NEAR(AlbedoLoss(0.025), 0.7, 1e-12);
   for (double a = 0.0; a < 0.2; a += 0.001) EXPECT_GE(AlbedoLoss(a), AlbedoLoss(a + 0.001));
 }
 

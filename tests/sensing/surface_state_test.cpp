@@ -61,11 +61,24 @@ TEST(ClassifySurface, BothShadowsOfAPlateLieWhereGeometryPutsThem) {
   EXPECT_NEAR(length(SurfaceState::kCameraShadow), 0.075, 0.004);
 }
 
+TEST(ClassifySurface, TheHeadsOwnHousingHidesNothing) {
+  const LineScannerOptions options;
+  ASSERT_LT(0.06, options.near_m);
+  const std::vector<sim::VisualMesh> housing = {
+      test::Box({0, 0, 0.05}, {0.02, 0.02, 0.01}),
+      test::Box({options.baseline_m, 0, 0.05}, {0.02, 0.02, 0.01})};
+  const auto states = ClassifySurface(std::vector<Eigen::Vector3d>{{0, 0, 1}}, housing,
+                                      core::Pose::Identity(), options);
+  EXPECT_EQ(states[0], SurfaceState::kSeen);
+}
+
 TEST(ClassifySurface, WhatIsOutsideSweepFanOrWindowIsOutOfView) {
   const LineScannerOptions options;
   const std::vector<Eigen::Vector3d> points = {{0, 0, 1},
                                                {std::tan(core::Deg(18.0)), 0, 1},
                                                {0, std::tan(core::Deg(22.0)), 1},
+                                               // the laser's fan ends before the camera's view
+                                               {0, 1.02 * std::tan(0.5 * options.fan_rad), 1},
                                                {0, 0, -1},
                                                {0, 0, 0.4},
                                                {0, 0, 3.0}};

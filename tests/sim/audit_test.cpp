@@ -111,6 +111,7 @@ TEST_F(AuditBound, CreepIsNoCreepWhereTheObjectSlides) {
   audit_.BeginRest();
   world_.data()->time += 0.4;
   audit_.RestStep(/*slides=*/true);
+  audit_.RestStep(/*slides=*/false);  // a slide that ended was one
   Place(0.0, 0.01, 1.0);
   audit_.EndRest();
   EXPECT_EQ(audit_.Finish({}, true, true).failed, "");
@@ -130,6 +131,9 @@ TEST_F(AuditBound, EqualityError) {
   world_.data()->qpos[world_.model()->jnt_qposadr[1]] = 0.003;
   Forward();
   audit_.Step(true);
+  world_.data()->qpos[world_.model()->jnt_qposadr[1]] = 0.0;
+  Forward();
+  audit_.Step(true);  // the maximum stays
   ExpectFailsBeyond("equality_error_rad", 0.003, &AuditBounds::equality_error_rad);
   EXPECT_EQ(audit_.Finish({}, false, false).failed, "");  // nothing was held
 }
@@ -150,6 +154,17 @@ TEST_F(AuditBound, EnergyGained) {
   ExpectFailsBeyond("energy_gain_J", gain_J, &AuditBounds::energy_gain_J);
 }
 
+// A cube of half sides a that spins at 10 rad/s: m (2 a)^2 / 6 about any axis.
+TEST_F(AuditBound, EnergyOfASpin) {
+  Forward();
+  audit_.BeginRest();
+  world_.data()->qvel[world_.model()->nv - 1] = 10.0;
+  Forward();
+  audit_.RestStep(false);
+  const double inertia_kgm2 = kMass_kg * 0.04 * 0.04 / 6.0;
+  EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, 0.5 * inertia_kgm2 * 100.0, 1e-9);
+}
+
 // 1000 N/m times 2 mm are 2 N of 5. Far away the engine cuts it: the ratio stays 1, and the time is
 // counted.
 TEST_F(AuditBound, Torque) {
@@ -161,6 +176,9 @@ TEST_F(AuditBound, Torque) {
   world_.data()->ctrl[0] = 0.5;
   Forward();
   for (int i = 0; i < 3; ++i) audit_.Step(false);
+  world_.data()->ctrl[0] = 0.0;
+  Forward();
+  audit_.Step(false);
   const Audit audit = audit_.Finish({}, true, true);
   EXPECT_DOUBLE_EQ(audit.torque_ratio, 1.0);
   EXPECT_NEAR(audit.torque_limit_s, 0.006, 1e-12);

@@ -60,6 +60,28 @@ TEST(GripControl, AStalledMotorGripsToo) {
   EXPECT_FALSE(hand.control.Closing());
 }
 
+TEST(GripControl, AStallBeforeAnOpeningDoesNotCountForTheNextClosing) {
+  Script hand;
+  HandReading stalled = kTurning;
+  stalled.speed_rad_s = 0.01;
+  hand.control.Close();
+  hand.For(0.05, stalled);
+  hand.control.Open();
+  hand.control.Close();
+  hand.For(0.05, stalled);
+  EXPECT_TRUE(hand.control.Closing());
+}
+
+TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
+  HandControlOptions options;
+  options.initial_force_N = 5.0;
+  options.min_force_N = 8.0;
+  Script hand(options);
+  hand.Grip();
+  EXPECT_DOUBLE_EQ(hand.control.force_N(), 8.0);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
+}
+
 // From the motor's free torque, 0.61 * 2.2 / 0.135 = 9.94 N, at 250 N/s: 40 N after 0.12 s.
 TEST(GripControl, TheForceRisesToTheFirstGripAndStays) {
   Script hand;
@@ -99,8 +121,10 @@ TEST(GripControl, EachSlipAddsItsGainOnceAPeriod) {
 TEST(GripControl, SlipWhileTheFirstGripIsReachedIsNotHeard) {
   Script hand;
   hand.control.Close();
-  hand.For(0.16, kSliding);  // 0.12 s of rise, 0.05 s until slip is listened to
+  hand.For(0.17, kSliding);  // 62 steps of rise, 25 until slip is listened to
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 40.0);
+  hand.For(0.01, kSliding);
+  EXPECT_DOUBLE_EQ(hand.control.force_N(), 50.0);
 }
 
 TEST(GripControl, WithoutSlipControlTheForceStays) {

@@ -99,6 +99,16 @@ TEST(Route, IsSlowWhereItBends) {
   }
 }
 
+TEST(Route, IsNoFasterAcrossTheTrackThanTheHeadMayBe) {
+  const std::vector<Point> line = {{0.0, 0.0}, {0.1, 0.1}};
+  HeadOptions options;
+  options.max_lateral_speed_m_s = 0.1 * options.speed_m_s;
+  const Route route(line, 1.0, options);
+  const double across = route.Nearest({0.05, 0.05}).speed_m_s / std::sqrt(2.0);
+  EXPECT_LE(across, options.max_lateral_speed_m_s);
+  EXPECT_GT(across, 0.9 * options.max_lateral_speed_m_s);
+}
+
 TEST(Route, TellsLengthsAlongItself) {
   const std::vector<Point> line = {{0.0, 0.0}, {0.03, 0.04}};
   const Route route(line, 1.0, {});

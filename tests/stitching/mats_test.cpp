@@ -315,6 +315,18 @@ TEST(Mats, ObstaclesRiseAboveTheSurfaceTheyLieOn) {
   EXPECT_GT(mats.At(-0.01, 0.05).return_strength, 0.8);
 }
 
+// A quarter of a wave ahead is a cosine.
+TEST(EdgeCourse, IsALineWithWaves) {
+  EdgeCourse course;
+  course.offset_m = 0.001;
+  course.slope = 0.1;
+  course.waves.push_back({.amplitude_m = 0.004, .length_m = 0.2, .phase_rad = 0.5 * core::kPi});
+  for (double y = -0.3; y < 0.3; y += 0.01) {
+    EXPECT_NEAR(course.XAt(y), 0.001 + 0.1 * y + 0.004 * std::cos(2.0 * core::kPi * y / 0.2),
+                1e-12);
+  }
+}
+
 TEST(EdgeCourse, AHalfCircleBulgesToTheLowSide) {
   EdgeCourse course;
   course.offset_m = 0.002;

@@ -205,6 +205,11 @@ TEST(StripeSensor, ReflectionsComeInRunsWithTheirShareAndLength) {
   EXPECT_NEAR(runs.share, 0.05, 0.1 * 0.05);
   EXPECT_NEAR(runs.mean_length, 4.0, 0.07 * 4.0);
   EXPECT_NEAR(runs.sigma_px, 40.0, 0.07 * 40.0);
+  options.outlier_share = 0.4;
+  const StripeSensor often(options);
+  EXPECT_NEAR(
+      OutliersOf(RowsOf(often, Mats(Smooth(EdgeShape::kNone), 1), 400, 5), often.RowOf(0.0)).share,
+      0.4, 0.05 * 0.4);
 }
 
 // Every spot is lost; the previous line was seen in row 100 everywhere.

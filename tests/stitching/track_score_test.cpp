@@ -60,6 +60,26 @@ TEST(TrackScore, ErrorsAreMeansOverTheLengthAfterTheFirst100Mm) {
   EXPECT_NEAR(scored(0.03).p95_error_m, 0.2e-3, 1e-9);
 }
 
+// Points stand four times as close where it is 2 mm off, from 0.3 m on: its length counts, not
+// their number.
+TEST(TrackScore, ErrorsCountByLength) {
+  auto coarse = PathAt([](double t) { return kWanted_m + (t > 0.3005 ? 2e-3 : 0.2e-3); });
+  TrackResult result;
+  for (std::size_t i = 0; i < coarse.path.size(); ++i) {
+    const TrackPoint& p = coarse.path[i];
+    result.path.push_back(p);
+    if (i < 301 || i + 1 == coarse.path.size()) continue;
+    const TrackPoint& q = coarse.path[i + 1];
+    for (const double t : {0.25, 0.5, 0.75}) {
+      result.path.push_back({p.time_s + t * (q.time_s - p.time_s), p.x_m + t * (q.x_m - p.x_m),
+                             p.y_m + t * (q.y_m - p.y_m), 0.0, 0.0});
+    }
+  }
+  Score(Mats(Straight(), 1), kWanted_m, result);
+  EXPECT_NEAR(result.mean_error_m, (0.2 * 0.2e-3 + 0.1 * 2e-3) / 0.3, 0.02e-3);
+  EXPECT_NEAR(result.share_within_1mm, 2.0 / 3.0, 0.01);
+}
+
 TEST(TrackScore, AHazardIsReachedWhereTheNeedlePassesTheMatsEndOrMeetsAnObstacle) {
   const auto reached = [](const MatOptions& mats) {
     auto result = PathAt([](double) { return kWanted_m; });
@@ -77,6 +97,11 @@ TEST(TrackScore, AHazardIsReachedWhereTheNeedlePassesTheMatsEndOrMeetsAnObstacle
   EXPECT_TRUE(reached(mats));
   mats.obstacles[0].x_m += 3e-3;
   EXPECT_FALSE(reached(mats));
+  // The path ends at 0.4005 m, before an obstacle that begins 1 mm further on.
+  mats.obstacles = {{kSlope * 0.4 - kWanted_m, 0.4035, 4e-3, 4e-3, 5e-3}};
+  EXPECT_FALSE(reached(mats));
+  mats.obstacles[0].y_m -= 2e-3;
+  EXPECT_TRUE(reached(mats));
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ using geometry::Points;
 
 // The farthest image in each of 384 directions: their hull holds most of the others.
 Points Farthest(const Points& images, const Eigen::Vector3d& center) {
+  // Cells along a side of the cube of directions: the hull of more costs more to make, that of
+  // fewer holds less. The core does not depend on it.
   constexpr int kSide = 8;
   constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> best(static_cast<std::size_t>(6 * kSide * kSide), kNone);

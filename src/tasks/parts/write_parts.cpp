@@ -10,6 +10,7 @@ namespace rangegrasp::tasks {
 
 void WriteParts(const std::filesystem::path& base, const geometry::TriangleMesh& input,
                 std::span<const std::int32_t> labels, int up) {
+  // Of the picture: larger shows smaller parts, and takes more time and disk.
   constexpr int kWidth_px = 960;
   constexpr int kHeight_px = 720;
   const auto named = [&](const char* ending) { return base.string() + ending; };

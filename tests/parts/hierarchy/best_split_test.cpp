@@ -59,6 +59,34 @@ TEST(Divide, CrumbsGoWithWhatIsTakenOff) {
   EXPECT_EQ(Divide(row, {1}, 0.05), (std::vector<CellSet>{{0}, {1}, {2, 3, 4, 5}}));
 }
 
+TEST(Divide, TheLargestRestStaysHoweverSmall) {
+  const Cells row = Row({1, 1, 2}, {1, 1});
+  EXPECT_EQ(Divide(row, {1}, 10.0), (std::vector<CellSet>{{0, 1}, {2}}));
+}
+
+// A row has one border between its ends, a ring has two; a border at what was cut off before is
+// none.
+TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
+  Cells row = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
+  const std::vector<bool> off = FirstCells(16, 6);
+  EXPECT_EQ(HandleLoops(row, off), 1.0);
+  Cells ring = row;
+  ring.links[0].push_back({15, 1.0});
+  ring.links[15].push_back({0, 1.0});
+  EXPECT_EQ(HandleLoops(ring, off), 2.0);
+  ring.on_edge[5] = true;
+  EXPECT_EQ(HandleLoops(ring, off), 1.0);
+}
+
+// Two borders of a ring are the price of one handle: half of what a row's would cost.
+TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
+  Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
+  ring.links[0].push_back({15, 1.0});
+  ring.links[15].push_back({0, 1.0});
+  const Split split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
+  EXPECT_NEAR(split.quality, 0.5 * 2.0 / std::sqrt(4.0 * core::kPi * 6.0), 1e-12);
+}
+
 TEST(ConnectedSets, AreThoseOfEachSide) {
   const Cells row = Row({1, 1, 1, 1, 1}, {1, 1, 1, 1});
   EXPECT_EQ(ConnectedSets(row, {true, false, false, true, true}),

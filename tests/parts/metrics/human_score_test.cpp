@@ -20,7 +20,7 @@ class HumanScoreTest : public ::testing::Test {
     folder_.Write("off/7.off",
                   "OFF\n5 7 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n"
                   "3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n3 2 1 0\n3 3 2 0\n3 1 1 0\n");
-    folder_.Write("seg/7/7_9.seg", "0\n0\n1\n1\n0\n1\n0\n");
+    folder_.Write("seg/7/7_9.seg", "5\n5\n1\n1\n5\n1\n5\n");
     folder_.Write("seg/7/7_10.seg", "0\n0\n0\n0\n0\n0\n1\n");
     folder_.Write("seg/7/70_1.seg", "not one of model 7");
     folder_.Write("seg/7/7_1.txt", "no segmentation");
@@ -39,7 +39,7 @@ TEST_F(HumanScoreTest, SegmentationsStandInTheOrderOfTheirNumbers) {
 TEST_F(HumanScoreTest, IsTheMeanOverTheHumansWhereItIsDefined) {
   const HumanModel model = ReadHumanModel(folder_.path(), 7);
   ASSERT_EQ(model.shape.faces.size(), 6U);  // without that of no area
-  EXPECT_EQ(model.humans_of_shape[0], (std::vector<std::int32_t>{0, 0, 1, 1, 0, 1}));
+  EXPECT_EQ(model.humans_of_shape[0], (std::vector<std::int32_t>{5, 5, 1, 1, 5, 1}));
   Segmentation found;
   found.label = {0, 0, 1, 1, 0, 0};
   found.parts = 2;
@@ -59,7 +59,7 @@ TEST_F(HumanScoreTest, IsTheMeanOverTheHumansWhereItIsDefined) {
 
 TEST_F(HumanScoreTest, TheMeanNumberOfSegmentsLeavesOutWhatCannotBeRead) {
   EXPECT_EQ(MeanHumanSegments(folder_.path(), std::vector{7}), 2);
-  folder_.Write("seg/8/8_0.seg", "0\n1\n2\n3\n4\n5\n6\n7\n");  // 2, 2 and 8 segments
+  folder_.Write("seg/8/8_0.seg", "0\n1\n2\n3\n4\n5\n6\n");  // 2, 2 and 7 segments
   folder_.Write("seg/8/8_1.seg", "rubbish\n");
   EXPECT_EQ(MeanHumanSegments(folder_.path(), std::vector{7, 8}), 4);
   EXPECT_EQ(MeanHumanSegments(folder_.path(), std::vector{9}), 1);

@@ -7,6 +7,8 @@
 #include "core/error.h"
 #include "core/words.h"
 #include "experiment/format.h"
+#include "experiment/grid.h"
+#include "experiment/statistics.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -68,6 +70,40 @@ TEST_F(TableTest, AnObjectWithoutTrialsHasNullRates) {
   EXPECT_DOUBLE_EQ(json["rows"][0]["detection_rate"].get<double>(), 0.75);
   EXPECT_DOUBLE_EQ(json["overall"]["pooled_grasp_rate"].get<double>(), 0.75);
   EXPECT_DOUBLE_EQ(json["stage_seconds"]["scan"]["median"].get<double>(), 0.02);
+}
+
+// Detection of all trials, grasping of what was detected: 3 of 4 and 2 of 3.
+TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
+  const auto report = ReportOf(stamp_, results_);
+  const auto& box = report.sections[0].grid.rows[0];
+  EXPECT_EQ(box[4], experiment::IntervalText(3, 4));
+  EXPECT_EQ(box[7], experiment::IntervalText(2, 3));
+  EXPECT_EQ(box.back(), "dropped 1, not_segmented 1");
+  const auto json = nlohmann::json::parse(report.json);
+  const auto [low, high] = experiment::WilsonInterval(2, 3);
+  EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][0].get<double>(), low);
+  EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][1].get<double>(), high);
+}
+
+TEST_F(TableTest, TheAuditsFiguresAreTheLargestOfAllTrials) {
+  auto results = results_;
+  for (const int i : {0, 1, 2}) {
+    const double creep = i == 1 ? 3.0 : 1.0;
+    results[static_cast<std::size_t>(i)].result.data =
+        nlohmann::json{{"log", {{"audit", {{"creep_m_s", creep}, {"failed", ""}}}}}}.dump();
+  }
+  const Table table = BuildTable(stamp_, results);
+  EXPECT_EQ(table.audit_max, (std::map<std::string, double>{{"creep_m_s", 3.0}}));
+}
+
+// Steps within a stage stand in the JSON alone.
+TEST_F(TableTest, TimesArePrintedByStage) {
+  auto results = results_;
+  for (Record& record : results) record.result.seconds.emplace_back("perceive:normals", 0.5);
+  const auto report = ReportOf(stamp_, results);
+  EXPECT_NE(report.notes[1].find(" scan "), std::string::npos);
+  EXPECT_EQ(report.notes[1].find("normals"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(report.json)["stage_seconds"].contains("perceive:normals"));
 }
 
 TEST_F(TableTest, EveryFormatNamesEveryObject) {

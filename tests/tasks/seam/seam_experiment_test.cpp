@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "core/error.h"
 #include "tasks/seam/small_experiment.h"
@@ -117,6 +118,27 @@ TEST(ReadSeamExperiment, NamesWhatIsWrong) {
   refused(sensor + "monitor:\n  window: 2\n", "window");
   refused(sensor + "track:\n  length_mm: -4\n", "length_mm");
   refused(sensor + "half_circle_radius_mm: x\n", "half_circle_radius_mm");
+}
+
+TEST(HazardOf, IsAnObstacleOrAnEndBeforeTheTracks) {
+  stitching::MatOptions mats;
+  EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kNone);
+  mats.end_y_m = 1.5;
+  EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kNone);
+  mats.end_y_m = 0.5;
+  EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kMatEnd);
+  mats.obstacles = {{0.0, 0.3, 4e-3, 4e-3, 5e-3}};
+  EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kObstacle);
+}
+
+TEST(SeamSeed, DiffersForEveryExperimentSeedAndSeam) {
+  std::set<std::uint64_t> seeds;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    SeamExperiment experiment;
+    experiment.seed = seed;
+    for (int number = 0; number < 100; ++number) seeds.insert(SeamSeed(experiment, number));
+  }
+  EXPECT_EQ(seeds.size(), 10000u);
 }
 
 }  // namespace
