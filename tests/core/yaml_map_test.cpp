@@ -333,7 +333,7 @@ TEST_F(YamlMapTest, TheTableOfKeysSaysWhatHasNoDefaultAndWhatAListMayHold) {
   EXPECT_EQ(map.Keys()[0].default_value, "");
   EXPECT_EQ(map.Keys()[1].default_value, "0.5");
   EXPECT_EQ(map.Keys()[2].default_value, "[red]");
-  EXPECT_EQ(map.Keys()[2].range, "of red, green");
+  EXPECT_EQ(map.Keys()[2].range, "of red, green, blue");
   EXPECT_EQ(map.Keys()[5].path, "outer.inner.deep");
 }
 
