@@ -2,20 +2,20 @@
 #include <gtest/gtest.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <functional>
 #include <limits>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/file.h"
+#include "error_of.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
 #include "geometry/random_points.h"
 #include "geometry/shape.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -23,42 +23,17 @@ namespace {
 using core::InputError;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing_support::ErrorOf;
 
-/// A folder of the test's own, removed at its end.
 class Io : public ::testing::Test {
  protected:
-  Io() : folder_(std::filesystem::temp_directory_path() / ("rangegrasp_io_" + Name())) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~Io() override { std::filesystem::remove_all(folder_); }
-
-  static std::string Name() {
-    return ::testing::UnitTest::GetInstance()->current_test_info()->name() + std::string("_") +
-           std::to_string(::getpid());
-  }
   std::filesystem::path Path(const std::string& name) const { return folder_ / name; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name), std::ios::binary) << text;
-    return Path(name);
-  }
-  static std::string Read(const std::filesystem::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
+    return folder_.Write(name, text);
   }
 
-  std::filesystem::path folder_;
+  testing_support::TempFolder folder_;
 };
-
-std::string Message(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no InputError)";
-}
 
 std::string Ascii(const std::string& points = "POINTS 2\n", const std::string& fields = "x y z",
                   const std::string& type = "F F F", const std::string& body = "1 2 3\n4 5 6\n",
@@ -177,17 +152,17 @@ TEST_F(Io, UnitsAreFiniteAndEndingsOfEitherCase) {
     EXPECT_THROW(ReadCloud(file, unit), std::invalid_argument) << unit;
   }
   Write("BROKEN.PLY", "plx\n");
-  EXPECT_THAT(Message([&] { ReadCloud(Path("BROKEN.PLY")); }), HasSubstr("starts with the line"));
+  EXPECT_THAT(ErrorOf([&] { ReadCloud(Path("BROKEN.PLY")); }), HasSubstr("starts with the line"));
 }
 
 TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
   const auto message = [this](const std::string& text) {
     const auto file = Write("broken.pcd", text);
-    return Message([&] { ReadCloud(file); });
+    return ErrorOf([&] { ReadCloud(file); });
   };
-  EXPECT_THAT(Message([&] { ReadCloud(Path("none.pcd")); }),
+  EXPECT_THAT(ErrorOf([&] { ReadCloud(Path("none.pcd")); }),
               AllOf(HasSubstr("none.pcd"), HasSubstr("no such file")));
-  EXPECT_THAT(Message([&] { ReadCloud(folder_); }), HasSubstr("is a folder"));
+  EXPECT_THAT(ErrorOf([&] { ReadCloud(folder_.path()); }), HasSubstr("is a folder"));
   EXPECT_THAT(message(""), HasSubstr("is empty"));
   EXPECT_THAT(message("hello\n"), AllOf(HasSubstr("broken.pcd:1:"), HasSubstr("\"hello\"")));
   EXPECT_THAT(message("# nothing more\n"), HasSubstr("without DATA"));
@@ -233,7 +208,7 @@ TEST_F(Io, ReadsPlyCloudsInBothBinaryOrdersAndAscii) {
 TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
   const auto message = [this](const std::string& text) {
     const auto file = Write("broken.ply", text);
-    return Message([&] { ReadCloud(file); });
+    return ErrorOf([&] { ReadCloud(file); });
   };
   const std::string head = "ply\nformat ascii 1.0\nelement vertex ";
   const std::string xyz = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
@@ -283,8 +258,8 @@ TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
   pcl::PCDWriter().writeBinary(Path("1").string(), cloud);
   pcl::PCDWriter().writeBinaryCompressed(Path("2").string(), cloud);
   WriteCloud(Path("3.ply"), RandomImage(rng));
-  const std::vector<std::string> seeds = {Read(Path("0")), Read(Path("1")), Read(Path("2")),
-                                          Read(Path("3.ply"))};
+  const std::vector<std::string> seeds = {core::ReadFile(Path("0")), core::ReadFile(Path("1")),
+                                          core::ReadFile(Path("2")), core::ReadFile(Path("3.ply"))};
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   int refused = 0;
@@ -413,11 +388,11 @@ TEST_F(Io, ReadsTheMeshFormats) {
 }
 
 TEST_F(Io, BrokenMeshesAreNamed) {
-  EXPECT_THAT(Message([&] { ReadMesh(Path("none.off")); }), HasSubstr("no such file"));
+  EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("none.off")); }), HasSubstr("no such file"));
   Write("junk.off", "this is no mesh");
-  EXPECT_THAT(Message([&] { ReadMesh(Path("junk.off")); }), HasSubstr("junk.off"));
+  EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("junk.off")); }), HasSubstr("junk.off"));
   Write("points.obj", "v 0 0 0\nv 1 0 0\n");
-  EXPECT_THAT(Message([&] { ReadMesh(Path("points.obj")); }), HasSubstr("points.obj"));
+  EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("points.obj")); }), HasSubstr("points.obj"));
 }
 
 }  // namespace

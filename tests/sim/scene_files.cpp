@@ -1,21 +1,14 @@
 #include "sim/scene_files.h"
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <fstream>
-
 #include "core/units.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::sim::testing {
 
 std::filesystem::path WriteFile(const std::string& name, const std::string& text) {
-  // One folder a process: tests of one binary run side by side.
-  const std::filesystem::path folder =
-      std::filesystem::path(::testing::TempDir()) / ("sim_" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / name) << text;
-  return folder / name;
+  // One a process: tests of one binary run side by side.
+  static const testing_support::TempFolder folder;
+  return folder.Write(name, text);
 }
 
 std::filesystem::path PlaneScene(double tilt_rad) {
