@@ -13,28 +13,33 @@ namespace {
 using benchmark::Counter;
 using benchmark::State;
 
-const experiment::TrialSpec kTrial{"spread", 0};
+// The first trial of an object that stands.
+tasks::grasping::TrialSpec FirstTrial() {
+  return {"spread", 0, tasks::grasping::TrialSeed(1, "spread", 0)};
+}
 
 void Arrange(State& state) {
-  const auto& context = Context();
-  const auto seed = experiment::TrialSeed(context.experiment.seed, kTrial);
-  for (auto _ : state) benchmark::DoNotOptimize(experiment::Arrange(context, kTrial, seed));
+  const auto& cell = Cell();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(tasks::grasping::ArrangeTrial(cell, FirstTrial()));
+  }
 }
 BENCHMARK(Arrange)->Unit(benchmark::kMillisecond);
 
 void Scan(State& state) {
-  const auto& context = Context();
+  const auto& cell = Cell();
   const sim::World& world = FiveObjects();
-  for (auto _ : state) benchmark::DoNotOptimize(experiment::ScanWorld(context, world, 1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(tasks::grasping::SenseTrial(cell, world, {"", 0, 1}));
+  }
   state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
 }
 BENCHMARK(Scan)->Unit(benchmark::kMillisecond);
 
 std::vector<grasp::Grasp> GraspsForTheTopmost() {
-  const auto& context = Context();
-  const Eigen::Vector3d arm = context.robot.links().front().X_PB.translation();
-  return grasp::PlanGrasps(FiveObjectsScene(), 0, context.robot.hand(), arm,
-                           context.experiment.grasp);
+  const auto& cell = Cell();
+  const Eigen::Vector3d arm = cell.robot.links().front().X_PB.translation();
+  return grasp::PlanGrasps(FiveObjectsScene(), 0, cell.robot.hand(), arm, cell.options.grasp);
 }
 
 void PlanGrasps(State& state) {
@@ -45,7 +50,7 @@ BENCHMARK(PlanGrasps)->Unit(benchmark::kMillisecond);
 
 // The first free grasp that has a path; counted are all plans up to it.
 void PlanMotion(State& state) {
-  const auto& context = Context();
+  const auto& cell = Cell();
   const auto& scene = FiveObjectsScene();
   planning::PlanningScene obstacles;
   obstacles.target_W = scene.objects.front().surface_C;
@@ -58,12 +63,12 @@ void PlanMotion(State& state) {
   bool found = false;
   for (auto _ : state) {
     core::Rng rng(1);
-    planning::Planner planner(context.robot, context.experiment.planning);
+    planning::Planner planner(cell.robot, cell.options.planning);
     plans = 0;
     found = false;
     for (const auto& grasp : grasps) {
       planning::PickRequest request;
-      request.q_start = context.robot.home;
+      request.q_start = cell.robot.home;
       request.X_WH = grasp.X_CH;
       request.approach_W = grasp.X_CG.linear().col(2);
       request.opening_m = grasp.opening_m;
@@ -80,14 +85,13 @@ BENCHMARK(PlanMotion)->Unit(benchmark::kMillisecond);
 
 // One step of the tabletop with the arm at home and one object at rest on it.
 void PhysicsStep(State& state) {
-  const auto& context = Context();
-  auto trial =
-      experiment::Arrange(context, kTrial, experiment::TrialSeed(context.experiment.seed, kTrial));
+  const auto& cell = Cell();
+  auto trial = tasks::grasping::ArrangeTrial(cell, FirstTrial());
   if (!trial) return state.SkipWithError("no arrangement");
   double simulated_s = 0.0;
   for (auto _ : state) {
     trial->world.Step();
-    simulated_s += context.experiment.physics.timestep_s;
+    simulated_s += cell.options.physics.timestep_s;
   }
   state.counters["real_time_factor"] = Counter(simulated_s, Counter::kIsRate);
 }
@@ -95,15 +99,15 @@ BENCHMARK(PhysicsStep)->Unit(benchmark::kMicrosecond);
 
 // Counters: seconds of every stage, and simulated over wall time of the execution.
 void Trial(State& state) {
-  const auto& context = Context();
+  const auto& cell = Cell();
   std::map<std::string, double> sum_s;
   bool delivered = false;
   for (auto _ : state) {
-    const auto result = experiment::RunTrial(context, kTrial);
+    const auto result = tasks::grasping::RunTrial(cell, FirstTrial());
     for (const auto& [stage, seconds] : result.seconds) {
       if (stage.find(':') == std::string::npos) sum_s[stage] += seconds;
     }
-    delivered = result.outcome == experiment::Outcome::kDelivered;
+    delivered = result.outcome == "delivered";
   }
   for (const auto& [stage, seconds] : sum_s) {
     state.counters[stage + "_s"] = Counter(seconds, Counter::kAvgIterations);

@@ -19,8 +19,7 @@ using benchmark::Counter;
 
 perception::Scene PerceiveFiveObjects() {
   core::Rng rng(1);
-  return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Context().experiment.perception,
-                              rng);
+  return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Cell().options.perception, rng);
 }
 
 double SecondsOf(const perception::Scene& scene, const std::string& step) {
@@ -121,7 +120,7 @@ void SegmentBesidePcl(benchmark::State& state) {
   std::size_t pcl = 0;
   for (auto _ : state) {
     core::Stopwatch watch;
-    ours = perception::Segment(points, Context().experiment.perception.segment).size();
+    ours = perception::Segment(points, Cell().options.perception.segment).size();
     ours_s += watch.Restart();
     pcl = CountPclSegments(method, cloud, normals);
     pcl_s += watch.Restart();

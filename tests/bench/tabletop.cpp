@@ -2,27 +2,32 @@
 
 #include <stdexcept>
 
+#include "experiment/experiment.h"
+#include "sim/resting_poses.h"
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/kinds.h"
+
 namespace rangegrasp::bench {
 namespace {
 
 sim::World PlaceFiveObjects() {
-  const auto& context = Context();
+  const auto& cell = Cell();
   const std::vector<std::string> names = {"coffee_cup", "salt_cuboid", "spread", "sweets_cylinder",
                                           "dextrose"};
   const std::vector<Eigen::Vector2d> places = {
       {0.0, 0.0}, {0.09, 0.08}, {0.09, -0.08}, {-0.09, 0.09}, {-0.09, -0.09}};
   std::vector<sim::ObjectModel> models;
   for (const auto& name : names) {
-    models.push_back(experiment::ObjectModelOf(context.experiment, name));
+    models.push_back(tasks::grasping::ObjectModelOf(cell.options, name));
   }
   constexpr double kDrop_m = 0.0005;  // above the resting height: nothing starts inside the table
-  sim::World world(context.experiment.scene, models, context.experiment.physics);
-  world.SetArm(context.robot.home);
+  sim::World world(cell.options.scene, models, cell.options.physics);
+  world.SetArm(cell.robot.home);
   for (int i = 0; i < world.objects(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const auto& pose = context.resting_poses.at(names[at]).front();
+    const auto pose = sim::StableRestingPoses(models[at], cell.options.min_tipping_rad).front();
     const Eigen::Vector3d place =
-        context.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
+        cell.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
     world.PlaceObject(i, core::MakePose(pose.R_WO.toRotationMatrix(),
                                         {place.x(), place.y(), pose.height_m + kDrop_m}));
   }
@@ -32,10 +37,10 @@ sim::World PlaceFiveObjects() {
 
 }  // namespace
 
-const experiment::TrialContext& Context() {
-  static const auto context = experiment::Prepare(
-      experiment::ReadExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml"));
-  return context;
+const tasks::grasping::Cell& Cell() {
+  static const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", tasks::AllKinds(), {});
+  return tasks::grasping::CellOf(*experiment.task);
 }
 
 const sim::World& FiveObjects() {
@@ -43,28 +48,27 @@ const sim::World& FiveObjects() {
   return world;
 }
 
-const sensing::Scan& FiveObjectsScan() {
-  static const sensing::Scan scan = experiment::ScanWorld(Context(), FiveObjects(), 1);
-  return scan;
+const geometry::Observation& FiveObjectsScan() {
+  static const auto sensed = tasks::grasping::SenseTrial(Cell(), FiveObjects(), {"", 0, 1});
+  return sensed.observation;
 }
 
 const geometry::Points& FiveObjectsCloud() {
   constexpr double kArmMaxX_m = -0.3;  // of the arm at home and its pedestal; the table lies beyond
   static const geometry::Points points = [] {
-    geometry::Points all = geometry::ToCloud(FiveObjectsScan().image).points;
+    geometry::Points all = geometry::ToCloud(FiveObjectsScan().views.front().image).points;
     std::erase_if(all, [](const Eigen::Vector3d& p_W) { return p_W.x() < kArmMaxX_m; });
     return all;
   }();
   return points;
 }
 
-Eigen::Vector3d SensorOrigin() { return FiveObjectsScan().image.origins_C.front(); }
+Eigen::Vector3d SensorOrigin() { return FiveObjectsScan().views.front().image.origins_C.front(); }
 
 const perception::Scene& FiveObjectsScene() {
   static const perception::Scene scene = [] {
     core::Rng rng(1);
-    return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Context().experiment.perception,
-                                rng);
+    return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Cell().options.perception, rng);
   }();
   return scene;
 }

@@ -1,19 +1,17 @@
 #pragma once
 
-#include <memory>
-
-#include "experiment/trial.h"
+#include "tasks/grasping/trial.h"
 
 namespace rangegrasp::bench {
 
 /// The experiment of table 5.2, prepared once.
-const experiment::TrialContext& Context();
+const tasks::grasping::Cell& Cell();
 
 /// Five objects on the table, at rest.
 const sim::World& FiveObjects();
 
 /// A scan of it, the same at every run.
-const sensing::Scan& FiveObjectsScan();
+const geometry::Observation& FiveObjectsScan();
 /// Its points but those of the arm and its pedestal.
 const geometry::Points& FiveObjectsCloud();
 
