@@ -152,7 +152,8 @@ TEST(FindKinship, AnEmptyFrameHoldsNothingUnlessItIsRotational) {
   for (const double fill : {0.38, 0.52}) {
     Analytic shape;
     const Indices frame = AddFrame(shape, 0.2, 0.2 * (1.0 - std::sqrt(1.0 - fill)), 0.1);
-    const Indices under = shape.AddRectangle({0.19, 0.0, 0.092}, {0.008, 0.0, 0.0}, {0.0, 0.1, 0.0});
+    const Indices under =
+        shape.AddRectangle({0.19, 0.0, 0.092}, {0.008, 0.0, 0.0}, {0.0, 0.1, 0.0});
     const Given given(shape.cloud);
     EXPECT_EQ(KinshipOf(given, under, frame, false),
               fill < 0.5 ? Kinship::kNone : Kinship::kWithin);
@@ -179,18 +180,22 @@ TEST(FindKinship, SevenTenthsOverTheFootprintAreWithinAndNineTenthsAbove) {
   // The middle between two rows is on the border of the margin of 5 mm; rows that are half a step
   // further out or in are not, or are, in it.
   constexpr double kMargin_m = 0.005;
-  for (const auto& [over, kinship] : {std::pair(21, Kinship::kNone), std::pair(22, Kinship::kWithin)}) {
+  for (const auto& [over, kinship] :
+       {std::pair(21, Kinship::kNone), std::pair(22, Kinship::kWithin)}) {
     for (const double shift : {-0.0009, 0.0, 0.0009}) {
       Analytic shape;
-      const Indices host = shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
+      const Indices host =
+          shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
       const Indices floor = AddRowsOver(shape, over, kMargin_m + shift, 0.05);
       EXPECT_EQ(KinshipOf(Given(shape.cloud), floor, host, true), kinship) << over << ' ' << shift;
     }
   }
-  for (const auto& [over, kinship] : {std::pair(27, Kinship::kNone), std::pair(28, Kinship::kAbove)}) {
+  for (const auto& [over, kinship] :
+       {std::pair(27, Kinship::kNone), std::pair(28, Kinship::kAbove)}) {
     for (const double shift : {-0.0009, 0.0, 0.0009}) {
       Analytic shape;
-      const Indices host = shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
+      const Indices host =
+          shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
       const Indices cap = AddRowsOver(shape, over, kMargin_m + shift, 0.11);
       EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, host, false), kinship) << over << ' ' << shift;
     }
@@ -251,8 +256,8 @@ struct Edges {
   /// Turns normals of the edge that many points have towards the gap (positive sines) or away.
   void Turn(bool of_high, int points, double sine) {
     for (int k = 0; k < points; ++k) {
-      const auto i = of_high ? high[static_cast<std::size_t>(k)]
-                             : low[static_cast<std::size_t>(5 * k)];
+      const auto i =
+          of_high ? high[static_cast<std::size_t>(k)] : low[static_cast<std::size_t>(5 * k)];
       shape.cloud.normals[i] =
           std::sqrt(1.0 - sine * sine) * normal + (of_high ? -sine : sine) * up;
     }
@@ -307,9 +312,9 @@ TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
         Vector3d view = sensors[place] - p;
         view.z() = 0.0;
         shape.Add(p, Vector3d::UnitZ());
-        shape.Add(p + 0.010 * (Eigen::AngleAxisd(core::Deg(turn), Vector3d::UnitZ()) *
-                               view.normalized()),
-                  Vector3d::UnitZ());
+        shape.Add(
+            p + 0.010 * (Eigen::AngleAxisd(core::Deg(turn), Vector3d::UnitZ()) * view.normalized()),
+            Vector3d::UnitZ());
         fragment.push_back(2 * k);
         host.push_back(2 * k + 1);
       }

@@ -80,7 +80,8 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
 
 constexpr double kRadius_m = 0.04;
 /// Between two columns of the wall, which are those of the lid's edge too: 126 round the can.
-const double kColumn_rad = 2.0 * core::kPi / std::lround(2.0 * core::kPi * kRadius_m / testing::kStep_m);
+const double kColumn_rad =
+    2.0 * core::kPi / std::lround(2.0 * core::kPi * kRadius_m / testing::kStep_m);
 
 /// A can seen from all around, and its sectors: each from one angle to the next, the last to the
 /// first. The angles lie between two columns.
@@ -174,10 +175,10 @@ TEST(MergeRotational, AsksForNearAxesWhereBothHaveOne) {
 }
 
 TEST(MergeRotational, AsksForFourFifthsOfEachPartsRimOnTheCircle) {
-  // Half the rim are 63 points. A bump of n columns puts n points 5 mm outside the circle, and up to
-  // one more on each of its sides; a circle of 30 mm that rolls round it leaves out up to
-  // 14 mm = 7 columns on each side. So 7 columns are at most 9 / 49 = 18 % of the part's rim and 16
-  // at least 16 / 63 = 25 %, while of the union's rim they are at most 18 / 112 = 16 %.
+  // Half the rim are 63 points. A bump of n columns puts n points 5 mm outside the circle, and up
+  // to one more on each of its sides; a circle of 30 mm that rolls round it leaves out up to 14 mm
+  // = 7 columns on each side. So 7 columns are at most 9 / 49 = 18 % of the part's rim and 16 at
+  // least 16 / 63 = 25 %, while of the union's rim they are at most 18 / 112 = 16 %.
   for (const std::size_t bumped : {0u, 1u}) {
     for (const int columns : {7, 16}) {
       CutCan can({0, 63});
@@ -237,8 +238,7 @@ TEST(MergeRotational, TakesForTheUnionWhatItDidNotTakeAlone) {
 
 TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
   CutCan can({0, 63});
-  const Indices box =
-      can.shape.AddRectangle({0.0, 0.2, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
+  const Indices box = can.shape.AddRectangle({0.0, 0.2, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
   const Given given(can.shape.cloud);
   const auto halves = can.Parts(given);
   core::Rng rng(1);
@@ -249,6 +249,33 @@ TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
     ASSERT_EQ(parts.size(), 2u);
     EXPECT_EQ(parts[place == 0 ? 0 : 1].points, box) << place;
   }
+}
+
+TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
+  // Of the lip an arc of 100 deg is seen, on one of its halves 7 mm inside the wall.
+  Analytic cup;
+  const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kRadius_m, 0.036);
+  Indices points = testing::Joined(
+      cup.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3),
+      cup.AddWall({0.0, 0.0}, 0.036, 0.05, 0.096, core::kPi - 1.3, core::kPi + 1.3, true));
+  for (const auto i : ring) {
+    const auto& p = cup.cloud.points[i];
+    const double angle = std::atan2(p.y(), p.x());
+    if (angle < 0.0 && angle > core::Deg(-50.0)) points.push_back(i);
+  }
+  for (const double r : {0.031, 0.033}) {
+    for (double a = 0.02; a < core::Deg(50.0); a += 0.06) {
+      points.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
+      cup.Add({r * std::cos(a), r * std::sin(a), 0.1}, Eigen::Vector3d::UnitZ());
+    }
+  }
+  const Given given(cup.cloud);
+  const Part whole = given.Describe(points);
+  ASSERT_TRUE(whole.axis);
+  ASSERT_EQ(whole.axis->rim_fraction, 0.0);
+  std::vector<Indices> halves(2);
+  for (const auto i : points) halves[cup.cloud.points[i].y() < 0.0].push_back(i);
+  EXPECT_EQ(Merged(given, halves, 1).size(), 1u);
 }
 
 }  // namespace

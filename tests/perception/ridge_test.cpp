@@ -130,9 +130,9 @@ Spot OnCircle(double turn_rad) {
 /// @param along  share of the normal along the axis
 void AddSpot(Analytic& shape, int row, const Spot& spot, double along = 0.0) {
   shape.Add({0.002 * row, spot.offset_m, spot.height_m},
-            along * Vector3d::UnitX() + std::sqrt(1.0 - along * along) *
-                                            Vector3d(0.0, std::sin(spot.turn_rad),
-                                                     std::cos(spot.turn_rad)));
+            along * Vector3d::UnitX() +
+                std::sqrt(1.0 - along * along) *
+                    Vector3d(0.0, std::sin(spot.turn_rad), std::cos(spot.turn_rad)));
 }
 
 /// A row with a point on each flank and one on the ridge's strip, on its sides in turn.
@@ -235,8 +235,8 @@ TEST(FindRidge, LeansLessThan30Deg) {
 }
 
 TEST(FindRidge, NeedsNormalsThatSpread) {
-  // The middle 60 % of even turns between -w and w spread over 1.2 w, to a step of w / 150; 0.44 rad
-  // are asked for.
+  // The middle 60 % of even turns between -w and w spread over 1.2 w, to a step of w / 150; 0.44
+  // rad are asked for.
   EXPECT_TRUE(RidgeOf(Tilted(0.45 / 1.2, 0, 0.0)));
   EXPECT_FALSE(RidgeOf(Tilted(0.43 / 1.2, 0, 0.0)));
 }

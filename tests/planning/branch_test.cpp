@@ -138,15 +138,17 @@ class InCell : public ::testing::TestWithParam<std::filesystem::path> {
     X_WG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
     X_WG.translation().z() = 0.25;
     center_W_ = X_WG.translation();
-    q_ = robot::SolveIk(robot_, X_WG * robot_.hand().X_HG_tip.inverse(), robot_.home, {}, rng)
-             .at(0);
+    q_ =
+        robot::SolveIk(robot_, X_WG * robot_.hand().X_HG_tip.inverse(), robot_.home, {}, rng).at(0);
     scene_.target_W = BoxMesh(center_W_, kHalf);
     request_.X_WH = robot_.HandPose(q_);
     request_.approach_W = Vector3d(0.0, 0.0, -2.0);
     request_.opening_m = robot_.hand().MaxGap();
     request_.closed_gap_m = 0.03;
   }
-  void Place() { check_.collider().SetScene(scene_.table_z_m, scene_.obstacles_W, scene_.target_W); }
+  void Place() {
+    check_.collider().SetScene(scene_.table_z_m, scene_.obstacles_W, scene_.target_W);
+  }
   Task Make() { return MakeTask(robot_, scene_, request_, options_, check_.collider()); }
   bool Lifts(const std::vector<geometry::TriangleMesh>& obstacles_W) {
     scene_.obstacles_W = obstacles_W;
