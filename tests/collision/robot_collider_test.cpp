@@ -311,6 +311,96 @@ TEST_P(Cell, TheHandMayTouchTheTableAndTheArmMustNot) {
   EXPECT_TRUE(hits(10.0, true));
 }
 
+/// A cube of 4 mm about a point, as what the hand holds; the hand may be anywhere.
+bool HeldAt(RobotCollider& collider, const robot::Robot& robot, const Eigen::VectorXd& q,
+            const Vector3d& center_W, Target target = Target::kHeld) {
+  collider.SetScene(-10.0, {}, Box(center_W, Vector3d::Constant(0.002)));
+  Contacts contacts;
+  contacts.target = target;
+  contacts.X_HT = robot.HandPose(q).inverse();
+  return collider.Hits(robot.LinkPoses(q), contacts);
+}
+
+TEST_P(Cell, WhatTheHandCarriesMustClearTheWorkCell) {
+  RobotCollider collider(robot_, 0.0);
+  const Eigen::VectorXd q = PointingDown();
+  Vector3d highest = Vector3d::Constant(-1e9);
+  for (const geometry::Shape& shape : robot_.workcell()) {
+    for (const Vector3d& p : geometry::Tessellate(shape).vertices) {
+      EXPECT_TRUE(HeldAt(collider, robot_, q, p)) << shape.name;
+      EXPECT_FALSE(HeldAt(collider, robot_, q, p, Target::kGone)) << shape.name;
+      if (p.z() > highest.z()) highest = p;
+    }
+  }
+  ASSERT_FALSE(robot_.workcell().empty());
+  const Vector3d up = Vector3d::UnitZ();
+  EXPECT_TRUE(HeldAt(collider, robot_, q, highest + 0.0019 * up));
+  EXPECT_FALSE(HeldAt(collider, robot_, q, highest + 0.0021 * up));
+}
+
+TEST_P(Cell, WhatTheHandCarriesMustClearTheArmAndNotTheHand) {
+  RobotCollider collider(robot_, 0.0);
+  const Eigen::VectorXd q = PointingDown();
+  const std::vector<core::Pose> links_W = robot_.LinkPoses(q);
+  for (std::size_t i = 0; i < links_W.size(); ++i) {
+    for (const geometry::Shape& shape : robot_.links()[i].shapes) {
+      // Some of the surface's points; they are on it, or within a hundredth of its size under it.
+      const auto mesh = geometry::Tessellate(shape);
+      for (std::size_t k = 0; k < mesh.vertices.size(); k += 1 + mesh.vertices.size() / 5) {
+        const Vector3d p = links_W[i] * mesh.vertices[k];
+        EXPECT_TRUE(HeldAt(collider, robot_, q, p)) << robot_.links()[i].name;
+        EXPECT_FALSE(HeldAt(collider, robot_, q, p, Target::kGone));
+      }
+    }
+  }
+  const Vector3d thumb_W = robot_.HandPose(q) * robot_.hand().states.front().thumb_pad_H;
+  EXPECT_TRUE(HeldAt(collider, robot_, q, thumb_W, Target::kObstacle));
+  EXPECT_FALSE(HeldAt(collider, robot_, q, thumb_W));
+}
+
+// Above the arm's highest point; the tessellated shapes end up to 1 mm under the exact ones.
+TEST_P(Cell, WhatTheHandCarriesKeepsTheMarginFromTheArm) {
+  const Eigen::VectorXd q = PointingDown();
+  const std::vector<core::Pose> links_W = robot_.LinkPoses(q);
+  Vector3d highest = Vector3d::Constant(-1e9);
+  for (std::size_t i = 0; i < links_W.size(); ++i) {
+    for (const geometry::Shape& shape : robot_.links()[i].shapes) {
+      for (const Vector3d& p : geometry::Tessellate(shape).vertices) {
+        if ((links_W[i] * p).z() > highest.z()) highest = links_W[i] * p;
+      }
+    }
+  }
+  const auto hits = [&](double margin_m, double above_m) {
+    RobotCollider collider(robot_, margin_m);
+    return HeldAt(collider, robot_, q, highest + (above_m + 0.002) * Vector3d::UnitZ());
+  };
+  EXPECT_TRUE(hits(0.005, 0.0049));
+  EXPECT_FALSE(hits(0.005, 0.0061));
+  EXPECT_FALSE(hits(0.0, 0.0011));
+}
+
+// An obstacle and a table under the hand.
+TEST_P(Cell, TheHandKeepsTheMarginWhereItIsAsked) {
+  constexpr double kMargin_m = 0.003;
+  RobotCollider collider(robot_, kMargin_m);
+  const Eigen::VectorXd q = PointingDown();
+  const double lowest = collider.LowestOfHand(robot_.HandPose(q), 0);
+  const Vector3d half(0.15, 0.15, 0.005);
+  for (const bool margin : {false, true}) {
+    for (const double below : {-1e-4, 1e-4, kMargin_m - 1e-4, kMargin_m + 1e-4}) {
+      Vector3d center = robot_.HandPose(q).translation();
+      center.z() = lowest - below - half.z();
+      Contacts contacts;
+      contacts.hand_margin = margin;
+      const bool expected = below < (margin ? kMargin_m : 0.0);
+      collider.SetScene(-10.0, std::vector{Box(center, half)}, {});
+      EXPECT_EQ(collider.Hits(robot_.LinkPoses(q), contacts), expected) << margin << below;
+      collider.SetScene(lowest - below, {}, {});
+      EXPECT_EQ(collider.Hits(robot_.LinkPoses(q), contacts), expected) << margin << below;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cells, Cell, ::testing::ValuesIn(Cells()),
                          [](const auto& cell) { return CellName(cell.param); });
 

@@ -119,5 +119,232 @@ TEST(MergeFragments, JoinsWhatIsKinAndLeavesTheRest) {
   }
 }
 
+/// A description that says no more than that the part is rotational, or not.
+Part Described(const Given& given, const Indices& points, bool rotational) {
+  Part part = given.Describe(points);
+  part.axis.reset();
+  if (rotational) part.axis.emplace();
+  return part;
+}
+
+Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& host,
+                  bool rotational) {
+  return FindKinship(given.Context(), Described(given, fragment, false),
+                     Described(given, host, rotational));
+}
+
+/// A level frame of four bars, half as wide as `half_m` outside.
+Indices AddFrame(Analytic& shape, double half_m, double bar_m, double height_m) {
+  const double middle = half_m - 0.5 * bar_m;
+  Indices frame;
+  for (const double side : {-1.0, 1.0}) {
+    frame = Joined(frame, shape.AddRectangle({side * middle, 0.0, height_m},
+                                             {0.5 * bar_m, 0.0, 0.0}, {0.0, half_m, 0.0}));
+    frame = Joined(frame, shape.AddRectangle({0.0, side * middle, height_m},
+                                             {half_m - bar_m, 0.0, 0.0}, {0.0, 0.5 * bar_m, 0.0}));
+  }
+  return frame;
+}
+
+TEST(FindKinship, AnEmptyFrameHoldsNothingUnlessItIsRotational) {
+  // What of its square a frame fills, and at most a cell of 6 mm more along both its edges: 11 % of
+  // a square of 0.4 m. Half is asked for.
+  for (const double fill : {0.38, 0.52}) {
+    Analytic shape;
+    const Indices frame = AddFrame(shape, 0.2, 0.2 * (1.0 - std::sqrt(1.0 - fill)), 0.1);
+    const Indices under =
+        shape.AddRectangle({0.19, 0.0, 0.092}, {0.008, 0.0, 0.0}, {0.0, 0.1, 0.0});
+    const Given given(shape.cloud);
+    EXPECT_EQ(KinshipOf(given, under, frame, false),
+              fill < 0.5 ? Kinship::kNone : Kinship::kWithin);
+    EXPECT_EQ(KinshipOf(given, under, frame, true), Kinship::kWithin);
+  }
+}
+
+TEST(FindKinship, ADeepFloorIsWithinARotationalHostOnly) {
+  Analytic shape;
+  const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.05, 0.015);
+  const Indices floor = shape.AddDisc({0.0, 0.0, 0.03}, 0.03);
+  const Given given(shape.cloud);
+  EXPECT_EQ(KinshipOf(given, floor, ring, true), Kinship::kWithin);
+  EXPECT_EQ(KinshipOf(given, floor, ring, false), Kinship::kNone);
+}
+
+/// 31 rows along x, of which `over` are over a host that ends at x = 0, or within `margin_m` of it.
+Indices AddRowsOver(Analytic& shape, int over, double margin_m, double height_m) {
+  return shape.AddRectangle({margin_m + 0.002 * (15.5 - over), 0.0, height_m}, {0.03, 0.0, 0.0},
+                            {0.0, 0.01, 0.0});
+}
+
+TEST(FindKinship, SevenTenthsOverTheFootprintAreWithinAndNineTenthsAbove) {
+  // The middle between two rows is on the border of the margin of 5 mm; rows that are half a step
+  // further out or in are not, or are, in it.
+  constexpr double kMargin_m = 0.005;
+  for (const auto& [over, kinship] :
+       {std::pair(21, Kinship::kNone), std::pair(22, Kinship::kWithin)}) {
+    for (const double shift : {-0.0009, 0.0, 0.0009}) {
+      Analytic shape;
+      const Indices host =
+          shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
+      const Indices floor = AddRowsOver(shape, over, kMargin_m + shift, 0.05);
+      EXPECT_EQ(KinshipOf(Given(shape.cloud), floor, host, true), kinship) << over << ' ' << shift;
+    }
+  }
+  for (const auto& [over, kinship] :
+       {std::pair(27, Kinship::kNone), std::pair(28, Kinship::kAbove)}) {
+    for (const double shift : {-0.0009, 0.0, 0.0009}) {
+      Analytic shape;
+      const Indices host =
+          shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
+      const Indices cap = AddRowsOver(shape, over, kMargin_m + shift, 0.11);
+      EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, host, false), kinship) << over << ' ' << shift;
+    }
+  }
+}
+
+TEST(FindKinship, IsWithinUpToAMarginOverTheTop) {
+  for (const double over : {0.0029, 0.0031}) {  // of 3 mm
+    Analytic shape;
+    const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.06, 0.05);
+    const Indices post = shape.AddRectangle({0.0, 0.0, 0.5 * (0.15 + over)}, {0.0, 0.02, 0.0},
+                                            {0.0, 0.0, 0.5 * (0.05 + over)});
+    EXPECT_EQ(KinshipOf(Given(shape.cloud), post, ring, true),
+              over < 0.003 ? Kinship::kWithin : Kinship::kNone);
+  }
+}
+
+TEST(FindKinship, ACapStandsOnTheTop) {
+  for (const auto& [base, kinship] :
+       {std::pair(-0.0051, Kinship::kNone), std::pair(-0.0049, Kinship::kAbove),
+        std::pair(0.0119, Kinship::kAbove), std::pair(0.0121, Kinship::kNone)}) {
+    Analytic shape;
+    // No pair of points is near enough to be one surface.
+    const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.06, 0.05);
+    const Indices cap = shape.AddRectangle({0.0, 0.0, 0.115 + 0.5 * base}, {0.0, 0.02, 0.0},
+                                           {0.0, 0.0, 0.5 * (0.03 - base)});
+    EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, ring, false), kinship) << base;
+  }
+}
+
+TEST(FindKinship, ACapIsSmallerThanItsHost) {
+  for (const double share : {0.59, 0.61}) {  // of 0.6
+    Analytic shape;
+    const double half = 0.05 * std::sqrt(share);
+    const Indices host = shape.AddRectangle({0.0, 0.0, 0.1}, {0.05, 0.0, 0.0}, {0.0, 0.05, 0.0});
+    const Indices cap = shape.AddRectangle({0.0, 0.0, 0.11}, {half, 0.0, 0.0}, {0.0, half, 0.0});
+    EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, host, false),
+              share < 0.6 ? Kinship::kAbove : Kinship::kNone);
+  }
+}
+
+/// Two edges of a slope of 45 deg towards the sensor, point facing point across a gap.
+struct Edges {
+  Analytic shape;
+  Indices low, high;
+  Vector3d up = Vector3d(-1.0, 0.0, 1.0).normalized();
+  Vector3d normal = Vector3d(1.0, 0.0, 1.0).normalized();
+
+  Edges(int points, double gap_m) {
+    for (int k = 0; k < points; ++k) {
+      const Vector3d p(0.0, 0.002 * (k - 0.5 * points), 0.05);
+      for (int row = 0; row < 5; ++row) {
+        low.push_back(Add(p - 0.002 * row * up));
+      }
+      high.push_back(Add(p + gap_m * up));
+    }
+  }
+  /// Turns normals of the edge that many points have towards the gap (positive sines) or away.
+  void Turn(bool of_high, int points, double sine) {
+    for (int k = 0; k < points; ++k) {
+      const auto i =
+          of_high ? high[static_cast<std::size_t>(k)] : low[static_cast<std::size_t>(5 * k)];
+      shape.cloud.normals[i] =
+          std::sqrt(1.0 - sine * sine) * normal + (of_high ? -sine : sine) * up;
+    }
+  }
+  Kinship Find() const { return KinshipOf(Given(shape.cloud), high, low, false); }
+
+ private:
+  std::uint32_t Add(const Vector3d& p) {
+    shape.Add(p, normal);
+    return static_cast<std::uint32_t>(shape.cloud.size() - 1);
+  }
+};
+
+TEST(FindKinship, ASurfaceGoesOnFromEightPointsAcrossTheGap) {
+  EXPECT_EQ(Edges(7, 0.010).Find(), Kinship::kNone);
+  EXPECT_EQ(Edges(8, 0.010).Find(), Kinship::kSurface);
+  EXPECT_EQ(Edges(20, 0.0119).Find(), Kinship::kSurface);  // of 12 mm
+  EXPECT_EQ(Edges(20, 0.0121).Find(), Kinship::kNone);
+}
+
+TEST(FindKinship, MoreThanHalfOfTheSurfaceGoesOn) {
+  for (const int broken : {9, 10}) {
+    Edges edges(20, 0.010);
+    edges.Turn(true, broken, 0.5);
+    EXPECT_EQ(edges.Find(), broken == 9 ? Kinship::kSurface : Kinship::kNone);
+  }
+}
+
+TEST(FindKinship, NeitherSideIsInFrontOfTheOther) {
+  // 1.5 mm in front, across 10 mm, are a sine of 0.15; behind, any fold is convex.
+  for (const bool of_high : {false, true}) {
+    for (const double sine : {-0.9, -0.2, 0.14, 0.16, 0.5}) {
+      Edges edges(20, 0.010);
+      edges.Turn(of_high, 20, sine);
+      EXPECT_EQ(edges.Find(), sine < 0.15 ? Kinship::kSurface : Kinship::kNone)
+          << of_high << ' ' << sine;
+    }
+  }
+}
+
+TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
+  // Level points far from each other, each with one of the host 10 mm away in a direction turned
+  // from its sensor's by 29 or 31 deg (30 are allowed).
+  const std::vector<Vector3d> sensors = {{0.8, 0.0, 0.62}, {0.1, -0.9, 0.62}};
+  for (const std::uint32_t place : {0u, 1u}) {
+    for (const double turn : {0.0, 29.0, -29.0, 151.0, -151.0, 31.0, -31.0, 149.0, 90.0}) {
+      Analytic shape;
+      Indices fragment, host;
+      const Vector3d row = place == 0 ? Vector3d::UnitY() : Vector3d::UnitX();
+      for (std::uint32_t k = 0; k < 8; ++k) {
+        const Vector3d p = (0.03 * k - 0.1) * row + 0.05 * Vector3d::UnitZ();
+        Vector3d view = sensors[place] - p;
+        view.z() = 0.0;
+        shape.Add(p, Vector3d::UnitZ());
+        shape.Add(
+            p + 0.010 * (Eigen::AngleAxisd(core::Deg(turn), Vector3d::UnitZ()) * view.normalized()),
+            Vector3d::UnitZ());
+        fragment.push_back(2 * k);
+        host.push_back(2 * k + 1);
+      }
+      Given given(shape.cloud);
+      given.views.places.emplace_back(shape.cloud.points, sensors[1]);
+      for (auto& of : given.views.place_of) of = place;
+      const double from_view = std::min(std::abs(turn), 180.0 - std::abs(turn));
+      const Kinship kinship = KinshipOf(given, fragment, host, false);
+      // At right angles to the view the points come to lie over each other's footprint.
+      EXPECT_EQ(kinship == Kinship::kSurface, from_view < 30.0) << place << ' ' << turn;
+    }
+  }
+}
+
+TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
+  // The upper plate is too high above the host, and on what the lower one makes of it.
+  Analytic shape;
+  const Indices host = shape.AddRectangle({0.0, 0.0, 0.1}, {0.05, 0.0, 0.0}, {0.0, 0.05, 0.0});
+  const Indices lower = shape.AddRectangle({0.0, 0.0, 0.108}, {0.01, 0.0, 0.0}, {0.0, 0.01, 0.0});
+  const Indices upper = shape.AddRectangle({0.0, 0.0, 0.117}, {0.012, 0.0, 0.0}, {0.0, 0.012, 0.0});
+  const Given given(shape.cloud);
+  core::Rng rng(1);
+  std::vector<Part> apart = {given.Describe(upper), given.Describe(host)};
+  MergeFragments(given.Context(), apart, rng);
+  EXPECT_EQ(apart.size(), 2u);
+  std::vector<Part> parts = {given.Describe(upper), given.Describe(host), given.Describe(lower)};
+  MergeFragments(given.Context(), parts, rng);
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_EQ(parts[0].points.size(), shape.cloud.size());
+}
+
 }  // namespace
 }  // namespace rangegrasp::perception::internal

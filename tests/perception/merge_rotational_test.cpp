@@ -78,5 +78,205 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
   EXPECT_FALSE(parts[1].axis);
 }
 
+constexpr double kRadius_m = 0.04;
+/// Between two columns of the wall, which are those of the lid's edge too: 126 round the can.
+const double kColumn_rad =
+    2.0 * core::kPi / std::lround(2.0 * core::kPi * kRadius_m / testing::kStep_m);
+
+/// A can seen from all around, and its sectors: each from one angle to the next, the last to the
+/// first. The angles lie between two columns.
+struct CutCan {
+  Analytic shape;
+  std::vector<Indices> sectors;
+
+  explicit CutCan(const std::vector<int>& columns) : sectors(columns.size()) {
+    const auto lid = shape.AddDisc({0.0, 0.0, 0.1}, kRadius_m);
+    for (const auto i : testing::Joined(lid, shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096))) {
+      const Eigen::Vector3d& p = shape.cloud.points[i];
+      double column = std::atan2(p.y(), p.x()) / kColumn_rad + 0.5;
+      if (column < 0.0) column += 2.0 * core::kPi / kColumn_rad;
+      const auto after = std::upper_bound(columns.begin(), columns.end(), column);
+      const auto at = static_cast<std::size_t>(after - columns.begin());
+      sectors[at == 0 ? columns.size() - 1 : at - 1].push_back(i);
+    }
+  }
+  /// Adds a point to a sector.
+  void Add(std::size_t sector, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
+    sectors[sector].push_back(static_cast<std::uint32_t>(shape.cloud.size()));
+    shape.Add(p, normal);
+  }
+  /// The sectors, of which no axis is known.
+  std::vector<Part> Parts(const Given& given) const {
+    std::vector<Part> parts;
+    for (const Indices& points : sectors) {
+      parts.push_back(given.Describe(points));
+      parts.back().axis.reset();
+    }
+    return parts;
+  }
+};
+
+std::size_t CountMerged(const Given& given, std::vector<Part> parts) {
+  core::Rng rng(1);
+  MergeRotational(given.Context(), parts, rng);
+  return parts.size();
+}
+
+TEST(MergeRotational, AsksForTopsOfOneHeight) {
+  for (const std::size_t with_knob : {0u, 1u}) {
+    for (const double height : {0.0099, 0.0101}) {  // of 10 mm
+      CutCan can({0, 63});
+      for (int k = 0; k < 5; ++k) {  // fewer are strays
+        can.Add(with_knob, {0.002 * k, 0.0, 0.1 + height}, Eigen::Vector3d::UnitZ());
+      }
+      const Given given(can.shape.cloud);
+      EXPECT_EQ(CountMerged(given, can.Parts(given)), height < 0.01 ? 1u : 2u) << height;
+    }
+  }
+}
+
+TEST(MergeRotational, AsksForTops) {
+  const CutCan can({0, 63});
+  const Given given(can.shape.cloud);
+  for (const std::size_t without : {0u, 1u}) {
+    auto parts = can.Parts(given);
+    parts[without].top.reset();
+    EXPECT_EQ(CountMerged(given, parts), 2u);
+  }
+}
+
+TEST(MergeRotational, AsksForTopsWithinTheWidestCircle) {
+  const CutCan can({0, 63});
+  const Given given(can.shape.cloud);
+  for (const double apart : {0.299, 0.301}) {  // of twice 150 mm
+    auto parts = can.Parts(given);
+    parts[1].top->center_C = parts[0].top->center_C + apart * Eigen::Vector3d::UnitY();
+    EXPECT_EQ(CountMerged(given, parts), apart < 0.3 ? 1u : 2u) << apart;
+  }
+}
+
+TEST(MergeRotational, AsksForNearAxesWhereBothHaveOne) {
+  const CutCan can({0, 63});
+  const Given given(can.shape.cloud);
+  const auto with_axis_at = [](Part& part, double x) {
+    part.axis = RotationAxis{{x, 0.0, 0.1}, Eigen::Vector3d::UnitZ(), kRadius_m, 1.0, 1.0};
+  };
+  for (const double apart : {0.0099, 0.0101}) {  // of 10 mm
+    auto parts = can.Parts(given);
+    with_axis_at(parts[0], 0.0);
+    with_axis_at(parts[1], apart);
+    EXPECT_EQ(CountMerged(given, parts), apart < 0.01 ? 1u : 2u) << apart;
+  }
+  for (const std::size_t one : {0u, 1u}) {
+    auto parts = can.Parts(given);
+    with_axis_at(parts[one], 0.05);
+    EXPECT_EQ(CountMerged(given, parts), 1u) << one;
+  }
+}
+
+TEST(MergeRotational, AsksForFourFifthsOfEachPartsRimOnTheCircle) {
+  // Half the rim are 63 points. A bump of n columns puts n points 5 mm outside the circle, and up
+  // to one more on each of its sides; a circle of 30 mm that rolls round it leaves out up to 14 mm
+  // = 7 columns on each side. So 7 columns are at most 9 / 49 = 18 % of the part's rim and 16 at
+  // least 16 / 63 = 25 %, while of the union's rim they are at most 18 / 112 = 16 %.
+  for (const std::size_t bumped : {0u, 1u}) {
+    for (const int columns : {7, 16}) {
+      CutCan can({0, 63});
+      for (int k = 0; k < columns; ++k) {
+        const double a = (31 - columns / 2 + k + 63 * static_cast<int>(bumped)) * kColumn_rad;
+        for (const double out : {0.0025, 0.005}) {
+          can.Add(bumped, {(kRadius_m + out) * std::cos(a), (kRadius_m + out) * std::sin(a), 0.1},
+                  Eigen::Vector3d::UnitZ());
+        }
+      }
+      const Given given(can.shape.cloud);
+      EXPECT_EQ(CountMerged(given, can.Parts(given)), columns == 7 ? 1u : 2u)
+          << bumped << ' ' << columns;
+    }
+  }
+}
+
+TEST(MergeRotational, AsksForARimOfEachPart) {
+  // A piece of the wall that has no part of the lid is round, and has nothing on the rim.
+  CutCan can({0, 30});
+  for (auto& sector : can.sectors) {
+    std::erase_if(sector, [&](auto i) {
+      const auto& p = can.shape.cloud.points[i];
+      return &sector == &can.sectors[0] && p.z() > 0.0945;
+    });
+  }
+  const auto lid = can.shape.AddDisc({0.0, 0.0, 0.1}, kRadius_m);
+  can.sectors[1] = testing::Joined(can.sectors[1], lid);
+  const Given given(can.shape.cloud);
+  EXPECT_EQ(CountMerged(given, can.Parts(given)), 2u);
+}
+
+TEST(MergeRotational, AsksForHalfOfEachPartsBodyOnTheCircle) {
+  // A sector of 10 columns with a handle 20 mm outside of as many, or of one more; the body of the
+  // union agrees by nine tenths.
+  for (const bool first : {false, true}) {
+    for (const int handle : {9, 10, 11}) {
+      CutCan can({0, 10});
+      const double width = handle * testing::kStep_m / 0.06;
+      can.sectors[0] = testing::Joined(
+          can.sectors[0], can.shape.AddWall({0.0, 0.0}, 0.06, 0.01, 0.096, 0.0, width));
+      if (!first) std::swap(can.sectors[0], can.sectors[1]);
+      const Given given(can.shape.cloud);
+      EXPECT_EQ(CountMerged(given, can.Parts(given)), handle <= 10 ? 1u : 2u) << handle;
+    }
+  }
+}
+
+TEST(MergeRotational, TakesForTheUnionWhatItDidNotTakeAlone) {
+  // A sixth and a twentieth of a can are no circle; the rest makes one of the first.
+  CutCan can({0, 21, 27});
+  const Given given(can.shape.cloud);
+  const auto parts = can.Parts(given);
+  EXPECT_EQ(CountMerged(given, {parts[0], parts[1]}), 2u);
+  EXPECT_EQ(CountMerged(given, parts), 1u);
+}
+
+TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
+  CutCan can({0, 63});
+  const Indices box = can.shape.AddRectangle({0.0, 0.2, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
+  const Given given(can.shape.cloud);
+  const auto halves = can.Parts(given);
+  core::Rng rng(1);
+  for (const std::size_t place : {0u, 1u, 2u}) {
+    std::vector<Part> parts = halves;
+    parts.insert(parts.begin() + static_cast<std::ptrdiff_t>(place), given.Describe(box));
+    MergeRotational(given.Context(), parts, rng);
+    ASSERT_EQ(parts.size(), 2u);
+    EXPECT_EQ(parts[place == 0 ? 0 : 1].points, box) << place;
+  }
+}
+
+TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
+  // Of the lip an arc of 100 deg is seen, on one of its halves 7 mm inside the wall.
+  Analytic cup;
+  const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kRadius_m, 0.036);
+  Indices points = testing::Joined(
+      cup.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3),
+      cup.AddWall({0.0, 0.0}, 0.036, 0.05, 0.096, core::kPi - 1.3, core::kPi + 1.3, true));
+  for (const auto i : ring) {
+    const auto& p = cup.cloud.points[i];
+    const double angle = std::atan2(p.y(), p.x());
+    if (angle < 0.0 && angle > core::Deg(-50.0)) points.push_back(i);
+  }
+  for (const double r : {0.031, 0.033}) {
+    for (double a = 0.02; a < core::Deg(50.0); a += 0.06) {
+      points.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
+      cup.Add({r * std::cos(a), r * std::sin(a), 0.1}, Eigen::Vector3d::UnitZ());
+    }
+  }
+  const Given given(cup.cloud);
+  const Part whole = given.Describe(points);
+  ASSERT_TRUE(whole.axis);
+  ASSERT_EQ(whole.axis->rim_fraction, 0.0);
+  std::vector<Indices> halves(2);
+  for (const auto i : points) halves[cup.cloud.points[i].y() < 0.0].push_back(i);
+  EXPECT_EQ(Merged(given, halves, 1).size(), 1u);
+}
+
 }  // namespace
 }  // namespace rangegrasp::perception::internal

@@ -111,5 +111,261 @@ TEST(FindRidge, RefusesTheNearLipAndTheFarWallOfACup) {
   EXPECT_FALSE(RidgeOf(cup));
 }
 
+/// Where a row across a body about the x axis has a point, and how far its normal is turned about
+/// that axis.
+struct Spot {
+  double turn_rad;
+  double offset_m;
+  double height_m;
+};
+
+constexpr double kRadius_m = 0.04;
+constexpr double kStrip_rad = 0.1;  ///< of points next to the ridge
+constexpr double kFlank_rad = 0.6;  ///< of points far off it
+
+Spot OnCircle(double turn_rad) {
+  return {turn_rad, kRadius_m * std::sin(turn_rad), 0.1 + kRadius_m * std::cos(turn_rad)};
+}
+
+/// @param along  share of the normal along the axis
+void AddSpot(Analytic& shape, int row, const Spot& spot, double along = 0.0) {
+  shape.Add({0.002 * row, spot.offset_m, spot.height_m},
+            along * Vector3d::UnitX() +
+                std::sqrt(1.0 - along * along) *
+                    Vector3d(0.0, std::sin(spot.turn_rad), std::cos(spot.turn_rad)));
+}
+
+/// A row with a point on each flank and one on the ridge's strip, on its sides in turn.
+void AddThree(Analytic& shape, int row, double strip_rad, const Spot& flank) {
+  AddSpot(shape, row, {-flank.turn_rad, -flank.offset_m, flank.height_m});
+  AddSpot(shape, row, OnCircle(row % 2 == 0 ? strip_rad : -strip_rad));
+  AddSpot(shape, row, flank);
+}
+
+Analytic Threes(int rows, double strip_rad, const Spot& flank) {
+  Analytic shape;
+  for (int row = 0; row < rows; ++row) AddThree(shape, row, strip_rad, flank);
+  return shape;
+}
+
+/// 100 rows with normals to both sides as far as `wide_rad`; of the first `tilted` rows they have
+/// a share along the axis, forwards and backwards in turn.
+Analytic Tilted(double wide_rad, int tilted, double along) {
+  Analytic shape;
+  for (int row = 0; row < 100; ++row) {
+    const double share = row >= tilted ? 0.0 : row % 2 == 0 ? along : -along;
+    for (int k = -150; k <= 150; ++k) AddSpot(shape, row, OnCircle(wide_rad * k / 150), share);
+  }
+  return shape;
+}
+
+TEST(UpwardPoints, AreThoseWithinTheAngle) {
+  Analytic shape;
+  core::Rng rng(3);
+  geometry::Indices segment, upward;
+  for (std::uint32_t i = 0; i < 500; ++i) {
+    const double from_up = rng.Uniform(0.0, core::kPi);
+    const double turn = rng.Uniform(0.0, 2.0 * core::kPi);
+    shape.Add(Vector3d::Zero(), {std::sin(from_up) * std::cos(turn),
+                                 std::sin(from_up) * std::sin(turn), std::cos(from_up)});
+    if (i % 3 == 0) continue;
+    segment.push_back(i);
+    if (from_up <= 1.2) upward.push_back(i);
+  }
+  EXPECT_EQ(UpwardPoints(shape.cloud, segment, Vector3d::UnitZ(), 1.2), upward);
+}
+
+TEST(FindRidge, NeedsTwiceThePointsOfASurface) {
+  Analytic shape;
+  for (int row = 0; row < 4; ++row) {
+    for (const double turn : {-0.6, -0.3, -0.1, 0.1, 0.3, 0.6}) {
+      AddSpot(shape, row, OnCircle(turn));
+    }
+  }
+  EXPECT_TRUE(RidgeOf(shape));  // 24: two surfaces of 12
+  shape.cloud.points.pop_back();
+  shape.cloud.normals.pop_back();
+  EXPECT_FALSE(RidgeOf(shape));
+}
+
+TEST(FindRidge, LooksAtNormalsInItsWindow) {
+  // Without the flanks there are 16 points, which are too few.
+  for (const double turn : {1.14, 1.16}) {  // the window is 1.15
+    Analytic shape;
+    for (int row = 0; row < 4; ++row) {
+      for (const double t : {-turn, -0.3, -0.1, 0.1, 0.3, turn}) AddSpot(shape, row, OnCircle(t));
+    }
+    EXPECT_EQ(RidgeOf(shape).has_value(), turn < 1.15) << turn;
+  }
+}
+
+TEST(FindRidge, LeavesOutEndFacesOfLessThanAFifth) {
+  // Forwards and backwards in turn: the axis of all normals is the body's.
+  EXPECT_TRUE(RidgeOf(Tilted(0.8, 18, 0.8)));
+  EXPECT_FALSE(RidgeOf(Tilted(0.8, 22, 0.8)));
+  // A face counts as one from 0.35 along the axis; three tenths are too many.
+  EXPECT_TRUE(RidgeOf(Tilted(0.8, 30, 0.34)));
+  EXPECT_FALSE(RidgeOf(Tilted(0.8, 30, 0.36)));
+}
+
+TEST(FindRidge, HasTheAxisOfTheBodyWithoutItsEndFace) {
+  Analytic shape = Tilted(0.8, 0, 0.0);
+  for (int k = 0; k < 3000; ++k) {  // a tenth, towards one end
+    AddSpot(shape, 100 + k % 5, {0.0, 0.0, 0.1 + kRadius_m}, 0.8);
+  }
+  const auto ridge = RidgeOf(shape);
+  ASSERT_TRUE(ridge);
+  EXPECT_NEAR(std::abs(ridge->axis.x()), 1.0, 1e-9);
+}
+
+TEST(FindRidge, NeedsNormalsThatAreSquareToItsAxisInTheMean) {
+  // All normals have the same square along the axis, which so is the mean: 0.045 is the limit.
+  EXPECT_TRUE(RidgeOf(Tilted(0.8, 100, std::sqrt(0.044))));
+  EXPECT_FALSE(RidgeOf(Tilted(0.8, 100, std::sqrt(0.046))));
+}
+
+TEST(FindRidge, LeansLessThan30Deg) {
+  for (const double lean : {29.0, -29.0, 31.0, -31.0}) {
+    Analytic shape = Tilted(0.9, 0, 0.0);
+    const Eigen::AngleAxisd turn(core::Deg(lean), Vector3d::UnitY());
+    for (auto& p : shape.cloud.points) p = turn * p;
+    for (auto& n : shape.cloud.normals) n = turn * n;
+    EXPECT_EQ(RidgeOf(shape).has_value(), std::abs(lean) < 30.0) << lean;
+  }
+}
+
+TEST(FindRidge, NeedsNormalsThatSpread) {
+  // The middle 60 % of even turns between -w and w spread over 1.2 w, to a step of w / 150; 0.44
+  // rad are asked for.
+  EXPECT_TRUE(RidgeOf(Tilted(0.45 / 1.2, 0, 0.0)));
+  EXPECT_FALSE(RidgeOf(Tilted(0.43 / 1.2, 0, 0.0)));
+}
+
+TEST(FindRidge, FacesTheSidesThatItsPointsAreOn) {
+  // With a share p of points on the wrong side, sine and offset correlate by 1 - 2 p (both are even
+  // about 0); 0.7 is asked for.
+  for (const int wrong : {7, 8}) {
+    Analytic shape;
+    for (int row = 0; row < 50; ++row) {
+      for (int k = -30; k <= 30; ++k) {
+        Spot spot = OnCircle(k / 30.0);
+        if ((row * 7) % 50 < wrong) spot.offset_m = -spot.offset_m;
+        AddSpot(shape, row, spot);
+      }
+    }
+    EXPECT_EQ(RidgeOf(shape).has_value(), wrong == 7) << wrong;
+  }
+}
+
+TEST(FindRidge, NeedsASurfacesPointsInItsStrip) {
+  const Spot flank = OnCircle(kFlank_rad);
+  EXPECT_TRUE(RidgeOf(Threes(12, kStrip_rad, flank)));
+  EXPECT_FALSE(RidgeOf(Threes(11, kStrip_rad, flank)));
+  // The strip's normals are within 0.35 rad of the ridge's.
+  EXPECT_TRUE(RidgeOf(Threes(40, 0.34, flank)));
+  EXPECT_FALSE(RidgeOf(Threes(40, 0.36, flank)));
+}
+
+/// 200 rows of flanks, and of a strip about the middle on so many of them.
+Analytic ShortRidge(int strip_rows) {
+  Analytic shape;
+  const Spot flank = OnCircle(kFlank_rad);
+  for (int row = -100; row < 100; ++row) {
+    if (row >= -strip_rows / 2 && row < strip_rows / 2) {
+      AddThree(shape, row, kStrip_rad, flank);
+    } else {
+      AddSpot(shape, row, {-kFlank_rad, -flank.offset_m, flank.height_m});
+      AddSpot(shape, row, flank);
+    }
+  }
+  return shape;
+}
+
+TEST(FindRidge, IsAsLongAsMostOfTheBody) {
+  // Of a strip over the share f of the rows, 0.9 f lie between its quantiles; between the body's
+  // 1 - 0.05 (2 + f), for a twentieth of its points is that share of the two-point rows at an end.
+  // f = 0.59 gives 0.61 and f = 0.57 gives 0.589; 0.6 is asked for. A row is 0.006 of it.
+  EXPECT_TRUE(RidgeOf(ShortRidge(118)));
+  EXPECT_FALSE(RidgeOf(ShortRidge(114)));
+}
+
+TEST(FindRidge, IsNotLongerForStrayPoints) {
+  Analytic shape = ShortRidge(100);
+  for (const int row : {-100, -99, 98, 99}) AddSpot(shape, row, OnCircle(kStrip_rad));
+  EXPECT_FALSE(RidgeOf(shape));
+}
+
+/// How far the points on the flanks come down of what a circle of radius 1 would, below the strip.
+double FlankDrop() {
+  return (std::cos(kStrip_rad) - std::cos(kFlank_rad)) / (1.0 - std::cos(kFlank_rad));
+}
+
+/// A flank at `offset_m` that has come down by `drop` of kRadius_m's circle below the strip.
+Spot FlankDownBy(double drop, double offset_m) {
+  Spot flank = OnCircle(kStrip_rad);
+  flank.height_m -= drop * kRadius_m * (std::cos(kStrip_rad) - std::cos(kFlank_rad));
+  return {kFlank_rad, offset_m, flank.height_m};
+}
+
+TEST(FindRidge, ComesDownByAShareOfACirclesDrop) {
+  constexpr double kAsked = 0.35;
+  // Narrower than the circle of its normals: what counts is a circle of its half width.
+  const double half_width = kRadius_m * std::sin(kFlank_rad);
+  const double narrow = kAsked / FlankDrop() * std::sin(kFlank_rad);
+  EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * narrow, half_width))));
+  EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * narrow, half_width))));
+  // Wider: the circle that the strip curves along.
+  const double wide = kAsked / FlankDrop();
+  EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * wide, 1.5 * kRadius_m))));
+  EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * wide, 1.5 * kRadius_m))));
+}
+
+TEST(FindRidge, IsNotWiderForStrayPoints) {
+  const double narrow = 0.35 / FlankDrop() * std::sin(kFlank_rad);
+  const Spot flank = FlankDownBy(1.1 * narrow, kRadius_m * std::sin(kFlank_rad));
+  Analytic shape = Threes(400, kStrip_rad, flank);
+  for (int row = 0; row < 12; ++row) {  // a hundredth on each side
+    AddSpot(shape, row, {kFlank_rad, 1.2 * kRadius_m, flank.height_m});
+    AddSpot(shape, row, {-kFlank_rad, -1.2 * kRadius_m, flank.height_m});
+  }
+  EXPECT_TRUE(RidgeOf(shape));
+}
+
+TEST(FindRidge, AsksForNoDropNextToTheRidge) {
+  // Flanks that do not come down at all, just within and just beyond 0.45 rad.
+  for (const double turn : {0.44, 0.46}) {
+    const Spot flank{turn, kRadius_m * std::sin(turn), OnCircle(kStrip_rad).height_m};
+    EXPECT_EQ(RidgeOf(Threes(40, kStrip_rad, flank)).has_value(), turn < 0.45) << turn;
+  }
+}
+
+TEST(FindRidge, IsAtTheHeightThatAFifthOfItsStripIsAbove) {
+  for (const int high : {19, 21}) {
+    Analytic shape;
+    for (int row = 0; row < 100; ++row) {
+      AddThree(shape, row, kStrip_rad, OnCircle(kFlank_rad));
+      if ((row * 7) % 100 < high) shape.cloud.points[shape.cloud.size() - 2].z() += 0.003;
+    }
+    const auto ridge = RidgeOf(shape);
+    ASSERT_TRUE(ridge);
+    const double height = OnCircle(kStrip_rad).height_m + (high < 20 ? 0.0 : 0.003);
+    EXPECT_NEAR(ridge->point.z(), height, 1e-9) << high;
+  }
+}
+
+TEST(FindRidge, IsInTheMiddleOfAStripWithoutCurvature) {
+  Analytic shape;
+  for (int row = 0; row < 40; ++row) {
+    for (const double offset : {-0.002, 0.006}) AddSpot(shape, row, {0.0, offset, 0.14});
+    for (const double side : {-1.0, 1.0}) {
+      AddSpot(shape, row, {side * kFlank_rad, side * 0.02, 0.13});
+    }
+  }
+  const auto ridge = RidgeOf(shape);
+  ASSERT_TRUE(ridge);
+  EXPECT_NEAR(ridge->point.y(), 0.002, 1e-9);
+  EXPECT_NEAR(ridge->point.z(), 0.14, 1e-9);
+}
+
 }  // namespace
 }  // namespace rangegrasp::perception::internal

@@ -6,6 +6,8 @@
 
 #include "core/units.h"
 #include "planning/internal/joint_planner.h"
+#include "robot/ik.h"
+#include "robot/test_cells.h"
 
 namespace rangegrasp::planning::internal {
 namespace {
@@ -117,6 +119,196 @@ TEST(PlanJointPath, GoesStraightWhereThatIsFreeAndGivesUpWhereNothingIs) {
   wall.query.goal = Eigen::Vector2d(0.5, 0.5);
   EXPECT_FALSE(PlanJointPath(wall.robot, wall.query, rng)) << "the goal is not free";
 }
+
+geometry::TriangleMesh BoxMesh(const Vector3d& center_W, const Vector3d& half) {
+  geometry::Shape shape;
+  shape.kind = geometry::Shape::Kind::kBox;
+  shape.size = half;
+  shape.X_BS.translation() = center_W;
+  return geometry::Tessellate(shape);
+}
+
+/// The robot with the hand pointing down, the middle between its pads 250 mm above the workspace,
+/// and a block there.
+class InCell : public ::testing::TestWithParam<std::filesystem::path> {
+ protected:
+  InCell() {
+    core::Rng rng(5);
+    core::Pose X_WG = robot_.X_WWorkspace;
+    X_WG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+    X_WG.translation().z() = 0.25;
+    center_W_ = X_WG.translation();
+    q_ =
+        robot::SolveIk(robot_, X_WG * robot_.hand().X_HG_tip.inverse(), robot_.home, {}, rng).at(0);
+    scene_.target_W = BoxMesh(center_W_, kHalf);
+    request_.X_WH = robot_.HandPose(q_);
+    request_.approach_W = Vector3d(0.0, 0.0, -2.0);
+    request_.opening_m = robot_.hand().MaxGap();
+    request_.closed_gap_m = 0.03;
+  }
+  void Place() {
+    check_.collider().SetScene(scene_.table_z_m, scene_.obstacles_W, scene_.target_W);
+  }
+  Task Make() { return MakeTask(robot_, scene_, request_, options_, check_.collider()); }
+  bool Lifts(const std::vector<geometry::TriangleMesh>& obstacles_W) {
+    scene_.obstacles_W = obstacles_W;
+    Place();
+    const Task task = Make();
+    Branch branch;
+    branch.q_grasp = q_;
+    return BranchBuilder(robot_, options_, check_, task).Lift(branch);
+  }
+
+  const Vector3d kHalf{0.015, 0.015, 0.06};
+  robot::Robot robot_ = robot::Robot::Load(GetParam());
+  PlanOptions options_;
+  MotionCheck check_{robot_, 0.0};
+  Eigen::VectorXd q_;
+  Vector3d center_W_;
+  PlanningScene scene_;
+  PickRequest request_;
+};
+
+TEST_P(InCell, ATaskIsTheRequestAndTheMiddleOfTheObject) {
+  const Task task = Make();
+  EXPECT_EQ(task.X_WH.matrix(), request_.X_WH.matrix());
+  EXPECT_LT((task.center_W - center_W_).norm(), 1e-12);
+  EXPECT_LT((task.approach_W + Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_EQ(task.base_W, robot_.links().front().X_PB.translation());
+  EXPECT_EQ(task.open_state, robot_.hand().IndexAtGap(request_.opening_m));
+  EXPECT_EQ(task.closed_state, robot_.hand().IndexAtGap(request_.closed_gap_m));
+  EXPECT_NE(task.open_state, task.closed_state);
+  EXPECT_EQ(task.approach_m, options_.approach_m);
+  EXPECT_EQ(task.lift_m, options_.lift_m);
+  EXPECT_EQ(task.delivered_W.head<2>(), robot_.X_WDelivery.translation().head<2>());
+  scene_.target_W = {};
+  EXPECT_EQ(Make().center_W, request_.X_WH.translation()) << "of nothing: the hand";
+}
+
+// The object goes down until it or the hand, open or closed, is above the table by its clearance.
+TEST_P(InCell, ADeliveryIsAsLowAsObjectAndHandAllow) {
+  const auto lowest = [&](double gap_m) {
+    return check_.collider().LowestOfHand(request_.X_WH, robot_.hand().IndexAtGap(gap_m));
+  };
+  const double hand = std::min(lowest(request_.opening_m), lowest(request_.closed_gap_m));
+  const double object = center_W_.z() - kHalf.z();
+  const auto drop = [&](double table_z_m) {
+    scene_.table_z_m = table_z_m;
+    return center_W_.z() + options_.lower_clearance_m - Make().delivered_W.z();
+  };
+  ASSERT_LT(object, hand - 0.004);
+  EXPECT_NEAR(drop(object - 0.1), 0.1, 1e-9);
+  EXPECT_NEAR(drop(object + 0.01), 0.0, 1e-9) << "it does not go up";
+  // A short object high in the hand: the hand's clearance of 4 mm ends the way down.
+  scene_.target_W = BoxMesh(center_W_ + Vector3d(0.0, 0.0, 0.05), Vector3d::Constant(0.01));
+  center_W_.z() += 0.05;
+  EXPECT_NEAR(drop(hand - 0.104), 0.1, 1e-9);
+  EXPECT_NEAR(drop(hand - 0.003), 0.0, 1e-9);
+  // Where the closed hand is longer than the open one, or the other way round, the longer counts.
+  std::swap(request_.opening_m, request_.closed_gap_m);
+  EXPECT_NEAR(drop(hand - 0.104), 0.1, 1e-9);
+}
+
+TEST_P(InCell, ACarryHoldsTheObjectUprightAndIgnoresWhatItTouchesLifted) {
+  // One obstacle in the object's place at the grasp, one where the lift ends.
+  const Vector3d lift(0.0, 0.0, 0.2);
+  request_.X_WH.translation() -= lift;
+  scene_.target_W = BoxMesh(center_W_ - lift, kHalf);
+  scene_.obstacles_W = {BoxMesh(center_W_ - lift, kHalf), BoxMesh(center_W_, kHalf)};
+  Place();
+  const Task task = Make();
+  Branch branch;
+  branch.lift = {robot_.home, q_};
+  const Stage stage = BranchBuilder(robot_, options_, check_, task).CarryStage(branch);
+  EXPECT_EQ(stage.contacts.held_ignores, (std::vector<char>{0, 1}));
+  EXPECT_EQ(stage.contacts.target, collision::Contacts::Target::kHeld);
+  EXPECT_EQ(stage.contacts.hand_state, task.closed_state);
+  EXPECT_FALSE(stage.contacts.hand_margin);
+  EXPECT_FALSE(stage.contacts.may_touch_table);
+  EXPECT_LT((task.X_WH * stage.contacts.X_HT * task.center_W - task.center_W).norm(), 1e-12);
+  EXPECT_LT((task.X_WH.linear() * stage.up_H - Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(stage.min_upright, std::cos(options_.carry_tilt_rad));
+  const Stage reach = BranchBuilder(robot_, options_, check_, task).ReachStage();
+  EXPECT_EQ(reach.contacts.hand_state, task.open_state);
+  EXPECT_TRUE(reach.contacts.hand_margin);
+  EXPECT_EQ(reach.contacts.target, collision::Contacts::Target::kObstacle);
+  EXPECT_FALSE(reach.contacts.may_touch_table);
+  EXPECT_LT(reach.min_upright, -0.99);
+}
+
+TEST_P(InCell, ALiftMayTouchTheTableAndWhatTheObjectTouchedAndNothingElse) {
+  options_.lift_m = 0.03;
+  scene_.table_z_m = center_W_.z() - kHalf.z() + 0.001;
+  EXPECT_TRUE(Lifts({}));
+  const Vector3d aside(0.0, 0.0, -kHalf.z() - 0.004);
+  EXPECT_TRUE(Lifts({BoxMesh(center_W_ + aside, {0.01, 0.01, 0.005})})) << "it stood on it";
+  // A plate under the hand comes to touch a shelf 10 mm above it, which a block passes.
+  const geometry::TriangleMesh shelf =
+      BoxMesh(center_W_ + Vector3d(0.09, 0.09, -0.065), {0.01, 0.01, 0.005});
+  EXPECT_TRUE(Lifts({shelf}));
+  scene_.target_W = BoxMesh(center_W_ - Vector3d(0.0, 0.0, 0.09), {0.1, 0.1, 0.01});
+  EXPECT_FALSE(Lifts({shelf}));
+  options_.lift_m = 0.009;
+  EXPECT_TRUE(Lifts({shelf}));
+}
+
+TEST_P(InCell, JointsStayWithinTheirLimits) {
+  Place();
+  Stage stage;
+  stage.contacts.target = collision::Contacts::Target::kGone;
+  const robot::Robot limits = robot_;
+  ASSERT_TRUE(check_.Free(q_, stage));
+  for (Eigen::Index i = 0; i < q_.size(); ++i) {
+    for (const double beyond : {0.0, 1e-9}) {
+      robot_.upper[i] = q_[i] - beyond;
+      EXPECT_EQ(check_.Free(q_, stage), beyond == 0.0) << i;
+      robot_.upper = limits.upper;
+      robot_.lower[i] = q_[i] + beyond;
+      EXPECT_EQ(check_.Free(q_, stage), beyond == 0.0) << i;
+      robot_.lower = limits.lower;
+    }
+  }
+}
+
+TEST_P(InCell, TheHandLeansNoFurtherThanTheStageAllows) {
+  Place();
+  Stage stage;
+  stage.contacts.target = collision::Contacts::Target::kGone;
+  stage.min_upright = std::cos(0.1);
+  for (int k = 0; k < 12; ++k) {
+    for (const double tilt : {0.0, 0.099, 0.101, 2.0, core::kPi}) {
+      const Vector3d about(std::cos(k * core::kPi / 6), std::sin(k * core::kPi / 6), 0.0);
+      const Vector3d up_W = Eigen::AngleAxisd(tilt, about) * Vector3d::UnitZ();
+      stage.up_H = robot_.HandPose(q_).linear().transpose() * up_W;
+      EXPECT_EQ(check_.Free(q_, stage), tilt < 0.1) << k << ' ' << tilt;
+    }
+  }
+}
+
+TEST_P(InCell, APathIsFreeAtItsFirstPointAndBetweenItsPoints) {
+  Place();
+  Stage stage;
+  stage.contacts.target = collision::Contacts::Target::kGone;
+  Eigen::VectorXd turned = q_;
+  turned[q_.size() - 1] += 0.1;
+  EXPECT_TRUE(check_.PathFree({q_, turned}, stage, 0.04));
+  EXPECT_FALSE(check_.PathFree({}, stage, 0.04));
+  robot_.upper[q_.size() - 1] = q_[q_.size() - 1] + 0.05;
+  EXPECT_FALSE(check_.PathFree({turned, q_}, stage, 1.0)) << "its first point";
+  EXPECT_FALSE(check_.PathFree({q_, turned}, stage, 1.0)) << "its last point";
+  // Both ends are upright; what leans in between is looked at.
+  robot_.upper[q_.size() - 1] = q_[q_.size() - 1] + 1.0;
+  stage.min_upright = std::cos(0.05);
+  Eigen::VectorXd far = q_;
+  stage.up_H = robot_.HandPose(q_).linear().transpose() * Vector3d::UnitZ();
+  far[1] += 2.0 * core::kPi;  // upright again, after a whole turn
+  robot_.upper[1] = far[1] + 1.0;
+  EXPECT_TRUE(check_.Free(far, stage));
+  EXPECT_FALSE(check_.PathFree({q_, far}, stage, 0.04));
+}
+
+INSTANTIATE_TEST_SUITE_P(Cells, InCell, ::testing::ValuesIn(Cells()),
+                         [](const auto& cell) { return CellName(cell.param); });
 
 }  // namespace
 }  // namespace rangegrasp::planning::internal
