@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -76,6 +77,13 @@ Segmentation OnePart(std::size_t elements, const std::string& note) {
   return {std::vector<std::int32_t>(elements, 0), 1, false, note};
 }
 
+Segmentation EachFaceAPart(std::size_t faces) {
+  Segmentation result{std::vector<std::int32_t>(faces), static_cast<int>(faces), false,
+                      "no two faces share an edge: each is a part"};
+  std::iota(result.label.begin(), result.label.end(), 0);
+  return result;
+}
+
 }  // namespace
 
 Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
@@ -91,6 +99,11 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
                        /*postprocess=*/true);
   const std::size_t different = max > min ? DifferentValues(mesh, diameter) : 1;
   if (different < 2) return OnePart(faces, "the diameter is the same everywhere: one part");
+  // CGAL takes the first of the edges between faces, whether there is one or not.
+  const auto edges = mesh.edges();
+  const bool apart =
+      std::all_of(edges.begin(), edges.end(), [&](const auto e) { return mesh.is_border(e); });
+  if (apart) return EachFaceAPart(faces);
   auto segment = mesh.add_property_map<Face, std::size_t>("f:segment").first;
   const auto clusters = std::min(static_cast<std::size_t>(options.clusters), different);
   CGAL::segmentation_from_sdf_values(mesh, diameter, segment, clusters, options.smoothing);

@@ -2,7 +2,6 @@
 
 #include <csetjmp>
 #include <cstring>
-#include <mutex>
 
 #include "core/error.h"
 
@@ -34,9 +33,13 @@ void Handle(const mjLogMessage* message) {
   }
 }
 
+// Once.
 void InstallHandler() {
-  static std::once_flag once;
-  std::call_once(once, [] { previous_handler = mju_setLogHandler(Handle); });
+  static const bool installed = [] {
+    previous_handler = mju_setLogHandler(Handle);
+    return true;
+  }();
+  static_cast<void>(installed);
 }
 
 // Alone in its function, so that no automatic object with a destructor stands between setjmp and

@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -249,6 +250,24 @@ TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
   sheet.element_of_input = {0, 1};
   const Segmentation found = SegmentBySdf(sheet, {});
   ExpectValid(sheet, found);
+}
+
+TEST(Sdf, TrianglesThatShareNoEdgeAreOnePartOrAPartEach) {
+  int apart = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    core::Rng rng(seed);
+    Shape soup;
+    for (std::uint32_t corner = 0; corner < 24; ++corner) {
+      const double x = rng.Uniform(), y = rng.Uniform(), z = rng.Uniform();
+      soup.points.emplace_back(x, y, z);
+      if (corner % 3 == 2) soup.faces.push_back({corner - 2, corner - 1, corner});
+    }
+    const Segmentation found = SegmentBySdf(soup, {});
+    ExpectValid(soup, found);
+    EXPECT_TRUE(found.parts == 1 || found.parts == 8) << seed;
+    apart += found.parts == 8 ? 1 : 0;
+  }
+  EXPECT_GT(apart, 0);
 }
 
 TEST(Sdf, SoupsOfRandomTrianglesNeverCrash) {
