@@ -12,7 +12,7 @@ namespace rangegrasp::testing_support {
 /// What the error says that an action ends in; nothing if it ends well. Another error is a failure
 /// of the test.
 template <typename Error = core::InputError>
-std::string ErrorOf(const auto& action) {
+std::string MessageOf(const auto& action) {
   try {
     action();
   } catch (const Error& error) {
@@ -21,6 +21,14 @@ std::string ErrorOf(const auto& action) {
     ADD_FAILURE() << "another error: " << error.what();
   }
   return "";
+}
+
+/// The same of an action that must end in an error: it is a failure of the test if it does not.
+template <typename Error = core::InputError>
+std::string ErrorOf(const auto& action) {
+  const std::string message = MessageOf<Error>(action);
+  EXPECT_NE(message, "") << "no error";
+  return message;
 }
 
 }  // namespace rangegrasp::testing_support

@@ -38,6 +38,8 @@ std::pair<int, int> ParseSize(const std::string& text) {
 void AddFormatOption(CLI::App& command, std::string& format) {
   command.add_option("--format", format, "of the tables (text)")
       ->check(CLI::IsMember(core::WordList<experiment::TableFormat>()));
+  command.add_flag_callback(
+      "--json", [&format] { format = "json"; }, "same as --format json");
 }
 
 experiment::TableFormat TableFormatFrom(const std::string& word) {

@@ -19,7 +19,8 @@ void WriteResult(const std::string& text, const std::filesystem::path& file = {}
 /// "1280x960" -> {1280, 960}. @throws core::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
-/// Adds `--format text|markdown|csv|json`.
+/// Adds `--format text|markdown|csv|json`, and `--json` for the last; `format` must live as long as
+/// the command.
 void AddFormatOption(CLI::App& command, std::string& format);
 /// Of what that option took.
 experiment::TableFormat TableFormatFrom(const std::string& word);

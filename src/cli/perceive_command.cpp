@@ -73,9 +73,8 @@ geometry::Points UsedPoints(const geometry::Points& points, const std::vector<do
 // that stand for spacing and noise grow with the noise that the caller states.
 perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   perception::PerceptionOptions options;
-  if (arguments.segmentation == "region_growing") {
-    options.segment.method = perception::SegmentMethod::kRegionGrowing;
-  }
+  options.segment.method =
+      core::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
   const double scale = std::max(1.0, arguments.noise_mm / 0.5);
   perception::ScaleLengths(scale, options);
   if (!arguments.up.empty()) {
@@ -110,14 +109,13 @@ ordered_json Json(const perception::Scene& scene,
   json["objects"] = ordered_json::array();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
-    ordered_json item = {
-        {"points", object.points.size()},
-        {"kind", object.kind == perception::ObjectKind::kRotational ? "rotational" : "other"},
-        {"open", object.open},
-        {"center_m", Json(object.center_C)},
-        {"size_m", Json(object.size_m)},
-        {"height_m", object.height_m},
-        {"grasps", ordered_json::array()}};
+    ordered_json item = {{"points", object.points.size()},
+                         {"kind", core::Word(object.kind)},
+                         {"open", object.open},
+                         {"center_m", Json(object.center_C)},
+                         {"size_m", Json(object.size_m)},
+                         {"height_m", object.height_m},
+                         {"grasps", ordered_json::array()}};
     for (const auto& grasp : grasps[i]) item["grasps"].push_back(Json(grasp));
     json["objects"].push_back(item);
   }
@@ -136,13 +134,11 @@ std::string Text(const perception::Scene& scene,
     const auto& object = scene.objects[i];
     const auto free = std::count_if(grasps[i].begin(), grasps[i].end(),
                                     [](const auto& g) { return !g.collides; });
-    text +=
-        fmt::format("object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free",
-                    i + 1, object.points.size(),
-                    object.kind == perception::ObjectKind::kRotational ? "rotational" : "other",
-                    object.open ? ", open" : "", object.size_m.x() * core::kMmPerM,
-                    object.size_m.y() * core::kMmPerM, object.size_m.z() * core::kMmPerM,
-                    grasps[i].size(), free);
+    text += fmt::format(
+        "object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free", i + 1,
+        object.points.size(), core::Word(object.kind), object.open ? ", open" : "",
+        object.size_m.x() * core::kMmPerM, object.size_m.y() * core::kMmPerM,
+        object.size_m.z() * core::kMmPerM, grasps[i].size(), free);
     if (free > 0) text += fmt::format(", best: {}", core::Word(grasps[i].front().type));
     text += "\n";
   }
@@ -220,7 +216,7 @@ void AddPerceiveCommand(CLI::App& app) {
   command
       ->add_option("--segmentation", arguments->segmentation,
                    "how points above the table become segments (mesh)")
-      ->check(CLI::IsMember({"mesh", "region_growing"}));
+      ->check(CLI::IsMember(core::WordList<perception::SegmentMethod>()));
   command->add_option("--scene", arguments->scene,
                       "scene whose hand is to grasp (default: the installed tabletop.xml)");
   command->add_option("--seed", arguments->seed, "of the random draws")

@@ -7,7 +7,6 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/stopwatch.h"
 #include "draw/canvas.h"
 #include "experiment/experiment.h"
@@ -194,7 +193,6 @@ void AddScan(CLI::App& app) {
     core::Stopwatch watch;
     const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
     const double seconds = watch.Seconds();
-    core::MakeFolderOf(arguments->out);
     geometry::WriteCloud(arguments->out,
                          arguments->target_only ? TargetOnly(scan) : scan.view.image,
                          TruthFields(scan.truth));

@@ -28,8 +28,6 @@ void AddTable(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   AddFormatOption(*command, a->format);
-  command->add_flag_callback(
-      "--json", [a] { a->format = "json"; }, "same as --format json");
   command->add_option("--out", a->out, "file instead of stdout");
   command->add_flag("--files", a->files, "write the rows and figures into the folder again, too");
   command->footer("Example: rangegrasp table results/laser_single --format markdown");

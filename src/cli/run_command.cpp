@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <memory>
 #include <thread>
@@ -13,6 +12,7 @@
 #include "cli/output.h"
 #include "core/data_folder.h"
 #include "core/error.h"
+#include "core/number.h"
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "experiment/experiment.h"
@@ -60,20 +60,16 @@ struct RunArguments {
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool resume = false;
   bool overwrite = false;
-  bool json = false;
 };
 
 std::pair<int, int> ParseShard(const std::string& text) {
-  int shard = 0;
-  int shards = 0;
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, shard);
-  const bool slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
-  const auto second = std::from_chars(slash ? first.ptr + 1 : end, end, shards);
-  if (!slash || second.ec != std::errc() || second.ptr != end || shard < 1 || shard > shards) {
+  const auto parts = core::Split(text, '/');
+  const auto shard = core::NumberFrom<int>(parts.front());
+  const auto shards = core::NumberFrom<int>(parts.back());
+  if (parts.size() != 2 || !shard || !shards || *shard < 1 || *shard > *shards) {
     throw core::InputError("--shard '" + text + "' must be I/N with 1 <= I <= N, e.g. 2/8");
   }
-  return {shard, shards};
+  return {*shard, *shards};
 }
 
 // Rows that one commit made and rows of another must not look as if they were of one.
@@ -126,9 +122,7 @@ void Run(RunArguments arguments) {
       {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s}, ProgressBar());
   const auto report = experiment::ReportOf(store, tasks::AllKinds());
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
-  const auto format =
-      arguments.json ? experiment::TableFormat::kJson : TableFormatFrom(arguments.format);
-  WriteResult(experiment::Format(report, store.ReadStamp(), format));
+  WriteResult(experiment::Format(report, store.ReadStamp(), TableFormatFrom(arguments.format)));
   spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}", cases.size(), watch.Seconds(),
                arguments.jobs, store.file().string());
 }
@@ -158,7 +152,6 @@ void AddRunCommand(CLI::App& app) {
   command->add_flag("--overwrite", a->overwrite, "throw away results that are in the folder");
   command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
   AddFormatOption(*command, a->format);
-  command->add_flag("--json", a->json, "same as --format json");
   command->footer(
       "Example: rangegrasp run experiments/laser_single.yaml --objects coffee_cup --trials 3 "
       "--jobs 2");

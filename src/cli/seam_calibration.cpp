@@ -11,7 +11,6 @@
 #include "cli/output.h"
 #include "core/csv.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/units.h"
 #include "seam/calibration_body.h"
 #include "tasks/seam/seam_experiment.h"
@@ -39,7 +38,6 @@ void GenerateBody(const SeamExperiment& experiment, const std::filesystem::path&
     rows.push_back({scan.profile.row_px, 0.0});
     bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * core::kMmPerM);
   }
-  core::MakeFolderOf(out);
   seam::WriteProfiles(rows, out, RowFileOptions());
   WriteResult(bases, std::filesystem::path(out).replace_extension(".bases.csv"));
   spdlog::info("{} scans of the calibration body in {}, its heights beside it", rows.size(),
@@ -63,7 +61,6 @@ void Generate(const GenerateArguments& arguments) {
                                      : seam::Calibrate(raw, calibration));
   }
   const std::filesystem::path out(arguments.out);
-  core::MakeFolderOf(out);
   seam::WriteProfiles(profiles, out, arguments.raw ? RowFileOptions() : ProfileFileOptions{});
   WriteResult(tasks::seam_task::LabelsCsv(recording),
               std::filesystem::path(out).replace_extension(".labels.csv"));
@@ -117,7 +114,6 @@ void Calibrate(const CalibrateArguments& arguments) {
   } catch (const core::InputError& error) {
     throw core::InputError(arguments.scans + ": " + error.what());
   }
-  core::MakeFolderOf(arguments.out);
   seam::WriteCalibration(calibration, arguments.out);
   spdlog::info(
       "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} "

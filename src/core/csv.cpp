@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/number.h"
 #include "core/words.h"
 
 namespace rangegrasp::core {
@@ -81,13 +81,9 @@ std::size_t CsvTable::Column(const std::string& name) const {
 }
 
 double CsvTable::Number(std::size_t row, std::size_t column) const {
-  const std::string& cell = Cell(row, column);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
-    Fail(row, column, "must be a number");
-  }
-  return value;
+  const auto value = NumberFrom<double>(Cell(row, column));
+  if (!value || !std::isfinite(*value)) Fail(row, column, "must be a number");
+  return *value;
 }
 
 std::optional<double> CsvTable::OptionalNumber(std::size_t row, std::size_t column) const {

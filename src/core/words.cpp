@@ -1,5 +1,7 @@
 #include "core/words.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -24,12 +26,16 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words) {
+  return fmt::format("'{}' must be one of {}; nearest: {}", word, Join(words),
+                     NearestWord(word, words));
+}
+
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
                          const std::string& what) {
   const auto found = std::find(words.begin(), words.end(), word);
   if (found == words.end()) {
-    throw InputError(what + ": '" + std::string(word) + "' must be one of " + Join(words) +
-                     "; nearest: " + NearestWord(word, words));
+    throw InputError(what + ": " + MustBeOneOf(word, words));
   }
   return static_cast<std::size_t>(found - words.begin());
 }

@@ -41,8 +41,11 @@ constexpr auto ValuesOf() {
   return all;
 }
 
+/// What is said of a word that is not among words: "'word' must be one of ...; nearest: ...".
+std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
+
 /// The position of a word among words.
-/// @throws InputError "<what>: 'word' must be one of ...; nearest: ..." if it is not among them.
+/// @throws InputError "<what>: " and MustBeOneOf if it is not among them.
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
                          const std::string& what);
 

@@ -258,10 +258,7 @@ void YamlMap::ReadWord(const std::string& key, std::size_t& position,
   std::string word;
   if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(words));
   const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end()) {
-    Fail(key,
-         "'" + word + "' must be one of " + Join(words) + "; nearest: " + NearestWord(word, words));
-  }
+  if (found == words.end()) Fail(key, MustBeOneOf(word, words));
   position = static_cast<std::size_t>(found - words.begin());
 }
 
@@ -271,8 +268,7 @@ void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values
   impl_->document->Key(impl_->prefix + key).range = "of " + Join(words);
   for (const std::string& word : values) {
     if (std::find(words.begin(), words.end(), word) != words.end()) continue;
-    Fail(key,
-         "'" + word + "' must be one of " + Join(words) + "; nearest: " + NearestWord(word, words));
+    Fail(key, MustBeOneOf(word, words));
   }
 }
 

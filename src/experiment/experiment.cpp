@@ -20,14 +20,6 @@ using core::YamlMap;
 constexpr double kMinLimit_s = 1.0;
 constexpr double kMaxLimit_s = 86400.0;
 
-std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
-  std::string word = "grasping";
-  std::string words;
-  for (const TaskKind& kind : kinds) words += (words.empty() ? "" : ", ") + kind.name;
-  map.Read("task", word, "the kind of experiment: " + words);
-  return word;
-}
-
 const TaskKind* FindKind(const std::string& word, std::span<const TaskKind> kinds) {
   const auto found = std::find_if(kinds.begin(), kinds.end(),
                                   [&](const TaskKind& kind) { return kind.name == word; });
@@ -40,15 +32,10 @@ std::vector<std::string> NamesOf(std::span<const TaskKind> kinds) {
   return names;
 }
 
-void ReadCommon(YamlMap& map, Common& common) {
-  map.Read("name", common.name, "names the results folder; letters, digits, '_' and '-'");
-  if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
-    map.Fail("name",
-             "'" + common.name + "' must be letters, digits, '_' and '-': it names a folder");
-  }
-  map.Read("seed", common.seed, "what every random stream is derived from");
-  map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
-           "wall time after which one trial, seam or model is killed");
+std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
+  std::string word = "grasping";
+  map.Read("task", word, "the kind of experiment: " + core::Join(NamesOf(kinds)));
+  return word;
 }
 
 // Seed, number of trials and groups stand in the stamp by themselves and may be set on the command
@@ -106,10 +93,7 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
   const std::string word = TaskWord(map, kinds);
   Experiment e;
   e.kind = FindKind(word, kinds);
-  if (!e.kind) {
-    map.Fail("task", "'" + word + "' must be one of " + core::Join(NamesOf(kinds)) +
-                         "; nearest: " + core::NearestWord(word, NamesOf(kinds)));
-  }
+  if (!e.kind) map.Fail("task", core::MustBeOneOf(word, NamesOf(kinds)));
   e.common.file = file;
   e.common.name = file.stem().string();
   ReadCommon(map, e.common);
@@ -133,6 +117,17 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
 }
 
 }  // namespace
+
+void ReadCommon(YamlMap& map, Common& common) {
+  map.Read("name", common.name, "names the results folder; letters, digits, '_' and '-'");
+  if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
+    map.Fail("name",
+             "'" + common.name + "' must be letters, digits, '_' and '-': it names a folder");
+  }
+  map.Read("seed", common.seed, "what every random stream is derived from");
+  map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
+           "wall time after which one trial, seam or model is killed");
+}
 
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
                           const Changes& changes) {
@@ -194,10 +189,9 @@ Report ReportOf(const Store& store, std::span<const TaskKind> kinds) {
 
 namespace {
 
-std::string KeyTable(const std::vector<core::KeyDoc>& keys, std::size_t first) {
+std::string KeyTable(const std::vector<core::KeyDoc>& keys) {
   std::string text = "| key | means | default | values |\n| --- | --- | --- | --- |\n";
-  for (std::size_t i = first; i < keys.size(); ++i) {
-    const core::KeyDoc& key = keys[i];
+  for (const core::KeyDoc& key : keys) {
     const std::string values = key.type == "mapping" ? "keys below"
                                : key.range.empty()   ? key.type
                                                      : key.range;
@@ -217,12 +211,12 @@ std::string KeysAsMarkdown(std::span<const TaskKind> kinds) {
   Common common;
   TaskWord(common_map, kinds);
   ReadCommon(common_map, common);
-  std::string text = "## Every experiment\n\n" + KeyTable(common_map.Keys(), 0);
+  std::string text = "## Every experiment\n\n" + KeyTable(common_map.Keys());
   for (const TaskKind& kind : kinds) {
     auto map = YamlMap::ForDocumentation();
     kind.read_keys(map);
     text += fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n{}", kind.name,
-                        kind.description, kind.trials_key, KeyTable(map.Keys(), 0));
+                        kind.description, kind.trials_key, KeyTable(map.Keys()));
   }
   return text;
 }

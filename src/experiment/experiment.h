@@ -21,6 +21,9 @@ struct Changes {
   std::vector<std::string> groups = {};  ///< only their cases; empty: all
 };
 
+/// Reads the keys that every kind of experiment has, but for `task`. @throws core::InputError
+void ReadCommon(core::YamlMap& map, Common& common);
+
 /// An experiment that is ready to run.
 struct Experiment {
   const TaskKind* kind = nullptr;

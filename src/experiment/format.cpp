@@ -1,7 +1,8 @@
 #include "experiment/format.h"
 
-#include <charconv>
 #include <nlohmann/json.hpp>
+
+#include "core/number.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -11,10 +12,8 @@ using nlohmann::ordered_json;
 // A cell as JSON: a number where it is one, null where nothing was counted.
 ordered_json CellJson(const std::string& cell) {
   if (cell == "-" || cell.empty()) return nullptr;
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-  const bool is_number = error == std::errc() && end == cell.data() + cell.size();
-  return is_number ? ordered_json(number) : ordered_json(cell);
+  const auto number = core::NumberFrom<double>(cell);
+  return number ? ordered_json(*number) : ordered_json(cell);
 }
 
 ordered_json TableJson(const Section& section) {

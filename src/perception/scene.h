@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -49,6 +51,7 @@ struct RotationAxis {
 };
 
 enum class ObjectKind { kRotational, kOther };
+constexpr std::array<std::string_view, 2> WordsOf(ObjectKind) { return {"rotational", "other"}; }
 
 /// One perceived object: the points of one segment, or of several that were merged.
 struct PerceivedObject {

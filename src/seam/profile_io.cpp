@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/number.h"
 #include "image/pgm.h"
 #include "image/png.h"
 
@@ -108,12 +109,8 @@ bool IsNoValue(std::string_view field) {
 // A field's number; nullopt if it is none, or one that no double holds.
 std::optional<double> Number(std::string_view field) {
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(number)) {
-    return std::nullopt;
-  }
-  return number;
+  const auto number = core::NumberFrom<double>(field);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 bool InRange(double height_m, const ProfileFileOptions& options) {

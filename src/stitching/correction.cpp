@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/number.h"
 #include "core/words.h"
 
 namespace rangegrasp::stitching {
@@ -60,12 +61,11 @@ std::string ReadText(const pugi::xml_node& root, const char* name) {
 
 double ReadNumber(const pugi::xml_node& root, const char* name) {
   const std::string text = ReadText(root, name);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+  const auto value = core::NumberFrom<double>(text);
+  if (!value || !std::isfinite(*value)) {
     Fail("<" + std::string(name) + ">: '" + text + "' is not a finite number");
   }
-  return value;
+  return *value;
 }
 
 bool ReadBool(const pugi::xml_node& root, const char* name) {

@@ -15,7 +15,7 @@ namespace {
 const RangeCheck kCheck("lamp");
 
 std::string Fault(const auto& check) {
-  return testing_support::ErrorOf<std::invalid_argument>(check);
+  return testing_support::MessageOf<std::invalid_argument>(check);
 }
 
 TEST(RangeCheck, NamesKeyValueAndRangeInTheFilesUnit) {

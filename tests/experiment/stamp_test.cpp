@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "error_of.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -14,12 +15,7 @@ const Stamp kStamp{
     {{"experiment", "demo"}, {"seed", "1"}}, {{"version", "0.1"}, {"commit", "abc"}}, {}};
 
 std::string ErrorOf(const Stamp& other) {
-  try {
-    CheckSameRun(other, kStamp, "results/demo");
-  } catch (const core::InputError& e) {
-    return e.what();
-  }
-  return "";
+  return testing_support::MessageOf([&] { CheckSameRun(other, kStamp, "results/demo"); });
 }
 
 TEST(CheckSameRun, NamesWhatDiffers) {
@@ -46,12 +42,8 @@ TEST(CheckSameRun, BuildAndDataMayDiffer) {
 
 TEST(Need, SaysThatTheRunWasKilled) {
   EXPECT_EQ(Need(kStamp.identity, "seed"), "1");
-  try {
-    Need(kStamp.identity, "task");
-    FAIL();
-  } catch (const core::InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("no stamp 'task'"));
-  }
+  EXPECT_THAT(testing_support::ErrorOf([] { Need(kStamp.identity, "task"); }),
+              HasSubstr("no stamp 'task'"));
 }
 
 TEST(LineOf, BeginsWithNameVersionAndCommit) {

@@ -20,7 +20,7 @@ namespace rangegrasp::seam {
 namespace {
 
 using core::Rng;
-using testing_support::ErrorOf;
+using testing_support::MessageOf;
 
 constexpr int kColumns = 1024;
 constexpr double kLowest_m = -0.04;
@@ -146,7 +146,7 @@ TEST(Calibration, PoorTablesAreRefused) {
   const LookUp table = Table({});
   const auto refusal = [&](const std::vector<HeightSample>& heights,
                            const std::vector<LateralSample>& laterals, int columns = kColumns) {
-    return ErrorOf([&] { FitCalibration(heights, laterals, columns); });
+    return MessageOf([&] { FitCalibration(heights, laterals, columns); });
   };
   EXPECT_EQ(refusal(table.heights, table.laterals), "");
   auto few = table.heights;
@@ -265,7 +265,7 @@ TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
   const auto refusal = [&](std::vector<float> rows) {
     auto scans = ScanBodies(camera, {});
     scans[2].profile.row_px = std::move(rows);
-    return ErrorOf([&] { CalibrateFromBody({}, scans); });
+    return MessageOf([&] { CalibrateFromBody({}, scans); });
   };
   const float nothing = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NE(refusal(std::vector<float>(kColumns, nothing)).find("scan 3"), std::string::npos);
@@ -290,13 +290,13 @@ TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
 }
 
 TEST(CalibrationBody, NoScansAndNoStepsAreRefused) {
-  EXPECT_NE(ErrorOf([] { CalibrateFromBody({}, {}); }).find("no scans"), std::string::npos);
+  EXPECT_NE(MessageOf([] { CalibrateFromBody({}, {}); }).find("no scans"), std::string::npos);
   const auto scans = ScanBodies({}, {});
-  EXPECT_NE(ErrorOf([&] {
+  EXPECT_NE(MessageOf([&] {
               CalibrateFromBody({{0.0, 0.0}, 0.008}, scans);
             }).find("step"),
             std::string::npos);
-  EXPECT_NE(ErrorOf([&] {
+  EXPECT_NE(MessageOf([&] {
               CalibrateFromBody({{0.002}, 0.0}, scans);
             }).find("width"),
             std::string::npos);
@@ -315,7 +315,7 @@ TEST(Calibrate, TurnsRowsIntoHeights) {
   EXPECT_TRUE(std::isnan(profile.height_m[8]));
   EXPECT_NEAR(profile.height_m[9], 0.01, 6e-6);
   raw.row_px.pop_back();
-  const std::string message = ErrorOf([&] { Calibrate(raw, calibration); });
+  const std::string message = MessageOf([&] { Calibrate(raw, calibration); });
   EXPECT_NE(message.find("1023"), std::string::npos) << message;
   EXPECT_NE(message.find("1024"), std::string::npos) << message;
 }
@@ -348,7 +348,7 @@ TEST(CalibrationFile, ErrorsNameFileAndKey) {
   const std::string good{std::istreambuf_iterator<char>(in), {}};
   const auto refusal = [&](const std::string& text) {
     folder.Write("changed.yaml", text);
-    return ErrorOf([&] { ReadCalibration(folder / "changed.yaml"); });
+    return MessageOf([&] { ReadCalibration(folder / "changed.yaml"); });
   };
   EXPECT_EQ(refusal(good), "");
   for (const std::string key :
@@ -364,7 +364,7 @@ TEST(CalibrationFile, ErrorsNameFileAndKey) {
     }
   }
   EXPECT_NE(refusal(good + "height_5_m: 0\n").find("height_5_m"), std::string::npos);
-  EXPECT_NE(ErrorOf([&] { ReadCalibration(folder / "none.yaml"); }).find("none.yaml"),
+  EXPECT_NE(MessageOf([&] { ReadCalibration(folder / "none.yaml"); }).find("none.yaml"),
             std::string::npos);
   WriteCalibration(Fit({}), folder / "new/folder.yaml");
   EXPECT_THROW(WriteCalibration(Fit({}), folder / "new/folder.yaml/file.yaml"), core::InputError);

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/rng.h"
+#include "error_of.h"
 
 namespace rangegrasp::stitching {
 namespace {
@@ -42,12 +43,7 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
 }
 
 std::string ErrorOf(const std::string& xml) {
-  try {
-    FromXml(xml);
-  } catch (const core::InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return testing_support::ErrorOf([&] { FromXml(xml); });
 }
 
 TEST(Correction, ComesBackFromXmlToTheLastBit) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "error_of.h"
 #include "stitching/random_mats.h"
 #include "stitching/smooth_mats.h"
 #include "temp_folder.h"
@@ -297,12 +298,7 @@ TEST(StripeSensor, OptionsOutOfRangeAreRefused) {
 std::string ErrorOf(const std::string& text) {
   const testing_support::TempFolder folder;
   const auto file = folder.Write("sensor.yaml", text);
-  try {
-    ReadStripeSensor(file);
-  } catch (const core::InputError& e) {
-    return e.what();
-  }
-  return "no error";
+  return testing_support::ErrorOf([&] { ReadStripeSensor(file); });
 }
 
 void ExpectError(const std::string& text, const std::vector<std::string>& parts) {

@@ -48,13 +48,6 @@ std::vector<std::string_view> Words(std::string_view line) {
   return words;
 }
 
-std::optional<std::size_t> ParseCount(std::string_view word) {
-  std::size_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
-
 std::optional<double> ParseNumber(std::string_view word) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   double value = 0.0;

@@ -48,8 +48,6 @@ class LineReader {
 
 /// The words of a line.
 std::vector<std::string_view> Words(std::string_view line);
-/// A whole non-negative number; nullopt if the word is anything else.
-std::optional<std::size_t> ParseCount(std::string_view word);
 /// A number, "nan" among them; nullopt if the word is anything else.
 std::optional<double> ParseNumber(std::string_view word);
 /// A word for a message: shortened, without unprintable bytes, in quotes.

@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "core/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
@@ -35,7 +36,7 @@ bool IsReal(std::string_view type) {
 
 void ReadElement(const LineReader& lines, const std::vector<std::string_view>& words,
                  Header& header) {
-  const auto count = words.size() == 3 ? ParseCount(words[2]) : std::nullopt;
+  const auto count = words.size() == 3 ? core::NumberFrom<std::size_t>(words[2]) : std::nullopt;
   if (!count || *count >= kEndOfCounts)
     lines.Fail("an element needs a name and a count below 2^31");
   header.in_vertex = words[1] == "vertex";

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/number.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
 #include "parts/shape/segmentation.h"
@@ -23,13 +23,6 @@ std::string_view Trimmed(std::string_view line) {
   const auto first = line.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) return {};
   return line.substr(first, line.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::optional<std::int32_t> ParseLabel(std::string_view word) {
-  std::int32_t label = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), label);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return label;
 }
 
 template <class T>
@@ -72,7 +65,7 @@ std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file) {
   for (std::size_t at = 0; at < whole.size();) {
     const std::size_t end = std::min(whole.find('\n', at), whole.size());
     const std::string_view word = Trimmed(whole.substr(at, end - at));
-    const auto label = ParseLabel(word);
+    const auto label = core::NumberFrom<std::int32_t>(word);
     if (!label) {
       throw core::InputError(fmt::format("{}:{}: '{:.40}' must be a label, one whole number a line",
                                          file.string(), labels.size() + 1, word));

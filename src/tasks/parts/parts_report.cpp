@@ -8,6 +8,7 @@
 
 #include "core/csv.h"
 #include "core/error.h"
+#include "core/quantile.h"
 #include "tasks/parts/parts_means.h"
 
 namespace rangegrasp::tasks {
@@ -127,7 +128,7 @@ Section TimesSection(const PartsSetup& setup, const Rows& rows) {
     section.grid.rows.push_back(
         {std::string(core::Word(method)), fmt::format("{}", n), parts ? Fixed(*parts, 1) : "-",
          fmt::format("{}", times.uncut), fmt::format("{}", times.failed), CellOf(mean),
-         n > 0 ? Fixed(times.seconds[n / 2], kDigits) : "-",
+         n > 0 ? Fixed(core::UpperMedianOf(times.seconds), kDigits) : "-",
          n > 0 ? Fixed(times.seconds.back(), kDigits) : "-",
          compare ? Fixed(known->second, 1) : "-",
          compare && mean && *mean > 0.0 ? Fixed(known->second / *mean, 0) : "-"});

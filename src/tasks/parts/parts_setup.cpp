@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/number.h"
 #include "parts/metrics/human_score.h"
 #include "tasks/parts/parts_report.h"
 
@@ -63,13 +63,12 @@ std::vector<int> ReadIds(YamlMap& map, Split split, std::set<int>& seen) {
                                  : "numbers of models that nothing was chosen on");
   std::vector<int> ids;
   for (const std::string& word : words) {
-    int id = -1;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
-    if (error != std::errc() || end != word.data() + word.size() || id < 0 || id > kMaxId) {
+    const auto id = core::NumberFrom<int>(word);
+    if (!id || *id < 0 || *id > kMaxId) {
       map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off", word));
     }
-    if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", word));
-    ids.push_back(id);
+    if (!seen.insert(*id).second) map.Fail(key, fmt::format("model {} stands twice", word));
+    ids.push_back(*id);
   }
   return ids;
 }
@@ -206,14 +205,14 @@ void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
 
 PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
   PartsSetup setup;
-  const json data = json::parse(stamp.data.at("parts"));
+  const json data = json::parse(experiment::Need(stamp.data, "parts"));
   for (const json& one : data.at("classes")) {
     setup.classes.push_back({one.at("name"), one.at("tune"), one.at("report")});
   }
   for (const json& word : data.at("methods")) {
     setup.methods.push_back(core::FromWord<Method>(word.get<std::string>(), "stamp: methods"));
   }
-  setup.published = stamp.data.at("published_table_6.1");
+  setup.published = experiment::Need(stamp.data, "published_table_6.1");
   return setup;
 }
 

@@ -1,6 +1,5 @@
 #include "tasks/parts/write_parts.h"
 
-#include "core/file.h"
 #include "draw/shape_picture.h"
 #include "image/png.h"
 #include "parts/shape/segmentation.h"
@@ -14,7 +13,6 @@ void WriteParts(const std::filesystem::path& base, const geometry::TriangleMesh&
   constexpr int kWidth_px = 960;
   constexpr int kHeight_px = 720;
   const auto named = [&](const char* ending) { return base.string() + ending; };
-  core::MakeFolderOf(base);
   parts::WriteLabels(named(".seg"), labels);
   parts::WriteColoredShape(named(".ply"), input, labels);
   image::WritePng(named(".png"),

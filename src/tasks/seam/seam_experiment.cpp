@@ -4,6 +4,7 @@
 
 #include "core/rng.h"
 #include "core/units.h"
+#include "experiment/experiment.h"
 #include "stitching/random_mats.h"
 
 namespace rangegrasp::tasks::seam_task {
@@ -144,11 +145,7 @@ SeamExperiment ReadSeamExperiment(const std::filesystem::path& file) {
   std::string task = "seam";
   map.Read("task", task, "the kind of experiment");
   if (task != "seam") map.Fail("task", "'" + task + "' must be seam");
-  map.Read("name", common.name, "names the results");
-  map.Read("seed", common.seed, "what all is drawn from");
-  // A run's alone; the bounds are the engine's.
-  map.Read("trial_limit_s", common.case_limit_s, 0.0, 1e9,
-           "wall time after which a case is killed");
+  experiment::ReadCommon(map, common);
   return ReadSeamExperiment(map, common);
 }
 

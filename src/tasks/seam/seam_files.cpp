@@ -7,7 +7,6 @@
 #include "core/units.h"
 
 namespace rangegrasp::tasks::seam_task {
-namespace {}  // namespace
 
 std::string LabelsCsv(const stitching::Recording& recording) {
   std::string text = "profile,column\n";

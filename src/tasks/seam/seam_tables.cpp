@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "core/csv.h"
-#include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/units.h"
@@ -54,21 +53,16 @@ struct Facts {
   Published reference, improvements;
 };
 
-std::string TextAt(const Stamp& stamp, const std::string& key) {
-  const auto found = stamp.data.find(key);
-  if (found != stamp.data.end()) return found->second;
-  throw core::InputError("the results' stamp has no '" + key + "': they are of no seam experiment");
-}
-
 Facts FactsOf(const Stamp& stamp) {
-  Facts facts{core::FromWord<SeamKind>(TextAt(stamp, "kind"), "kind"),
+  const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
+  Facts facts{core::FromWord<SeamKind>(at("kind"), "kind"),
               {},
-              std::stoi(TextAt(stamp, "profiles_per_seam")),
-              std::stod(TextAt(stamp, "columns_per_m")),
-              std::stod(TextAt(stamp, "wanted_m")),
-              ReadPublished(TextAt(stamp, "reference"), TextAt(stamp, "reference_file")),
-              ReadPublished(TextAt(stamp, "improvements"), TextAt(stamp, "improvements_file"))};
-  for (const std::string& word : core::Split(TextAt(stamp, "shapes"), ',')) {
+              std::stoi(at("profiles_per_seam")),
+              std::stod(at("columns_per_m")),
+              std::stod(at("wanted_m")),
+              ReadPublished(at("reference"), at("reference_file")),
+              ReadPublished(at("improvements"), at("improvements_file"))};
+  for (const std::string& word : core::Split(at("shapes"), ',')) {
     facts.shapes.push_back(core::FromWord<EdgeShape>(word, "shapes"));
   }
   return facts;

@@ -48,10 +48,7 @@ class SeamRunner final : public experiment::Task {
   explicit SeamRunner(SeamExperiment experiment)
       : experiment_(std::move(experiment)),
         sensor_(experiment_.sensor),
-        calibration_(CalibrationOf(experiment_, sensor_)) {
-    experiment::Stamp stamp;
-    AddTo(stamp);  // shows a broken published table before the work
-  }
+        calibration_(CalibrationOf(experiment_, sensor_)) {}
 
   std::vector<Case> Cases() const override {
     std::vector<Case> cases;

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "error_of.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -76,16 +77,8 @@ class OptionsTest : public testing::Test {
     return folder_.Write("experiments/e.yaml", text);
   }
   std::string ErrorOf(const std::string& text) {
-    try {
-      Read(Write(text));
-    } catch (const core::InputError& e) {
-      return e.what();
-    } catch (const std::exception& e) {
-      ADD_FAILURE() << "another error: " << e.what();
-      return "";
-    }
-    ADD_FAILURE() << "no error for\n" << text;
-    return "";
+    SCOPED_TRACE(text);
+    return testing_support::ErrorOf([&] { Read(Write(text)); });
   }
 
   TempFolder folder_;

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "error_of.h"
 #include "tasks/parts/peanuts.h"
 
 namespace rangegrasp::tasks {
@@ -23,12 +24,7 @@ class PartsSetupTest : public testing::Test {
     return ReadPartsSetup(map);
   }
   std::string Refused(const std::string& text) const {
-    try {
-      Read(text);
-    } catch (const core::InputError& e) {
-      return e.what();
-    }
-    return "not refused";
+    return testing_support::ErrorOf([&] { Read(text); });
   }
 
   Peanuts peanuts_;
