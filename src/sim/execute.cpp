@@ -33,6 +33,11 @@ constexpr double kApproachSettle_s = 0.10;
 constexpr double kClosedHold_s = 0.15;  // the coupled hand drags the object until both sides grip
 constexpr double kLiftSettle_s = 0.30;
 constexpr double kCarrySettle_s = 0.10;
+// What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
+// most. The wrist's drives then push with about 20 N at the hand.
+constexpr double kFelt_rad = 0.005;
+// Time in which an arm that was stopped so comes back to its planned way.
+constexpr double kRejoin_s = 1.0;
 // The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
 constexpr double kRest_s = 0.40;
 // Without a touch for this long on the way the target is lost; contacts chatter for less.
@@ -77,11 +82,11 @@ class Execution {
     controller_.Preshape(program_.opening_m);
     Follow(program_.reach);
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
-    Follow(program_.approach);
+    FollowUntilContact(program_.approach, "approach");
     Wait(kApproachSettle_s);
     Moment("pregrasp");
     log_.tracking_error_m = HandError();
-    controller_.Close();
+    controller_.Close(program_.firm);
     for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
       if (controller_.Gripping() || controller_.FullyClosed()) break;
       Tick();
@@ -110,7 +115,7 @@ class Execution {
   }
 
   void Carry() {
-    Follow(program_.carry);
+    Follow(program_.carry, Start::kRejoin);
     Wait(kCarrySettle_s);
     log_.held_after_carry = HeldNow();
     RecordHold();
@@ -145,7 +150,7 @@ class Execution {
   }
 
   void Deliver() {
-    Follow(program_.lower);
+    FollowUntilContact(program_.lower, "lower");
     Wait(kCarrySettle_s);
     Moment("delivered");
     holding_ = false;
@@ -191,16 +196,38 @@ class Execution {
     return !bounded;
   }
 
-  void Follow(const core::JointTrajectory& trajectory) {
-    if (trajectory.positions.empty()) return;
+  // From where the arm was stopped it follows lift and retreat by as much beside them: to join them
+  // would push once more against what stopped it. The carry comes back to the planned way.
+  enum class Start { kKeepOffset, kRejoin };
+
+  // @return false if the motion is guarded and the drives felt that something is in the way.
+  bool Follow(const core::JointTrajectory& trajectory, Start from = Start::kKeepOffset,
+              bool guarded = false) {
+    if (trajectory.positions.empty()) return true;
+    const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
     const double duration = trajectory.Duration();
     while (!lost_ && world_.time_s() - start < duration) {
-      command_ = internal::CommandAt(trajectory, world_.time_s() - start + Period());
+      const double t = world_.time_s() - start + Period();
+      command_ = internal::CommandAt(trajectory, t);
+      const double share = from == Start::kRejoin ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0;
+      command_.position += share * offset;
+      moves_freely_ = !guarded;
       Tick();
+      moves_freely_ = false;
+      if (guarded && servo_.TrackingError(world_.model(), world_.data(), command_) > kFelt_rad) {
+        command_.velocity.setZero();
+        return false;
+      }
     }
-    command_.position = trajectory.positions.back();
     command_.velocity.setZero();
+    return true;
+  }
+
+  void FollowUntilContact(const core::JointTrajectory& trajectory, const char* motion) {
+    if (!Follow(trajectory, Start::kKeepOffset, /*guarded=*/true)) {
+      log_.stopped_by_contact.emplace_back(motion);
+    }
   }
 
   void Wait(double duration_s) {
@@ -212,7 +239,7 @@ class Execution {
     glove_.Tick(world_);
     controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
     world_.Step();
-    audit_.Step(holding_, command_);
+    audit_.Step(holding_, moves_freely_ ? &command_ : nullptr);
     if (holding_) {
       untouched_s_ = TouchNow().hand ? 0.0 : untouched_s_ + Period();
       if (untouched_s_ > kLost_s) {
@@ -261,6 +288,7 @@ class Execution {
   core::Pose closed_pose_ = core::Pose::Identity();
   Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
   bool holding_ = false;
+  bool moves_freely_ = false;
   bool lost_ = false;
   double untouched_s_ = 0.0;
   double next_frame_s_ = 0.0;

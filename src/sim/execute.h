@@ -15,6 +15,7 @@ namespace rangegrasp::sim {
 struct GraspProgram {
   core::JointTrajectory reach, approach, lift, carry, lower, retreat;
   double opening_m = 0.1;  ///< gap of the pads before closing
+  bool firm = false;       ///< begins with the strongest grip
 };
 
 /// The hand's controller: one motor, not back-drivable, slip-controlled grip. Forces are between
@@ -54,8 +55,8 @@ struct AuditBounds {
   /// Time that drives of the arm may spend at their limits: half of what a lift takes. Longer, the
   /// arm does not do what was planned.
   double drive_limit_s = 1.0;
-  /// Of an arm's joint behind its command while it moves; a tool at 1 m is then 10 mm off, more
-  /// than any clearance of the plans.
+  /// Of an arm's joint behind its command in reach, lift, carry and retreat, where nothing may be
+  /// in the way; a tool at 1 m is then 10 mm off, more than any clearance of the plans.
   double tracking_error_rad = 0.01;
 };
 
@@ -96,6 +97,8 @@ struct ExecutionLog {
   double grip_force_N = 0.0;      ///< command
   int slips_heard = 0;            ///< each raised the force
   double tracking_error_m = 0.0;  ///< of the hand before it closed, from where it was sent
+  /// Motions that ended early since the drives felt something in the way: "approach", "lower".
+  std::vector<std::string> stopped_by_contact;
   /// Joints of the arm that came within half a degree (5 mm, of slides) of their range's ends, or
   /// whose drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
@@ -113,7 +116,8 @@ struct ExecutionObserver {
 
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
 /// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
-/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s
+/// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
+/// that something is in the way; then the world steps until the target rests (3 s
 /// at most). It ends early where the target is not held after the lift, or is lost on the way: the
 /// outcome is decided. The arm should stand at the first sample of `reach`.
 /// Everything depends on the world's state and the arguments alone.

@@ -242,8 +242,7 @@ std::vector<VisualMesh> World::VisualMeshes() const {
   for (int object = 0; object < objects(); ++object) {
     const ObjectEntry& entry = impl_->at(object);
     if (entry.parked) continue;
-    VisualMesh mesh;
-    mesh.mesh_W = internal::VisualOfTree(model(), data(), entry.body);
+    VisualMesh mesh = internal::VisualOfTree(model(), data(), entry.body);
     mesh.surface = entry.optical;
     mesh.label = static_cast<std::uint32_t>(object) + 1;
     meshes.push_back(std::move(mesh));

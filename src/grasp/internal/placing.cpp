@@ -99,8 +99,9 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
   SetStates(task, open, closing->state, closing->gap_m, candidate);
   candidate.narrow_state = task.hand.IndexAtGap(slab->Width() + options.narrow_opening_m);
   candidate.depth_m = origin.z() + descent.pads.z();
-  candidate.grasp.score = Score(QualityOf(task, view, aim, *closing, origin, *slab),
-                                task.options.friction_cone_rad, task.options.score);
+  const Quality quality = QualityOf(task, view, aim, *closing, origin, *slab);
+  candidate.grasp.contact_angle_rad = std::max(quality.angles.finger_rad, quality.angles.thumb_rad);
+  candidate.grasp.score = Score(quality, task.options.friction_cone_rad, task.options.score);
   return candidate;
 }
 

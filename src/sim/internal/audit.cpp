@@ -97,10 +97,12 @@ void AuditRecorder::LookAtJoints() {
   if (drive_at_limit) audit_.drive_limit_s += world_->physics().timestep_s;
 }
 
-void AuditRecorder::Step(bool holding, const JointCommand& command) {
+void AuditRecorder::Step(bool holding, const JointCommand* free_motion) {
   LookAtJoints();
-  audit_.tracking_error_rad = std::max(
-      audit_.tracking_error_rad, servo_->TrackingError(world_->model(), world_->data(), command));
+  if (free_motion) {
+    const double error = servo_->TrackingError(world_->model(), world_->data(), *free_motion);
+    audit_.tracking_error_rad = std::max(audit_.tracking_error_rad, error);
+  }
   if (!holding) return;
   audit_.equality_share = std::max(audit_.equality_share, EqualityShare(world_->data(), levers_));
   const Touch touch =

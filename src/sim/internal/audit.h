@@ -18,9 +18,10 @@ class AuditRecorder {
  public:
   AuditRecorder(const World& world, const HandGeoms& hand, const ArmServo& servo, int target);
 
-  /// After each step that the arm was commanded to `command` by. Penetration and equality errors
-  /// count while `holding`: from the closed hand to its release.
-  void Step(bool holding, const JointCommand& command);
+  /// After each step. Penetration and equality errors count while `holding`: from the closed hand
+  /// to its release.
+  /// @param free_motion  what the arm was commanded to, where it moves freely; else null
+  void Step(bool holding, const JointCommand* free_motion);
   /// The rest after the lift: creep and energy are taken between these two calls.
   void BeginRest();
   void RestStep(bool slides);

@@ -36,7 +36,8 @@ class GripControl {
 
   /// Moves from an angle to another at the closing speed, and holds it.
   void Preshape(double from_rad, double to_rad);
-  void Close();
+  /// @param firm  the first grip is the strongest one
+  void Close(bool firm = false);
   void Open();
   /// Once a time step. @return the motor's torque [Nm].
   double Tick(const HandReading& reading);
@@ -61,6 +62,7 @@ class GripControl {
   double target_rad_ = 0.0;
   double commanded_rad_ = 0.0;
   double force_N_ = 0.0;
+  double first_force_N_ = 0.0;
   double stalled_s_ = 0.0;
   double gripping_s_ = 0.0;
   double since_slip_s_ = 0.0;

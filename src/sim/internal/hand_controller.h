@@ -17,7 +17,7 @@ class HandController {
   HandController(World& world, const HandGeoms& hand, const HandControlOptions& options);
 
   void Preshape(double gap_m);  ///< moves to the angle with at least this gap
-  void Close() { control_.Close(); }
+  void Close(bool firm) { control_.Close(firm); }
   void Open();
   void Tick(bool slips);  ///< once before each step. @param slips  what the pads hear
 

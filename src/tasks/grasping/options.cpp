@@ -29,10 +29,12 @@ void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
   map.Finish();
 }
 
-void ReadHand(YamlMap map, sim::HandControlOptions& options) {
+void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& options) {
   map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0,
            "first grip at the finger tips; without it the hand's own");
   map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip; likewise");
+  map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
+                 "faces that lean by more than this are gripped with the strongest force at once");
   map.Read("slip_control", options.slip_control, "grips harder while the load slips");
   map.ReadScaled("slip_threshold_mm_s", options.slip_threshold_m_s, kMm, 0.1, 1000.0,
                  "slower sliding along the distal pads is not heard");
@@ -126,7 +128,7 @@ Options ReadOptions(YamlMap& map) {
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
-  ReadHand(map.Child("hand", "the hand's controller"), o.hand);
+  ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning);

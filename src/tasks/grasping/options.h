@@ -51,6 +51,9 @@ struct Options {
 
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
+  /// Faces that lean by more than this are gripped with the strongest force at once: once they
+  /// slide, kinetic friction does not hold them any more. 90 deg: never.
+  double firm_from_rad = 20.0 * core::kDeg;
   sim::AuditBounds audit;
   perception::PerceptionOptions perception;
   grasp::GraspOptions grasp;

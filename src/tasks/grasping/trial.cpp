@@ -45,9 +45,13 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
           {"slips_heard", log.slips_heard},
           {"tracking_error_m", log.tracking_error_m},
           {"joints_at_limits", log.joints_at_limits},
+          {"stopped_by_contact", log.stopped_by_contact},
           {"simulated_s", log.simulated_s},
           {"grasp",
-           {{"pitch_rad", grasp.pitch_rad}, {"width_m", grasp.width_m}, {"score", grasp.score}}},
+           {{"pitch_rad", grasp.pitch_rad},
+            {"width_m", grasp.width_m},
+            {"contact_angle_rad", grasp.contact_angle_rad},
+            {"score", grasp.score}}},
           {"audit", JsonOf(log.audit)}};
 }
 
@@ -165,8 +169,11 @@ class TrialRun {
                const grasp::DetectedGrasp& grasp) {
     Begin("execute");
     data_["grasp_type"] = core::Word(grasp.type);
-    const sim::GraspProgram program{plan.reach, plan.approach, plan.lift,      plan.carry,
-                                    plan.lower, plan.retreat,  grasp.opening_m};
+    const sim::GraspProgram program{
+        plan.reach,      plan.approach,
+        plan.lift,       plan.carry,
+        plan.lower,      plan.retreat,
+        grasp.opening_m, grasp.contact_angle_rad > cell_.options.firm_from_rad};
     const auto log = sim::Execute(arranged.world, arranged.target, program, cell_.options.hand,
                                   cell_.options.audit, Stream(spec_, "execute"), observer_);
     Timed("execute");
