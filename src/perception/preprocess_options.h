@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/units.h"
+#include "perception/additions.h"
 
 namespace rangegrasp::perception {
 
@@ -32,7 +33,7 @@ struct TableSearchOptions {
 };
 
 /// Options of section 5.1.1 (and 4.2.1-4.2.2); defaults are the dissertation's for its scanner.
-struct PreprocessOptions {
+struct PreprocessOptions : PreprocessAdditions {
   /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1).
   double preselection_m = 0.005;
   int plane_draws = 100;            ///< section 5.1.1

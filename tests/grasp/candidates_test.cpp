@@ -174,7 +174,7 @@ TEST(CylindricalCandidates, StandRoundTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
   GraspOptions options;
-  options.refine = false;
+  core::SwitchAll<GraspAdditions>(false, options);
   Workbench bench(builder, options);
   const auto candidates = CylindricalCandidates(bench.task);
   ASSERT_EQ(candidates.size(), 24u);

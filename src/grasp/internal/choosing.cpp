@@ -34,6 +34,7 @@ bool HitsTableClosing(const collision::HandCollider& collider, const robot::Hand
 bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
   for (const double lift : task.options.placing.lifts_m) {
+    if (lift > 0.0 && !task.options.lifts) break;
     core::Pose X_CH = candidate.grasp.X_CH;
     X_CH.translation() -= lift * approach;
     if (HitsTableClosing(collider, task.hand, X_CH, candidate)) return false;
