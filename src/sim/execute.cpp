@@ -50,7 +50,7 @@ class Execution {
         hand_(world.model()),
         servo_(world.model()),
         controller_(world, hand_, hand),
-        glove_(hand_, GloveFriction(world.object_surface(target), world.physics())),
+        glove_(world, hand_, target),
         audit_(world, hand_, servo_, target),
         start_s_(world.time_s()) {
     command_.position = world.ArmPositions();
@@ -177,7 +177,7 @@ class Execution {
 
   void Tick() {
     servo_.Command(world_.model(), world_.data(), command_);
-    glove_.Tick(world_.model(), world_.data());
+    glove_.Tick(world_);
     controller_.Tick(glove_.Slides());
     world_.Step();
     audit_.Step(holding_);

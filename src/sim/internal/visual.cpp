@@ -109,21 +109,22 @@ geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments)
   return geometry::Tessellate(shape, segments);
 }
 
-double TopOfGeom(const mjModel* model, const mjData* data, int geom) {
+double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
+                   const Eigen::Vector3d& direction_W) {
   const core::Pose X_WG = GeomPose(data, geom);
-  const Eigen::Vector3d up_G = X_WG.linear().row(2).transpose();
-  double rise = 0.0;
+  const Eigen::Vector3d direction_G = X_WG.linear().transpose() * direction_W;
+  double reach = 0.0;
   if (model->geom_type[geom] == mjGEOM_MESH) {
     const int mesh = model->geom_dataid[geom];
     const float* v = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
-    rise = -std::numeric_limits<double>::infinity();
+    reach = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, v += 3) {
-      rise = std::max(rise, up_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
+      reach = std::max(reach, direction_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
     }
   } else {
-    rise = Support(model->geom_type[geom], model->geom_size + 3 * geom, up_G);
+    reach = Support(model->geom_type[geom], model->geom_size + 3 * geom, direction_G);
   }
-  return X_WG.translation().z() + rise;
+  return direction_W.dot(X_WG.translation()) + reach;
 }
 
 geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {

@@ -13,7 +13,8 @@ bool Collides(const mjModel* model, int geom);
 /// infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
 /// Highest point of a geom [m].
-double TopOfGeom(const mjModel* model, const mjData* data, int geom);
+double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
+                   const Eigen::Vector3d& direction_W);
 
 /// Visible geoms (groups 0 to 2, not transparent) below a root body, in W.
 geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root);

@@ -36,10 +36,10 @@ void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
 
 void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
   map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
-  map.Read("static_friction_offset", options.static_friction_offset, -0.5, 0.5,
-           "added to every static coefficient of the glove");
-  map.Read("kinetic_only", options.kinetic_only,
-           "the kinetic coefficient in place of the static one, always");
+  map.Read(
+      "friction", options.friction,
+      "of the glove on each object: drawn from its range in each trial; the middle, the low or "
+      "the high end; or the kinetic coefficient in place of the static one");
   map.Read("glove_friction", options.glove_friction, 0.0, 2.0,
            "one coefficient for the glove on everything, in place of the table of pairs");
   map.Finish();

@@ -96,7 +96,10 @@ class TrialRun {
     auto arranged = ArrangeTrial(cell_, spec_);
     Timed("arrange");
     if (!arranged) return End(Outcome::kCrashed, "no arrangement came to rest in view");
+    core::Rng friction = Stream(spec_, "friction");
+    arranged->world.DrawFriction(friction);
     data_["pose_class"] = arranged->pose_class;
+    data_["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
     data_["redraws"] = arranged->redraws;
 
     Begin("scan");
@@ -122,7 +125,7 @@ class TrialRun {
     core::Rng rng = Stream(spec_, "perceive");
     Detected detected = detector_.Detect(observation, rng);
     result_.seconds.insert(result_.seconds.end(), detected.seconds.begin(), detected.seconds.end());
-    data_["object_points"] = detected.kept.size();
+    data_["object_points"] = detected.kept;
     data_["segments"] = detected.segments;
     data_["objects"] = detected.detection.objects.size();
     data_["candidates"] = detected.detection.grasps.size();
@@ -133,7 +136,9 @@ class TrialRun {
   // The judge's verdict on the detection; false if the trial ends here.
   bool Accept(const Detected& detected, const Sensed& sensed, const Arrangement& arranged) {
     const auto verdict =
-        JudgeDetection(detected, sensed.truth, static_cast<std::uint32_t>(arranged.target) + 1);
+        JudgeDetection(detected.detection, sensed,
+                       {static_cast<std::uint32_t>(arranged.target) + 1, cell_.TablePlane(),
+                        cell_.options.perception.preprocess.table_clearance_m});
     if (!verdict.right_target || !verdict.segmented) {
       const bool none = detected.detection.objects.empty();
       End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
@@ -171,10 +176,19 @@ class TrialRun {
   const sim::ExecutionObserver& observer_;
   core::Stopwatch watch_;
   experiment::Result result_;
-  ordered_json data_ = {
-      {"pose_class", ""}, {"redraws", 0},     {"scan_points", 0},  {"object_points", 0},
-      {"segments", 0},    {"objects", 0},     {"candidates", 0},   {"free_candidates", 0},
-      {"plans", 0},       {"grasp_type", ""}, {"detected", false}, {"log", ordered_json::object()}};
+  ordered_json data_ = {{"pose_class", ""},
+                        {"friction", nullptr},
+                        {"redraws", 0},
+                        {"scan_points", 0},
+                        {"object_points", 0},
+                        {"segments", 0},
+                        {"objects", 0},
+                        {"candidates", 0},
+                        {"free_candidates", 0},
+                        {"plans", 0},
+                        {"grasp_type", ""},
+                        {"detected", false},
+                        {"log", ordered_json::object()}};
 };
 
 }  // namespace
@@ -187,6 +201,11 @@ Cell::Cell(Options o)
       sensor(MakeLineScanner(scanner, robot.X_WScanner)),
       detector(MakeDetector(options, robot)),
       mover(MakeMover(options, robot)) {}
+
+geometry::Plane Cell::TablePlane() const {
+  const Eigen::Vector3d up_W = robot.X_WWorkspace.linear().col(2);
+  return {up_W, -up_W.dot(robot.X_WWorkspace.translation())};
+}
 
 std::string TrialId(const TrialSpec& spec) {
   return fmt::format("{}-{:04}", spec.object, spec.index);

@@ -104,7 +104,7 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
       Write(good_ +
             "trials_per_object: 3\nseed: 7\ntrial_limit_s: 90\nmax_plans: 5\nmin_tipping_deg: 12\n"
             "workspace_margin_mm: 200\n"
-            "physics: {timestep_ms: 1, static_friction_offset: -0.15, kinetic_only: true, "
+            "physics: {timestep_ms: 1, friction: high, "
             "glove_friction: 0.4}\n"
             "hand: {initial_force_n: 30, max_force_n: 60, slip_control: false}\n"
             "perception: {segmentation: region_growing, filter: false, smooth: false, "
@@ -116,8 +116,7 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_DOUBLE_EQ(e.workspace_margin_m, 0.2);
   EXPECT_NEAR(e.min_tipping_rad, 0.20943951, 1e-8);
   EXPECT_DOUBLE_EQ(e.physics.timestep_s, 0.001);
-  EXPECT_DOUBLE_EQ(e.physics.static_friction_offset, -0.15);
-  EXPECT_TRUE(e.physics.kinetic_only);
+  EXPECT_EQ(e.physics.friction, sim::FrictionChoice::kHigh);
   EXPECT_EQ(e.physics.glove_friction, 0.4);
   EXPECT_DOUBLE_EQ(e.hand.initial_force_N, 30.0);
   EXPECT_DOUBLE_EQ(e.hand.max_force_N, 60.0);
