@@ -26,12 +26,10 @@ struct GraspAdditions {
   bool contact_ranking = true;
   /// A second, narrower opening where neighbors leave no room for the first.
   bool narrow_openings = true;
-  /// A hand that grazes the object is tried a little higher.
-  bool lifts = true;
   /// A rotational object that can be held neither round its body nor by its rim.
   bool power_fallback = true;
 };
-constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
+constexpr std::array<core::Addition<GraspAdditions>, 8> AdditionsOf(const GraspAdditions*) {
   using A = GraspAdditions;
   return {{
       {"centering", &A::centering,
@@ -46,7 +44,6 @@ constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspA
       {"contact_ranking", &A::contact_ranking,
        "candidates are ranked by predicted contacts; off: by how much of the object they touch"},
       {"narrow_openings", &A::narrow_openings, "a narrower opening where neighbors leave no room"},
-      {"lifts", &A::lifts, "a hand that grazes the object is tried a little higher"},
       {"power_fallback", &A::power_fallback,
        "a power grasp where a rotational object can be held in no other way"},
   }};

@@ -67,6 +67,11 @@ struct PlacingOptions {
   /// The height fields that a hand is placed by are sampled, collision checks are not: where it
   /// grazes the object it goes up by these.
   std::array<double, 3> lifts_m{0.0, 0.002, 0.004};
+  /// A hand that comes down to contact goes on up by these steps, at most so often, until it is
+  /// free: the lowest place to come down to, to a scan's noise (section 5.2). 60 mm are what a hand
+  /// of a person's size may reach over.
+  double contact_step_m = 0.002;
+  int contact_steps = 30;
 };
 
 /// How many collision checks a plan may cost, and how its candidates share them.

@@ -10,19 +10,16 @@ namespace rangegrasp::perception {
 
 struct PreprocessAdditions {
   bool robust_table = true;
-  bool isolated_outliers = true;
   bool repeated_filter = true;
   bool neighborhood_normals = true;
 };
-constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
+constexpr std::array<core::Addition<PreprocessAdditions>, 3> AdditionsOf(
     const PreprocessAdditions*) {
   using A = PreprocessAdditions;
   return {{
       {"robust_table", &A::robust_table,
        "the table is looked for again without the hull's vertices, and as the fullest plane, where "
        "stray points hide it"},
-      {"isolated_outliers", &A::isolated_outliers,
-       "eq. 4.8 and 4.9 remove a point only where it is isolated, too"},
       {"repeated_filter", &A::repeated_filter,
        "the outlier filter repeats until it finds none: far outliers hide nearer ones"},
       {"neighborhood_normals", &A::neighborhood_normals,

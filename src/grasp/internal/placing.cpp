@@ -118,6 +118,7 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
     candidate.narrow_state = task.hand.IndexAtGap(width_m + options.narrow_opening_m);
   }
   candidate.depth_m = origin.z() + descent.pads.z();
+  candidate.to_contact = aim.depth_m == kToContact_m;
   candidate.grasp.score = task.options.contact_ranking
                               ? Score(QualityOf(task, view, aim, *closing, origin, *slab),
                                       task.options.friction_cone_rad, task.options.score)

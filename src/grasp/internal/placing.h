@@ -14,8 +14,9 @@ struct Candidate {
   std::size_t open_state = 0;
   std::size_t narrow_state = 0;  ///< tried where the open state collides
   std::size_t held_state = 0;
-  double depth_m = 0.0;  ///< z of the pads' middle in the view
-  int group = 0;         ///< candidates of one group are alike; see ChooseFree
+  double depth_m = 0.0;     ///< z of the pads' middle in the view
+  bool to_contact = false;  ///< comes down until it meets something, wherever that is
+  int group = 0;            ///< candidates of one group are alike; see ChooseFree
 };
 
 /// The candidate for T at origin_A; its states, widths and score are still to be set.

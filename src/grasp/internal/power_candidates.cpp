@@ -48,6 +48,7 @@ std::vector<Candidate> OverTheTop(Task& task) {
     Candidate candidate = MakeCandidate(task, view, origin, origin + tool, 0.0, GraspType::kPower);
     SetStates(task, 0, held, top.minor_m, candidate);
     candidate.group = side > 0.0 ? 0 : 1;
+    candidate.to_contact = true;
     candidates.push_back(candidate);
   }
   return candidates;

@@ -60,6 +60,8 @@ void ReadHand(YamlMap map, sim::HandControlOptions& options) {
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
+  map.Read("isolated_outliers", options.preprocess.isolated_outliers,
+           "of the outliers only those that are isolated; off: the test exactly as printed");
   map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
   map.ReadScaled("normal_radius_mm", options.preprocess.normal_radius_m, kMm, 1.0, 50.0,
                  "neighborhood that a normal is estimated from");
