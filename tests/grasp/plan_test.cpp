@@ -140,9 +140,10 @@ TEST(PlanGrasps, AsPublishedPutsTheToolCentreOverTheTopsCentre) {
   const robot::HandModel hand = SensorHand();
   for (const Grasp& g : grasps) {
     EXPECT_EQ(g.pitch_rad, 0.0);
-    EXPECT_EQ(g.opening_m, hand.MaxGap());
+    EXPECT_GE(g.opening_m, 0.06);
+    EXPECT_LT(g.opening_m, 0.06 + 0.02 + 0.005);  // two states 4 to 5 mm apart
     EXPECT_LT((g.X_CG.translation() - X_WO.translation()).head<2>().norm(), 1e-9);
-    EXPECT_LT(((g.X_CH * hand.X_HG_power).matrix() - g.X_CG.matrix()).norm(), 1e-9);
+    EXPECT_LT((g.X_CH * hand.AtGap(0.06).power_center_H - g.X_CG.translation()).norm(), 1e-9);
     EXPECT_LT(g.X_CG.translation().z(), 0.115);
   }
   EXPECT_LT((grasps[0].X_CG.linear().col(0) + grasps[1].X_CG.linear().col(0)).norm(), 1e-9);
@@ -286,9 +287,13 @@ TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
 
 TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
   // The least distance of walls at which a grasp is free is less than the open hand needs.
-  const auto least = [](bool improved) {
+  const auto least = [](bool preshape) {
+    GraspOptions options;
+    options.preshape = options.narrow_openings = preshape;
+    const robot::HandModel hand = SensorHand();
     for (int mm = 10; mm < 80; mm += 2) {
-      if (Free(Plan(BoxBetweenWalls(mm * core::kMm), improved)) > 0) return mm;
+      const SceneBuilder builder = BoxBetweenWalls(mm * core::kMm);
+      if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
     }
     return 80;
   };

@@ -1,9 +1,10 @@
+#include "core/additions.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "core/additions.h"
 #include "core/yaml_map.h"
 #include "tasks/grasping/options.h"
 
