@@ -41,7 +41,7 @@ Options Read(const std::string& file, const std::vector<std::string>& settings =
 TEST(Additions, AreAllOnInTheImprovedMethodAndAllOffInThePublishedOne) {
   const auto improved = SwitchesOf(Read("laser_single.yaml"));
   const auto published = SwitchesOf(Read("laser_single_as_published.yaml"));
-  EXPECT_GE(improved.size(), 30u);
+  EXPECT_GE(improved.size(), 25u);  // not an empty table
   for (const auto& [key, on] : improved) EXPECT_TRUE(on) << key;
   for (const auto& [key, on] : published) EXPECT_FALSE(on) << key;
 }
