@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
@@ -11,6 +13,7 @@
 #include "sim/internal/hand_controller.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
+#include "sim/internal/slip_sensor.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
@@ -41,7 +44,7 @@ constexpr double kRestTime_s = 0.2;
 class Execution {
  public:
   Execution(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
-            const AuditBounds& bounds, const ExecutionObserver& observer)
+            const AuditBounds& bounds, core::Rng rng, const ExecutionObserver& observer)
       : world_(world),
         target_(target),
         program_(program),
@@ -51,6 +54,7 @@ class Execution {
         servo_(world.model()),
         controller_(world, hand_, hand),
         glove_(world, hand_, target),
+        slip_sensor_(hand, rng),
         audit_(world, hand_, servo_, target),
         start_s_(world.time_s()) {
     command_.position = world.ArmPositions();
@@ -76,6 +80,7 @@ class Execution {
     Follow(program_.approach);
     Wait(kApproachSettle_s);
     Moment("pregrasp");
+    log_.tracking_error_m = HandError();
     controller_.Close();
     for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
       if (controller_.Gripping() || controller_.FullyClosed()) break;
@@ -100,6 +105,7 @@ class Execution {
     audit_.EndRest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = HeldNow();
+    RecordHold();
     Moment("lifted");
   }
 
@@ -107,10 +113,35 @@ class Execution {
     Follow(program_.carry);
     Wait(kCarrySettle_s);
     log_.held_after_carry = HeldNow();
+    RecordHold();
+  }
+
+  // Of what is lost already it stays what it was then.
+  void RecordHold() {
+    if (lost_) return;
     log_.grip_force_N = controller_.force_N();
+    log_.slips_heard = controller_.slips_heard();
     const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
+  }
+
+  // How far the hand is from where the arm's joints were sent.
+  double HandError() {
+    const mjModel* model = world_.model();
+    mjData* data = world_.data();
+    const std::vector<mjtNum> qpos(data->qpos, data->qpos + model->nq);
+    world_.Refresh();
+    const Eigen::Vector3d is_W = internal::BodyPose(data, hand_.body()).translation();
+    for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
+      data->qpos[model->jnt_qposadr[servo_.joints()[i]]] =
+          command_.position[static_cast<Eigen::Index>(i)];
+    }
+    world_.Refresh();
+    const Eigen::Vector3d sent_W = internal::BodyPose(data, hand_.body()).translation();
+    std::copy(qpos.begin(), qpos.end(), data->qpos);
+    world_.Refresh();
+    return (is_W - sent_W).norm();
   }
 
   void Deliver() {
@@ -140,6 +171,7 @@ class Execution {
     // rests on the table.
     log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z() && OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
+    log_.joints_at_limits = audit_.JointsAtLimits();
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
   }
 
@@ -178,12 +210,15 @@ class Execution {
   void Tick() {
     servo_.Command(world_.model(), world_.data(), command_);
     glove_.Tick(world_);
-    controller_.Tick(glove_.Slides());
+    controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
     world_.Step();
-    audit_.Step(holding_);
+    audit_.Step(holding_, command_);
     if (holding_) {
       untouched_s_ = TouchNow().hand ? 0.0 : untouched_s_ + Period();
-      lost_ = lost_ || untouched_s_ > kLost_s;
+      if (untouched_s_ > kLost_s) {
+        RecordHold();
+        lost_ = true;
+      }
     }
     Frame();
   }
@@ -217,6 +252,7 @@ class Execution {
   const internal::ArmServo servo_;
   internal::HandController controller_;
   internal::Glove glove_;
+  internal::SlipSensor slip_sensor_;
   internal::AuditRecorder audit_;
   const double start_s_;
 
@@ -233,12 +269,12 @@ class Execution {
 }  // namespace
 
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
-                     const HandControlOptions& hand, const AuditBounds& bounds,
+                     const HandControlOptions& hand, const AuditBounds& bounds, core::Rng rng,
                      const ExecutionObserver& observer) {
   if (target < 0 || target >= world.objects() || world.parked(target)) {
     throw std::invalid_argument(fmt::format("Execute: object {} is not in the world", target));
   }
-  return Execution(world, target, program, hand, bounds, observer).Run();
+  return Execution(world, target, program, hand, bounds, rng, observer).Run();
 }
 
 }  // namespace rangegrasp::sim

@@ -208,6 +208,8 @@ Eigen::VectorXd World::ArmPositions() const {
 
 double World::time_s() const { return data()->time; }
 
+void World::Refresh() { impl_->Refresh(); }
+
 void World::Step() {
   internal::CallEngine(&impl_->warnings,
                        [this] { mj_step(impl_->model.get(), impl_->data.get()); });

@@ -77,7 +77,8 @@ class World {
   Eigen::VectorXd ArmPositions() const;
 
   double time_s() const;
-  void Step();  ///< one time step. @throws core::RunError on an engine error.
+  void Refresh();  ///< kinematics of the present positions; nothing moves
+  void Step();     ///< one time step. @throws core::RunError on an engine error.
   /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);

@@ -51,6 +51,7 @@ void Glove::ReadContacts(const World& world) {
 void Glove::Tick(World& world) {
   ReadContacts(world);
   slides_ = false;
+  pad_speed_m_s_ = 0.0;
   for (std::size_t part = 0; part < hand_->all().size(); ++part) {
     const int geom = hand_->all()[part];
     double hardest_N = 0.0;
@@ -59,6 +60,7 @@ void Glove::Tick(World& world) {
       contact.state.Update(contact.speed_m_s);
       slides_ =
           slides_ || (contact.state.sliding && contact.speed_m_s >= 0.0 && hand_->IsTip(geom));
+      if (hand_->IsPad(geom)) pad_speed_m_s_ = std::max(pad_speed_m_s_, contact.speed_m_s);
       if (contact.pressure_N <= hardest_N) continue;
       hardest_N = contact.pressure_N;
       touched_[part] = object;

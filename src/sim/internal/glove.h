@@ -18,6 +18,8 @@ class Glove {
   /// Once before each step.
   void Tick(World& world);
   bool Slides() const { return slides_; }  ///< any fingertip on anything
+  /// Of the fastest contact with a distal pad [m/s]; 0 where nothing touches one.
+  double PadSpeed() const { return pad_speed_m_s_; }
 
  private:
   // Of a geom of the hand with one object, or with the scene.
@@ -36,6 +38,7 @@ class Glove {
   std::vector<Contact> contacts_;     // a row for each of the hand's geoms
   std::vector<int> touched_;          // by the hand's geoms: the last one that was pressed
   bool slides_ = false;
+  double pad_speed_m_s_ = 0.0;
 };
 
 }  // namespace rangegrasp::sim::internal

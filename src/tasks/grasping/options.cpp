@@ -46,13 +46,21 @@ void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
 }
 
 void ReadHand(YamlMap map, sim::HandControlOptions& options) {
-  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0, "first grip at the finger tips");
-  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip");
+  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0,
+           "first grip at the finger tips; without it the hand's own");
+  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip; likewise");
   map.Read("slip_control", options.slip_control, "grips harder while the load slips");
-  if (options.initial_force_N > options.max_force_N) {
+  map.ReadScaled("slip_threshold_mm_s", options.slip_threshold_m_s, kMm, 0.1, 1000.0,
+                 "slower sliding along the distal pads is not heard");
+  map.ReadScaled("slip_delay_ms", options.slip_delay_s, 1e-3, 0.0, 1000.0,
+                 "from a slide to the controller");
+  map.ReadScaled("slip_noise_mm_s", options.slip_noise_m_s, kMm, 0.0, 1000.0,
+                 "standard deviation of what is heard");
+  if (options.initial_force_N && options.max_force_N &&
+      *options.initial_force_N > *options.max_force_N) {
     map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
              fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
-                         options.initial_force_N, options.max_force_N));
+                         *options.initial_force_N, *options.max_force_N));
   }
   map.Finish();
 }

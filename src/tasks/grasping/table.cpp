@@ -9,6 +9,7 @@
 #include "core/csv.h"
 #include "core/words.h"
 #include "experiment/statistics.h"
+#include "tasks/grasping/friction_curve.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -354,9 +355,17 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   const Table table = BuildTable(stamp, records);
   experiment::Report report;
   report.sections.push_back({"", GridOf(table)});
+  const auto objects = core::Split(experiment::Need(stamp.identity, "groups"), ',');
+  const FrictionCurve curve = FrictionCurveOf(records);
+  if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
+    report.sections.push_back(
+        {"Delivered of detected by the glove's static friction on the object", by_friction});
+  }
   report.notes = {PooledLine(table), TimesLine(table)};
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
-  report.json = JsonOf(table);
+  auto json = ordered_json::parse(JsonOf(table));
+  json["friction_curve"] = ordered_json::parse(JsonOf(curve, objects));
+  report.json = json.dump();
   report.csv = CsvGridOf(table);
   return report;
 }

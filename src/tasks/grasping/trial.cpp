@@ -20,10 +20,12 @@ core::Rng Stream(const TrialSpec& spec, std::string_view stage) {
 ordered_json JsonOf(const sim::Audit& a) {
   return {{"penetration_p95_m", a.penetration_p95_m},
           {"penetration_max_m", a.penetration_max_m},
+          {"penetration_share", a.penetration_share},
           {"creep_m_s", a.creep_m_s},
           {"creep_rad_s", a.creep_rad_s},
-          {"equality_error_rad", a.equality_error_rad},
-          {"torque_ratio", a.torque_ratio},
+          {"equality_share", a.equality_share},
+          {"drive_limit_s", a.drive_limit_s},
+          {"tracking_error_rad", a.tracking_error_rad},
           {"energy_gain_j", a.energy_gain_J},
           {"warnings", a.warnings},
           {"failed", a.failed}};
@@ -40,6 +42,9 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
           {"tilt_in_hand_rad", log.tilt_in_hand_rad},
           {"slip_in_hand_m", log.slip_in_hand_m},
           {"grip_force_n", log.grip_force_N},
+          {"slips_heard", log.slips_heard},
+          {"tracking_error_m", log.tracking_error_m},
+          {"joints_at_limits", log.joints_at_limits},
           {"simulated_s", log.simulated_s},
           {"grasp",
            {{"pitch_rad", grasp.pitch_rad}, {"width_m", grasp.width_m}, {"score", grasp.score}}},
@@ -163,7 +168,7 @@ class TrialRun {
     const sim::GraspProgram program{plan.reach, plan.approach, plan.lift,      plan.carry,
                                     plan.lower, plan.retreat,  grasp.opening_m};
     const auto log = sim::Execute(arranged.world, arranged.target, program, cell_.options.hand,
-                                  cell_.options.audit, observer_);
+                                  cell_.options.audit, Stream(spec_, "execute"), observer_);
     Timed("execute");
     Begin("score");
     data_["log"] = JsonOf(log, grasp);

@@ -118,8 +118,8 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_DOUBLE_EQ(e.physics.timestep_s, 0.001);
   EXPECT_EQ(e.physics.friction, sim::FrictionChoice::kHigh);
   EXPECT_EQ(e.physics.glove_friction, 0.4);
-  EXPECT_DOUBLE_EQ(e.hand.initial_force_N, 30.0);
-  EXPECT_DOUBLE_EQ(e.hand.max_force_N, 60.0);
+  EXPECT_EQ(e.hand.initial_force_N, 30.0);
+  EXPECT_EQ(e.hand.max_force_N, 60.0);
   EXPECT_FALSE(e.hand.slip_control);
   EXPECT_EQ(e.perception.segment.method, perception::SegmentMethod::kRegionGrowing);
   EXPECT_FALSE(e.perception.preprocess.filter);
