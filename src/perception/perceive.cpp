@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
+#include "geometry/alpha_shape.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 #include "perception/find_table.h"
@@ -31,17 +32,33 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
 }
 
 /// Fills the scene's source and outliers from the points above the table.
-void FilterPoints(const Indices& above, bool filter, Scene& scene) {
-  if (!filter || above.size() < 2) {
+void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene& scene) {
+  if (!options.filter || above.size() < 2) {
     scene.source = above;
     return;
   }
   std::vector<bool> kept(above.size(), false);
-  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above)))
+  const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter};
+  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above), as_options)) {
     kept[k] = true;
+  }
   for (std::size_t k = 0; k < above.size(); ++k) {
     (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
   }
+}
+
+/// From the neighborhood of each point, or of the faces of the mesh that segments are cut from
+/// (section 5.1.3).
+geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& options,
+                           geometry::PointSpan places_C, const Indices& place_of) {
+  const geometry::KdTree tree(points);
+  if (options.preprocess.neighborhood_normals) {
+    return geometry::EstimateNormals(points, tree, options.preprocess.normal_radius_m, places_C,
+                                     place_of);
+  }
+  const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
+  const auto mesh = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options.segment));
+  return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
 }
 
 /// One view of all that was measured from each place.
@@ -96,7 +113,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
       AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());
 
-  FilterPoints(above, options.preprocess.filter, scene);
+  FilterPoints(above, options.preprocess, scene);
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
   scene.seconds.emplace_back("filter", watch.Restart());
 
@@ -108,9 +125,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   Indices place_of;
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   if (!scene.source.empty()) {
-    const geometry::KdTree tree(scene.cloud.points);
-    scene.cloud.normals = geometry::EstimateNormals(
-        scene.cloud.points, tree, options.preprocess.normal_radius_m, measured.places_C, place_of);
+    scene.cloud.normals = NormalsOf(scene.cloud.points, options, measured.places_C, place_of);
   }
   scene.seconds.emplace_back("normals", watch.Restart());
 

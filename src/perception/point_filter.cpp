@@ -22,9 +22,10 @@ constexpr int kMaxPasses = 20;
 /// The state of the filter: the points that are left, and how far each is from the nearest of them.
 class Filter {
  public:
-  Filter(PointSpan points, const KdTree& tree)
+  Filter(PointSpan points, const KdTree& tree, const OutlierFilterOptions& options)
       : points_(points),
         tree_(tree),
+        options_(options),
         kept_(points.size(), true),
         nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
 
@@ -81,6 +82,9 @@ class Filter {
     const Eigen::Vector3d& p = points_[i];
     const std::size_t n_k =
         nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
+    if (!options_.isolated_only) {
+      return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k);
+    }
     if (OutlierBeta(rate, n_k) <= 1.0) return false;
     const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
     const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
@@ -113,6 +117,7 @@ class Filter {
 
   PointSpan points_;
   const KdTree& tree_;
+  const OutlierFilterOptions options_;
   std::vector<bool> kept_;
   std::size_t removed_ = 0;
   std::vector<double> nearest_m_;
@@ -145,16 +150,18 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
   return rate.d_a_m / static_cast<double>(n_a) > rate.d_k_m / static_cast<double>(n_k);
 }
 
-Indices CompressionRateFilter(PointSpan points) {
-  return CompressionRateFilter(points, KdTree(points));
+Indices CompressionRateFilter(PointSpan points, const OutlierFilterOptions& options) {
+  return CompressionRateFilter(points, KdTree(points), options);
 }
 
-Indices CompressionRateFilter(PointSpan points, const KdTree& tree) {
+Indices CompressionRateFilter(PointSpan points, const KdTree& tree,
+                              const OutlierFilterOptions& options) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), 0u);
   if (points.size() < 2) return all;
-  Filter filter(points, tree);
-  for (int pass = 0; pass < kMaxPasses && filter.Pass(); ++pass) {
+  Filter filter(points, tree, options);
+  const int max_passes = options.repeated ? kMaxPasses : 1;
+  for (int pass = 0; pass < max_passes && filter.Pass(); ++pass) {
   }
   return filter.Kept();
 }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/units.h"
+#include "perception/additions.h"
 
 namespace rangegrasp::perception {
 
@@ -32,7 +33,7 @@ struct TableSearchOptions {
 };
 
 /// Options of section 5.1.1 (and 4.2.1-4.2.2); defaults are the dissertation's for its scanner.
-struct PreprocessOptions {
+struct PreprocessOptions : PreprocessAdditions {
   /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1).
   double preselection_m = 0.005;
   int plane_draws = 100;            ///< section 5.1.1
@@ -40,6 +41,10 @@ struct PreprocessOptions {
   /// Points lower than this above the table belong to it (see docs/architecture.md).
   double table_clearance_m = 0.004;
   bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
+  /// Eq. 4.8 and 4.9 remove a point only where it is isolated, too. No addition, but how the text
+  /// is read: as printed they would remove a large part of a scan (see point_filter.h), and the
+  /// dissertation removed 38 of 22,377 points.
+  bool isolated_outliers = true;
   bool smooth = true;  ///< the average filter (section 5.1.1)
   /// One and a half point spacings: the eight neighbors of an even scan. Larger rounds edges more.
   double smooth_radius_m = 0.003;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/point_cloud.h"
+#include "perception/additions.h"
 
 namespace rangegrasp::perception {
 
@@ -14,16 +15,17 @@ constexpr std::array<std::string_view, 2> WordsOf(SegmentMethod) {
 }
 
 /// Section 5.1.2.
-struct SegmentOptions {
+struct SegmentOptions : SegmentAdditions {
   SegmentMethod method = SegmentMethod::kMesh;
   /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbor distance, as the
   /// dissertation does.
   double alpha_m = 0.0;
-  /// Bounds on an alpha taken from d_max: one and a half to five point spacings, so that an even
-  /// scan does not fall apart and one straggler cannot join everything.
+  /// With bounded_alpha: bounds on an alpha taken from d_max: one and a half to five point
+  /// spacings, so that an even scan does not fall apart and one straggler cannot join everything.
   double min_alpha_m = 0.003;
   double max_alpha_m = 0.010;
-  int min_points = 40;  ///< smaller segments are dropped: 12 mm square at 2 mm between points
+  /// With drop_small_segments: smaller ones are. 12 mm square at 2 mm between points.
+  int min_points = 40;
   /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
   /// that the scan samples evenly, far enough for the next row of points and its diagonals.
   double neighborhood = 3.0;

@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "core/additions.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/units.h"
@@ -17,6 +18,21 @@ namespace {
 using core::kDeg;
 using core::kMm;
 using core::YamlMap;
+
+/// One key a switch, as its table states it.
+template <typename Switches>
+void ReadAdditions(YamlMap& map, Switches& switches) {
+  for (const auto& row : core::AdditionsTable<Switches>()) {
+    map.Read(std::string(row.key), switches.*row.on, std::string(row.doc));
+  }
+}
+
+template <typename Switches>
+void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
+  for (const auto& row : core::AdditionsTable<Switches>()) {
+    keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
+  }
+}
 
 void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
   map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
@@ -54,6 +70,8 @@ void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& optio
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
+  map.Read("isolated_outliers", options.preprocess.isolated_outliers,
+           "of the outliers only those that are isolated; off: the test exactly as printed");
   map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
   map.ReadScaled("normal_radius_mm", options.preprocess.normal_radius_m, kMm, 1.0, 50.0,
                  "neighborhood that a normal is estimated from");
@@ -62,27 +80,25 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.ReadScaled("table_clearance_mm", options.preprocess.table_clearance_m, kMm, 0.0, 50.0,
                  "points this far above the table's plane belong to objects");
   auto& features = options.features;
-  map.Read("ridge_tops", features.ridge_tops, "a lying cylinder's or roof's ridge is a top");
   map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
-           "share of an object's highest points that its top plane must hold");
-  map.Read("axis_from_body", features.axis_from_body,
-           "find the axis of thin-lipped vessels from their walls");
-  map.Read("merge_fragments", features.merge_fragments, "join segments of one object");
-  map.Read("complete_by_symmetry", features.complete_by_symmetry,
-           "mirror the surface of objects that are not rotational");
+           "with higher_tops: share of the fullest plane's points that a higher one must hold");
   map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
-           "share of points that may lie in the sphere of an open object");
+           "with open_strays: share of points that may lie in the sphere of an open object");
   map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
-                 "objects that are narrower both ways are left out");
+                 "with drop_needles: objects that are narrower both ways are left out");
+  ReadAdditions<perception::PreprocessAdditions>(map, options.preprocess);
+  ReadAdditions<perception::SegmentAdditions>(map, options.segment);
+  ReadAdditions<perception::FeatureAdditions>(map, options.features);
   map.Finish();
 }
 
 void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
-  map.Read("refine", options.refine,
-           "slide, turn, deepen and pitch candidates and rank them; off: as published");
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "the hand stays this far above the table");
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Read("preshape", options.preshape,
+           "the hand opens a little wider than the object; off: fully");
+  ReadAdditions<grasp::GraspAdditions>(map, options);
   map.Finish();
 }
 
@@ -108,6 +124,24 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
 
 }  // namespace
 
+void SetMethod(MethodKind method, Options& options) {
+  const bool on = method == MethodKind::kImproved;
+  core::SwitchAll<perception::PreprocessAdditions>(on, options.perception.preprocess);
+  core::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
+  core::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
+  core::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
+  options.method = method;
+}
+
+std::vector<AdditionKey> AdditionKeys() {
+  std::vector<AdditionKey> keys;
+  AddKeys<perception::PreprocessAdditions>("perception.", keys);
+  AddKeys<perception::SegmentAdditions>("perception.", keys);
+  AddKeys<perception::FeatureAdditions>("perception.", keys);
+  AddKeys<grasp::GraspAdditions>("grasp.", keys);
+  return keys;
+}
+
 Options ReadOptions(YamlMap& map) {
   Options o;
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
@@ -115,6 +149,9 @@ Options ReadOptions(YamlMap& map) {
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
   map.ReadPath("sensor", o.sensor, "file of the line scanner");
   map.Read("detector", o.detector, "what finds objects and grasps");
+  map.Read("method", o.method,
+           "all switches below that go beyond the dissertation at once: on or off");
+  SetMethod(o.method, o);
   map.Read("mover", o.mover, "what plans the arm's motions");
   map.ReadPath("reference", o.reference, "published table, printed beside the own one");
   o.object_folder = (map.file().parent_path() / "../models/objects").lexically_normal();

@@ -109,7 +109,7 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
             "hand: {initial_force_n: 30, max_force_n: 60, slip_control: false}\n"
             "perception: {segmentation: region_growing, filter: false, smooth: false, "
             "normal_radius_mm: 6, plane_distance_mm: 3, table_clearance_mm: 5}\n"
-            "grasp: {refine: false, table_clearance_mm: 6, max_candidates: 9}\n"
+            "grasp: {preshape: false, pitches: false, table_clearance_mm: 6, max_candidates: 9}\n"
             "planning: {approach_mm: 150, lift_mm: 250}\n"));
   EXPECT_EQ(e.trials_per_object, 3);
   EXPECT_EQ(e.max_plans, 5);
@@ -127,7 +127,8 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_DOUBLE_EQ(e.perception.preprocess.normal_radius_m, 0.006);
   EXPECT_DOUBLE_EQ(e.perception.preprocess.plane_distance_m, 0.003);
   EXPECT_DOUBLE_EQ(e.perception.preprocess.table_clearance_m, 0.005);
-  EXPECT_FALSE(e.grasp.refine);
+  EXPECT_FALSE(e.grasp.preshape);
+  EXPECT_FALSE(e.grasp.pitches);
   EXPECT_DOUBLE_EQ(e.grasp.table_clearance_m, 0.006);
   EXPECT_EQ(e.grasp.max_candidates, 9);
   EXPECT_DOUBLE_EQ(e.planning.approach_m, 0.15);
