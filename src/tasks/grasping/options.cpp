@@ -56,7 +56,8 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
            "share of an object's highest points that its top plane must hold");
   map.Read("axis_from_body", features.axis_from_body,
-           "find the axis of thin-lipped vessels from their walls");
+           "find an axis from the walls where the rim gives no circle");
+  map.Read("lying_axes", features.lying_axes, "find rotational bodies that lie on their side");
   map.Read("merge_fragments", features.merge_fragments, "join segments of one object");
   map.Read("complete_by_symmetry", features.complete_by_symmetry,
            "mirror the surface of objects that are not rotational");
