@@ -81,9 +81,9 @@ struct AxisOptions {
   double rim_share = 0.8;   ///< of the rim points on one circle (section 5.1.3)
   double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
   /// Of those, the share whose normals have to pass the axis (see max_tangential). A round wall
-  /// has 0.6 and more, since normals at its outline are turned towards the sensor; the sides of a
-  /// square column have a third. 0: as published.
-  double normal_share = 0.5;
+  /// has 0.67 and more, since normals at its outline are turned towards the sensor; the sides of a
+  /// hexagonal column have 0.6 at most. 0: as published.
+  double normal_share = 0.62;
   double section_m = 0.004;  ///< thickness of the section planes: two rows of points
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
   double min_arc_rad = core::Deg(115.0);
@@ -223,6 +223,9 @@ struct FeatureOptions {
   bool axis_from_body = true;
   /// Find rotational bodies that lie, too. Off: as published, their top has no circle.
   bool lying_axes = true;
+  /// Where no axis is found, look for one from the object's highest points: the floor of a bowl
+  /// holds more of them than its lip. Off: as published, the fullest plane is the top.
+  bool lip_tops = true;
   /// Joins parts of one object that lost points have separated; off: only clipped rotational parts
   /// are merged, as published.
   bool merge_fragments = true;

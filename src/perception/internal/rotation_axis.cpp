@@ -99,10 +99,10 @@ std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& p
   return axis;
 }
 
-/// The axis of a body that stands: from its rim, else from its wall.
-std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
-                                             const TopSurface& top, const geometry::Plane& table,
-                                             const FeatureOptions& options, core::Rng& rng) {
+/// From its rim, else from its wall; not refined yet.
+std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices& points,
+                                         const TopSurface& top, const geometry::Plane& table,
+                                         const FeatureOptions& options, core::Rng& rng) {
   for (const bool bridged : {false, true}) {
     if (top.ridge) break;
     const Indices rim =
@@ -131,11 +131,20 @@ double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circl
   return static_cast<double>(on) / static_cast<double>(points.size());
 }
 
+std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
+                                             const TopSurface& top, const geometry::Plane& table,
+                                             const FeatureOptions& options, core::Rng& rng) {
+  auto axis = StandingAxis(cloud, points, top, table, options, rng);
+  if (axis) RefineAxis(cloud, points, top, options, *axis);
+  return axis;
+}
+
 std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
                                              const TopSurface& top, const geometry::Plane& table,
                                              const FeatureOptions& options, core::Rng& rng) {
   auto axis = FindStandingAxis(cloud, points, top, table, options, rng);
-  if (!axis && options.lying_axes) axis = FindLyingAxis(cloud, points, table, options, rng);
+  if (axis || !options.lying_axes) return axis;
+  axis = FindLyingAxis(cloud, points, table, options, rng);
   if (axis) RefineAxis(cloud, points, top, options, *axis);
   return axis;
 }

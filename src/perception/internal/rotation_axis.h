@@ -20,6 +20,12 @@ std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
                                              const geometry::Plane& table,
                                              const FeatureOptions& options, core::Rng& rng);
 
+/// The same of a body that stands, alone.
+std::optional<RotationAxis> FindStandingAxis(const geometry::PointCloud& cloud,
+                                             const geometry::Indices& points, const TopSurface& top,
+                                             const geometry::Plane& table,
+                                             const FeatureOptions& options, core::Rng& rng);
+
 /// Share of the points on the circle's curve.
 double ShareOnCircle(const geometry::PointCloud& cloud, const geometry::Indices& points,
                      const Circle& circle, double distance_m);

@@ -57,6 +57,7 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
            "share of an object's highest points that its top plane must hold");
   map.Read("axis_from_body", features.axis_from_body,
            "find an axis from the walls where the rim gives no circle");
+  map.Read("lip_tops", features.lip_tops, "find the axis of bowls from their lips");
   map.Read("lying_axes", features.lying_axes, "find rotational bodies that lie on their side");
   map.Read("merge_fragments", features.merge_fragments, "join segments of one object");
   map.Read("complete_by_symmetry", features.complete_by_symmetry,
