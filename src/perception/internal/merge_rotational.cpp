@@ -50,6 +50,21 @@ bool OnRim(const ObjectContext& context, const Part& part, const RimCircle& rim)
              context.options.axis.rim_share;
 }
 
+/// Whether a part's share of the union's top lies on the lip of its wall. Where the two sides of a
+/// lip are far apart, the rim goes round one of them alone.
+bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
+  const AxisOptions& options = context.options.axis;
+  const Indices own = Shared(both.top->points, part.points);
+  const auto on_lip = std::count_if(own.begin(), own.end(), [&](auto i) {
+    const double inside =
+        both.axis->radius_m -
+        AxisDistance(context.cloud.points[i], both.axis->center_C, both.axis->direction_C);
+    return inside >= -context.options.circle.distance_m && inside <= options.max_wall_m;
+  });
+  return !own.empty() &&
+         static_cast<double>(on_lip) >= options.rim_share * static_cast<double>(own.size());
+}
+
 /// The union's rims: as the alpha shape gives it, and with its gaps bridged.
 std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, core::Rng& rng) {
   const auto& [cloud, table, views, options] = context;
@@ -84,7 +99,9 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   const bool on_rim = std::any_of(rims.begin(), rims.end(), [&](const RimCircle& rim) {
     return OnRim(context, a, rim) && OnRim(context, b, rim);
   });
-  if (!on_rim) return std::nullopt;
+  const bool on_lip =
+      context.options.lip_tops && OnLip(context, a, both) && OnLip(context, b, both);
+  if (!on_rim && !on_lip) return std::nullopt;
   return both;
 }
 
