@@ -256,8 +256,10 @@ TEST(FindRotationAxis, OfABowlComesFromItsLip) {
   Analytic bowl;
   const Indices lip = bowl.AddDisc({0.0, 0.0, kHeight_m}, 0.08, 0.075);
   const Indices wall = bowl.AddWall({0.0, 0.0}, 0.08, 0.06, 0.098, -1.3, 1.3);
-  const Indices floor = bowl.AddDisc({0.0, 0.0, 0.05}, 0.06);
-  const Indices points = testing::Joined(testing::Joined(lip, wall), floor);
+  Indices points = testing::Joined(lip, wall);
+  for (const auto i : bowl.AddDisc({0.0, 0.0, 0.05}, 0.06)) {
+    if (bowl.cloud.points[i].x() < 0.0) points.push_back(i);  // The near wall hides the rest.
+  }
   Given given(bowl.cloud);
   given.options.top_plane_share = 1.0;
   const auto axis = AxisOf(given, points);

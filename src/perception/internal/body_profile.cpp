@@ -118,8 +118,8 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const ge
   const std::size_t all = on_circle + profile.differing.size();
   if (all >= static_cast<std::size_t>(options.axis.min_body_points)) {
     profile.fraction = static_cast<double>(on_circle) / static_cast<double>(all);
-    profile.normal_fraction = static_cast<double>(profile.agreeing.size()) /
-                              static_cast<double>(std::max<std::size_t>(1, on_circle));
+    profile.normal_fraction =
+        static_cast<double>(profile.agreeing.size()) / static_cast<double>(all);
   }
   for (Indices* some : {&profile.agreeing, &profile.turned, &profile.differing}) {
     std::sort(some->begin(), some->end());

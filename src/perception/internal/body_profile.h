@@ -25,7 +25,7 @@ struct BodyProfile {
   geometry::Indices differing;  ///< body points off it (a handle, a neighbor)
   /// Share of the body's points on their circles (eq. 5.8); 1 where there is no body to judge by.
   double fraction = 1.0;
-  /// Of those, the share whose normals pass the axis; 1 where there is no body.
+  /// The share that is on them and whose normals pass the axis; 1 where there is no body.
   double normal_fraction = 1.0;
 };
 
