@@ -128,7 +128,7 @@ TEST(Perceive, PrismsAreNotRotational) {
   }
 }
 
-// A known limit: its corners stand 5 mm out, and in two scans of five it is taken for round.
+// A known limit: its corners stand 5 mm out, and in two scans of six it is taken for round.
 TEST(Perceive, DISABLED_AHexagonalColumnIsNotRotational) {
   const auto mesh = synthetic::Extrude(synthetic::Regular(6, 0.04), 0.10);
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
