@@ -80,9 +80,9 @@ struct CircleFitOptions {
 struct AxisOptions {
   double rim_share = 0.8;   ///< of the rim points on one circle (section 5.1.3)
   double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
-  /// Of those, the share whose normals have to pass the axis (see max_tangential). A round wall
-  /// has 0.67 and more, since normals at its outline are turned towards the sensor; the sides of a
-  /// hexagonal column have 0.6 at most. 0: as published.
+  /// Of the points that agree and whose normals pass the axis, too (see max_tangential). A round
+  /// wall has 0.67 and more, since normals at its outline are turned towards the sensor; the sides
+  /// of a square column have a third. 0: as published.
   double normal_share = 0.62;
   double section_m = 0.004;  ///< thickness of the section planes: two rows of points
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
