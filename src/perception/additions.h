@@ -53,7 +53,8 @@ struct FeatureAdditions {
   /// The principal axis of a top surface from the least rectangle round it: the covariance of a
   /// surface that is seen in part, or nearly square, turns with what is missing.
   bool rectangle_axes = true;
-  /// A circle that the rim goes round by less than 120 deg says little: short arcs fit any curve.
+  /// A circle that the rim, or the body, goes round by little says little: short arcs fit any
+  /// curve.
   bool arc_rule = true;
   /// A second try with a rim whose ring has gaps of lost points.
   bool bridged_rims = true;
@@ -63,10 +64,15 @@ struct FeatureAdditions {
   bool radial_normals = true;
   /// The body corrects the rim's circle, whose far side is seen at a grazing angle.
   bool refine_axis = true;
-  /// Where the top is a thin ring, find the axis from the body's normals instead of the rim's
-  /// circle, and merge clipped parts by it: the lip of a cup is as wide as the profiles are apart,
-  /// so its rim has too few points.
+  /// Where the rim gives no circle, find the axis from the body's normals, and merge clipped parts
+  /// by it: the lip of a cup is as wide as the profiles are apart, so its rim has too few points,
+  /// and gloss tears holes into the rim of a tin.
   bool axis_from_body = true;
+  /// Rotational bodies that lie: their top has no circle.
+  bool lying_axes = true;
+  /// Where no axis is found, look for one from the object's highest points: the floor of a bowl
+  /// holds more of them than its lip.
+  bool lip_tops = true;
   /// Joins parts of one object that lost points have separated; off: only clipped rotational parts
   /// are merged.
   bool merge_fragments = true;
@@ -82,7 +88,7 @@ struct FeatureAdditions {
   /// near rim of a container and its far wall.
   bool open_strays = true;
 };
-constexpr std::array<core::Addition<FeatureAdditions>, 15> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<core::Addition<FeatureAdditions>, 17> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
@@ -92,14 +98,17 @@ constexpr std::array<core::Addition<FeatureAdditions>, 15> AdditionsOf(const Fea
        "the highest points stand in for a top where no plane has enough points"},
       {"rectangle_axes", &A::rectangle_axes,
        "a top's principal axis is that of the least rectangle; off: of its covariance"},
-      {"arc_rule", &A::arc_rule, "a rim's circle counts only where the rim goes round a third"},
+      {"arc_rule", &A::arc_rule,
+       "a circle counts only where the rim goes round by a third and the body by a quarter"},
       {"bridged_rims", &A::bridged_rims, "rims are tried again with their gaps bridged"},
       {"upright_axes", &A::upright_axes, "a nearly upright axis is tried as upright"},
       {"radial_normals", &A::radial_normals,
        "points agree with a rotation axis only where their normals pass it"},
       {"refine_axis", &A::refine_axis, "the body corrects the rim's circle"},
       {"axis_from_body", &A::axis_from_body,
-       "find the axis of thin-lipped vessels from their walls"},
+       "find an axis from the walls where the rim gives no circle: thin lips, lids with holes"},
+      {"lying_axes", &A::lying_axes, "find rotational bodies that lie on their side"},
+      {"lip_tops", &A::lip_tops, "find the axis of bowls from their lips"},
       {"merge_fragments", &A::merge_fragments, "join segments of one object"},
       {"complete_by_symmetry", &A::complete_by_symmetry,
        "mirror the surface of objects that are not rotational"},

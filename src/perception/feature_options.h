@@ -79,13 +79,28 @@ struct CircleFitOptions {
 
 /// Whether a body is rotational, and about which axis (section 5.1.3, eq. 5.8).
 struct AxisOptions {
-  double rim_share = 0.8;    ///< of the rim points on one circle (section 5.1.3)
-  double body_share = 0.8;   ///< of the points that agree with their section (section 5.1.3)
+  double rim_share = 0.8;   ///< of the rim points on one circle (section 5.1.3)
+  double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
+  /// Of the points that agree and whose normals pass the axis, too (see max_tangential). A round
+  /// wall has 0.67 and more, since normals at its outline are turned towards the sensor; the sides
+  /// of a square column have a third. 0: as published.
+  double normal_share = 0.62;
   double section_m = 0.004;  ///< thickness of the section planes: two rows of points
-  /// A short arc fits nearly any curve: the rim has to go this far round (120 deg).
-  double min_arc_rad = 2.1;
+  /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
+  double min_arc_rad = core::Deg(115.0);
   /// The same (240 deg) for a rim with bridged gaps, whose straight sides count for few points.
   double min_bridged_arc_rad = 4.2;
+  /// The same for the body of one that lies (90 deg): half of it at most is seen, and the outline's
+  /// normals do not count.
+  double min_lying_arc_rad = 1.5;
+  /// In the place of body_share for such a body: what its ends and a handle add is not square to
+  /// it.
+  double lying_body_share = 0.88;
+  /// A body is not under the table; by so much its circle may be too large.
+  double max_sunk_m = 0.006;
+  /// The same for the body about an axis from its rim: the narrow side of a bottle is round, too,
+  /// but not so far. A round one's seen side has 110 deg and more. 0: as published.
+  double min_body_arc_rad = core::Deg(90.0);
   int min_body_points = 20;  ///< fewer say nothing about the body
   /// Normals nearer to the axis than this cosine (45 deg) are of caps, floors and lips.
   double max_along_axis = 0.7;
@@ -102,9 +117,15 @@ struct AxisOptions {
   double min_conditioning = 0.02;
   double top_sections_m = 0.012;  ///< the wall under a rounded rim that gives the radius
 
-  // The axis from the body where the top is a thin ring.
-  double ring_share = 0.35;   ///< a top is a thin ring if it fills less than this of its circle
-  double max_wall_m = 0.010;  ///< of a cup, with its lip
+  // The axis from the body where the top is a thin ring, or a lid whose own rim gives no circle.
+  /// How far round such a ring's wall has to be seen, in the mean over its sections: eleven bins.
+  double min_ring_arc_rad = core::Deg(105.0);
+  /// How far round the circle the rim of such a lid goes: half a disc's goes 180 deg and a bin or
+  /// two at its corners.
+  double min_lid_arc_rad = core::Deg(205.0);
+  double lid_distance_m = 0.006;  ///< of the lid's rim from the body's circle: it is rounded
+  double ring_share = 0.35;       ///< a top is a thin ring if it fills less than this of its circle
+  double max_wall_m = 0.010;      ///< of a cup, with its lip
   /// In the place of body_share there: a handle in front of the body and normals at its edges count
   /// against it, while the ring already is the better witness.
   double ring_body_share = 0.6;

@@ -39,15 +39,20 @@ struct TopSurface {
       rim;  ///< outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud
 };
 
-/// A rotation axis found from a rim circle: the top circle's centre, the axis direction (away from
-/// the table), its radius.
+/// A rotation axis: the centre and radius of the circle at its end, and the direction out of the
+/// body there. A standing body's end is its top, so that the direction is away from the table.
 struct RotationAxis {
   Eigen::Vector3d center_C;
   Eigen::Vector3d direction_C;
   double radius_m = 0.0;
-  double rim_fraction = 0.0;  ///< share of the rim points on the circle (the first 80 % rule)
-  double body_fraction =
-      0.0;  ///< share of the points that agree with their section circle (the second 80 % rule)
+  /// Share of the rim points on the circle (the first 80 % rule); 0 for an axis from the body.
+  double rim_fraction = 0.0;
+  /// Share of the points that agree with their section circle (the second 80 % rule).
+  double body_fraction = 0.0;
+  /// Of a lying body, from end to end; 0: it stands, and goes down to what it stands on.
+  double length_m = 0.0;
+
+  bool Lies() const { return length_m > 0.0; }
 };
 
 enum class ObjectKind { kRotational, kOther };

@@ -13,12 +13,8 @@ using testing::Analytic;
 
 constexpr double kHeight_m = 0.1;
 
-/// The plane of a top at kHeight_m, of which nothing else is read.
-TopSurface TopPlane() {
-  TopSurface top;
-  top.plane = {Vector3d::UnitZ(), -kHeight_m};
-  return top;
-}
+/// The plane of a top at kHeight_m.
+geometry::Plane TopPlane() { return {Vector3d::UnitZ(), -kHeight_m}; }
 
 BodyProfile Profile(const Analytic& shape, const Indices& points) {
   return ProfileBody(shape.cloud, points, TopPlane(), {0.0, 0.0, kHeight_m}, Vector3d::UnitZ(), {});
@@ -106,14 +102,19 @@ TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {
   EXPECT_TRUE(profile.differing.empty());
 }
 
-TEST(ProfileBody, NormalsHaveToPassTheAxis) {
-  // Turned by 15 deg (sine 0.26) they may be noise, by 25 deg (0.42) they are of something else.
+TEST(ProfileBody, CountsNormalsThatPassTheAxisApart) {
+  // Turned by 15 deg (sine 0.26) they may be noise, by 25 deg (0.42) they are of something else;
+  // the distances agree in both (eq. 5.8 asks for no more).
   for (const auto& [turn, agrees] : {std::pair(15.0, true), std::pair(25.0, false)}) {
     Analytic wall;
     const Indices points = wall.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
     const Eigen::AngleAxisd turned(core::Deg(turn), Vector3d::UnitZ());
     for (Vector3d& normal : wall.cloud.normals) normal = turned * normal;
-    EXPECT_EQ(Profile(wall, points).fraction, agrees ? 1.0 : 0.0) << turn;
+    const BodyProfile profile = Profile(wall, points);
+    EXPECT_EQ(profile.fraction, 1.0);
+    EXPECT_EQ(profile.normal_fraction, agrees ? 1.0 : 0.0) << turn;
+    EXPECT_EQ(agrees ? profile.agreeing : profile.turned, points);
+    EXPECT_EQ(OnCircle(profile), points);
   }
 }
 

@@ -122,7 +122,7 @@ TEST(FindRotationAxis, RefusesAShortArc) {
   given.options.axis.rim_share = 0.3;
   given.options.axis_from_body = false;
   EXPECT_FALSE(AxisOf(given, points));
-  given.options.axis.min_arc_rad = 0.8;
+  given.options.axis.min_arc_rad = given.options.axis.min_body_arc_rad = 0.8;
   EXPECT_TRUE(AxisOf(given, points));
 }
 
@@ -206,6 +206,67 @@ TEST(FindRotationAxis, OfAThinRingAllowsAHandle) {
   ASSERT_TRUE(axis);
   EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-9);
   EXPECT_LT(axis->body_fraction, 0.8);  // of a rim's axis that would be too few
+}
+
+// At the outline of what is seen normals are turned towards the sensor; distances are not.
+TEST(FindRotationAxis, AllowsTurnedNormalsAtTheOutline) {
+  for (const auto& [share, found] : {std::pair(0.3, true), std::pair(0.45, false)}) {
+    Analytic can = Can({0.0, 0.0});
+    const double inner = core::Deg(75.0) * (1.0 - share);
+    for (std::size_t i = 0; i < can.cloud.size(); ++i) {
+      Vector3d& n = can.cloud.normals[i];
+      const double angle = std::atan2(n.y(), n.x());
+      if (n.z() > 0.5 || std::abs(angle) < inner) continue;
+      n = Eigen::AngleAxisd(std::copysign(core::Deg(25.0), -angle), Vector3d::UnitZ()) * n;
+    }
+    EXPECT_EQ(AxisOf(Given(can.cloud), 1).has_value(), found) << share;
+  }
+}
+
+// Gloss has taken a fifth of the lid away: the rim runs through the hole.
+TEST(FindRotationAxis, OfALidWithAHoleComesFromTheWall) {
+  Analytic can;
+  const Indices lid = can.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m);
+  Indices points = can.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
+  for (const auto i : lid) {
+    if (can.cloud.points[i].x() > -0.5 * kRadius_m) points.push_back(i);
+  }
+  Given given(can.cloud);
+  const auto axis = AxisOf(given, points);
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-6);
+  given.options.axis_from_body = false;
+  given.options.axis.rim_share = 0.95;
+  EXPECT_FALSE(AxisOf(given, points));
+}
+
+// The narrow side of a bottle is round under its round cap, but not far round.
+TEST(FindRotationAxis, RefusesARoundCapOnANarrowArc) {
+  Analytic bottle;
+  const Indices cap = bottle.AddDisc({0.0, 0.0, kHeight_m}, 0.014);
+  const Indices side = bottle.AddWall({0.0, 0.0}, 0.045, 0.01, 0.09, -0.5, 0.5);
+  Given given(bottle.cloud);
+  EXPECT_FALSE(AxisOf(given, testing::Joined(cap, side)));
+  given.options.axis.min_body_arc_rad = 0.0;  // as published
+  EXPECT_TRUE(AxisOf(given, testing::Joined(cap, side)));
+}
+
+// The floor of a bowl holds more points than its lip.
+TEST(FindRotationAxis, OfABowlComesFromItsLip) {
+  Analytic bowl;
+  const Indices lip = bowl.AddDisc({0.0, 0.0, kHeight_m}, 0.08, 0.075);
+  const Indices wall = bowl.AddWall({0.0, 0.0}, 0.08, 0.06, 0.098, -1.3, 1.3);
+  Indices points = testing::Joined(lip, wall);
+  for (const auto i : bowl.AddDisc({0.0, 0.0, 0.05}, 0.06)) {
+    if (bowl.cloud.points[i].x() < 0.0) points.push_back(i);  // The near wall hides the rest.
+  }
+  Given given(bowl.cloud);
+  given.options.top_plane_share = 1.0;
+  const auto axis = AxisOf(given, points);
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR((axis->center_C - Vector3d(0.0, 0.0, kHeight_m)).norm(), 0.0, 1e-6);
+  given.options.lip_tops = false;
+  EXPECT_FALSE(AxisOf(given, points));
 }
 
 TEST(ShareOnCircle, CountsWhatIsWithinTheDistance) {

@@ -23,34 +23,6 @@ constexpr int kDrawsPerCircleDraw = 2;
 /// Refits of the circle: the points that agree change a little with every one.
 constexpr int kRefits = 5;
 
-/// A point of a body seen along the axis: where it is, and where its normal points to.
-struct Wall {
-  Eigen::Vector2d p;
-  Eigen::Vector2d normal;  ///< unit
-};
-
-/// What was seen of the wall, in the frame on the table.
-std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
-                         const FeatureOptions& options) {
-  std::vector<Wall> wall;
-  for (const auto i : points) {
-    const Eigen::Vector3d& normal = cloud.normals[i];
-    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
-    wall.push_back({frame.Flat(cloud.points[i]),
-                    Eigen::Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
-  }
-  return wall;
-}
-
-/// Whether a point faces sideways and away from the center and is on the circle about it.
-bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options) {
-  const Eigen::Vector2d radial = wall.p - circle.center;
-  const double r = radial.norm();
-  return std::abs(r - circle.radius_m) <= options.circle.distance_m &&
-         wall.normal.dot(radial) > 0.0 &&
-         std::abs(Cross(wall.normal, radial)) <= options.axis.max_tangential * r;
-}
-
 /// The circle about where the normals of two wall points meet, if they are about as far from there.
 std::optional<Circle2> NormalsMeet(const Wall& a, const Wall& b, const FeatureOptions& options) {
   Eigen::Matrix2d directions;
@@ -86,15 +58,16 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
 
 /// The circle that the most wall points are on, of all that were drawn; nullopt if half of the
 /// least wall are not on it.
-std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls, const FeatureOptions& options,
-                                  core::Rng& rng) {
+std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls,
+                                  const std::function<bool(const Circle2&)>& admissible,
+                                  const FeatureOptions& options, core::Rng& rng) {
   std::optional<Circle2> best;
   std::ptrdiff_t best_count = 0;
   for (int draw = 0; draw < kDrawsPerCircleDraw * options.circle.draws; ++draw) {
     const Wall& a = walls[rng.Index(walls.size())];
     const Wall& b = walls[rng.Index(walls.size())];
     const auto circle = NormalsMeet(a, b, options);
-    if (!circle || circle->radius_m > options.circle.max_radius_m) continue;
+    if (!circle || circle->radius_m > options.circle.max_radius_m || !admissible(*circle)) continue;
     const auto count = std::count_if(
         walls.begin(), walls.end(), [&](const Wall& wall) { return IsOn(*circle, wall, options); });
     if (count > best_count) {
@@ -107,20 +80,72 @@ std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls, const FeatureO
 
 }  // namespace
 
+std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
+                         const FeatureOptions& options) {
+  std::vector<Wall> wall;
+  for (const auto i : points) {
+    const Eigen::Vector3d& normal = cloud.normals[i];
+    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
+    wall.push_back({frame.Flat(cloud.points[i]),
+                    Eigen::Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
+  }
+  return wall;
+}
+
+bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options) {
+  const Eigen::Vector2d radial = wall.p - circle.center;
+  const double r = radial.norm();
+  return std::abs(r - circle.radius_m) <= options.circle.distance_m &&
+         wall.normal.dot(radial) > 0.0 &&
+         std::abs(Cross(wall.normal, radial)) <= options.axis.max_tangential * r;
+}
+
+std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
+                                    const PlanarFrame& frame,
+                                    const std::function<bool(const Circle2&)>& admissible,
+                                    const FeatureOptions& options, core::Rng& rng) {
+  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
+  if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
+  auto circle = DrawCircle(walls, admissible, options, rng);
+  if (!circle) return std::nullopt;
+  // Two normals say little of the center; all that agree say more.
+  for (int round = 0; round < kRefits; ++round) {
+    const Circle2 refitted = Refit(walls, *circle, options);
+    if (!admissible(refitted)) break;
+    *circle = refitted;
+  }
+  return circle;
+}
+
 std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const geometry::Plane& table,
                                          const FeatureOptions& options, core::Rng& rng) {
   const PlanarFrame frame = MakePlanarFrame(table, top.center_C);
-  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
-  if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
-  auto circle = DrawCircle(walls, options, rng);
+  const auto any = [](const Circle2&) { return true; };
+  const auto circle = CircleAcross(cloud, points, frame, any, options, rng);
   if (!circle) return std::nullopt;
-  // Two normals say little of the center; all that agree say more.
-  for (int round = 0; round < kRefits; ++round) *circle = Refit(walls, *circle, options);
   const Eigen::Vector3d on_table =
       top.center_C + circle->center.x() * frame.u + circle->center.y() * frame.v;
   const double height = TopHeight(cloud, points, table) - table.Distance(on_table);
   return RotationAxis{on_table + height * table.normal, table.normal, circle->radius_m, 0.0, 0.0};
+}
+
+bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+           const FeatureOptions& options) {
+  const double distance_m = options.axis.lid_distance_m;
+  Indices on_circle;
+  std::size_t within = 0;
+  for (const auto i : top.rim) {
+    const double inside =
+        axis.radius_m - AxisDistance(cloud.points[i], axis.center_C, axis.direction_C);
+    if (inside >= -distance_m) ++within;
+    if (std::abs(inside) <= distance_m) on_circle.push_back(i);
+  }
+  if (static_cast<double>(within) < options.axis.rim_share * static_cast<double>(top.rim.size())) {
+    return false;
+  }
+  const Circle circle{axis.center_C, axis.direction_C, axis.radius_m};
+  return ArcOf(cloud, on_circle, circle) >= options.axis.min_lid_arc_rad;
 }
 
 bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,

@@ -96,9 +96,10 @@ void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface
   const Eigen::Vector3d u = axis.direction_C.unitOrthogonal();
   const Basis basis{u, axis.direction_C.cross(u)};
   const double min_fraction = std::min(axis.body_fraction, options.axis.body_share);
+  const geometry::Plane end = EndPlane(axis, top);
   RotationAxis refined = axis;
   const auto profile = [&] {
-    return ProfileBody(cloud, points, top, refined.center_C, refined.direction_C, options);
+    return ProfileBody(cloud, points, end, refined.center_C, refined.direction_C, options);
   };
   for (int round = 0; round < options.axis.refine_rounds; ++round) {
     const BodyProfile body = profile();

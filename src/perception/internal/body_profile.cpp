@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -48,13 +49,13 @@ Agreement Agree(std::vector<Member>& members, double distance_m) {
   return best;
 }
 
-Members BySection(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+Members BySection(const PointCloud& cloud, const Indices& points, const geometry::Plane& top,
                   const Eigen::Vector3d& center_C, const Eigen::Vector3d& direction_C,
                   const FeatureOptions& options) {
   Members sections;
   for (const auto i : points) {
     const Eigen::Vector3d& normal = cloud.normals[i];
-    if (std::abs(top.plane.Distance(cloud.points[i])) <= options.top.plane_distance_m ||
+    if (std::abs(top.Distance(cloud.points[i])) <= options.top.plane_distance_m ||
         std::abs(normal.dot(direction_C)) > options.axis.max_along_axis) {
       continue;
     }
@@ -76,8 +77,11 @@ void AddMembers(const std::vector<Member>& members, const Agreement& agreement, 
   (inward ? section.inner_m : section.outer_m) = agreement.radius_m;
   (inward ? section.inner_points : section.outer_points) = agreement.last - agreement.first;
   for (std::size_t k = 0; k < members.size(); ++k) {
-    const bool agrees = k >= agreement.first && k < agreement.last && members[k].normal_passes_axis;
-    (agrees ? profile.agreeing : profile.differing).push_back(members[k].point);
+    const bool on_circle = k >= agreement.first && k < agreement.last;
+    (!on_circle                      ? profile.differing
+     : members[k].normal_passes_axis ? profile.agreeing
+                                     : profile.turned)
+        .push_back(members[k].point);
   }
 }
 
@@ -87,7 +91,19 @@ int SectionOf(double depth_m, const FeatureOptions& options) {
   return static_cast<int>(std::floor(depth_m / options.axis.section_m));
 }
 
-BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+Indices OnCircle(const BodyProfile& body) {
+  Indices on_circle;
+  std::merge(body.agreeing.begin(), body.agreeing.end(), body.turned.begin(), body.turned.end(),
+             std::back_inserter(on_circle));
+  return on_circle;
+}
+
+geometry::Plane EndPlane(const RotationAxis& axis, const TopSurface& top) {
+  if (!axis.Lies()) return top.plane;
+  return {axis.direction_C, -axis.direction_C.dot(axis.center_C)};
+}
+
+BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const geometry::Plane& top,
                         const Eigen::Vector3d& center_C, const Eigen::Vector3d& direction_C,
                         const FeatureOptions& options) {
   BodyProfile profile;
@@ -99,12 +115,16 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const To
     }
     AddMembers(members, Agree(members, options.circle.distance_m), key.second, profile);
   }
-  const std::size_t all = profile.agreeing.size() + profile.differing.size();
+  const std::size_t on_circle = profile.agreeing.size() + profile.turned.size();
+  const std::size_t all = on_circle + profile.differing.size();
   if (all >= static_cast<std::size_t>(options.axis.min_body_points)) {
-    profile.fraction = static_cast<double>(profile.agreeing.size()) / static_cast<double>(all);
+    profile.fraction = static_cast<double>(on_circle) / static_cast<double>(all);
+    profile.normal_fraction =
+        static_cast<double>(profile.agreeing.size()) / static_cast<double>(all);
   }
-  std::sort(profile.agreeing.begin(), profile.agreeing.end());
-  std::sort(profile.differing.begin(), profile.differing.end());
+  for (Indices* some : {&profile.agreeing, &profile.turned, &profile.differing}) {
+    std::sort(some->begin(), some->end());
+  }
   return profile;
 }
 

@@ -19,20 +19,30 @@ struct Section {
 /// The body of a rotational object along its axis.
 struct BodyProfile {
   std::vector<Section> sections;  ///< those with points, from the top down
-  geometry::Indices agreeing;     ///< body points on their section's circle; positions in the cloud
-  geometry::Indices differing;    ///< body points off it (a handle, a neighbor)
-  /// Share of the body's points that agree; 1 where there is no body to judge by.
+  /// Body points on their section's circle whose normals pass the axis; positions in the cloud.
+  geometry::Indices agreeing;
+  geometry::Indices turned;     ///< body points on the circle whose normals do not
+  geometry::Indices differing;  ///< body points off it (a handle, a neighbor)
+  /// Share of the body's points on their circles (eq. 5.8); 1 where there is no body to judge by.
   double fraction = 1.0;
+  /// The share that is on them and whose normals pass the axis; 1 where there is no body.
+  double normal_fraction = 1.0;
 };
 
 /// Section planes of the options' thickness along the axis; in each the distances of the points to
 /// the axis (eq. 5.8) have to correspond: they agree with the radius about which the most of them
-/// lie, within the circle distance, and their normals pass the axis. Points facing outward and
-/// inward (the inside of a cup) have radii of their own. The top surface and points facing along
-/// the axis are not of the body. O(n log n).
+/// lie, within the circle distance. Points facing outward and inward (the inside of a cup) have
+/// radii of their own. The top surface and points facing along the axis are not of the body.
+/// O(n log n).
 BodyProfile ProfileBody(const geometry::PointCloud& cloud, const geometry::Indices& points,
-                        const TopSurface& top, const Eigen::Vector3d& center_C,
+                        const geometry::Plane& top, const Eigen::Vector3d& center_C,
                         const Eigen::Vector3d& direction_C, const FeatureOptions& options);
+
+/// The points on their sections' circles, whatever their normals; ascending.
+geometry::Indices OnCircle(const BodyProfile& body);
+
+/// The plane that a rotational part's body begins at: its top's, or the end of a lying one.
+geometry::Plane EndPlane(const RotationAxis& axis, const TopSurface& top);
 
 /// The section that a depth below the axis' center is in.
 int SectionOf(double depth_m, const FeatureOptions& options);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/units.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::perception::internal {
@@ -13,6 +14,9 @@ namespace {
 /// above rounding, far below what noise makes of a line.
 constexpr double kCollinearThree = 1e-18;
 constexpr double kCollinearMany = 1e-12;
+/// Bins of an arc, 10 deg each: a rim of 35 mm radius has three points in one. Fewer bins count a
+/// few points as a long arc, more count the gaps between points.
+constexpr int kArcBins = 36;
 
 geometry::Indices Inliers(const Circle& circle, geometry::PointSpan rim, double distance_m) {
   geometry::Indices inliers;
@@ -121,6 +125,20 @@ std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptio
     fit = {*refit, std::move(inliers)};
   }
   return fit;
+}
+
+double ArcOf(const geometry::PointCloud& cloud, const geometry::Indices& points,
+             const Circle& circle) {
+  const Eigen::Vector3d u = circle.normal.unitOrthogonal();
+  const Eigen::Vector3d v = circle.normal.cross(u);
+  std::vector<bool> seen(kArcBins, false);
+  for (const auto i : points) {
+    const Eigen::Vector3d d = cloud.points[i] - circle.center;
+    const double turn = std::atan2(d.dot(v), d.dot(u)) / (2.0 * core::kPi) + 0.5;
+    seen[std::min<std::size_t>(kArcBins - 1, static_cast<std::size_t>(turn * kArcBins))] = true;
+  }
+  return 2.0 * core::kPi * static_cast<double>(std::count(seen.begin(), seen.end(), true)) /
+         kArcBins;
 }
 
 double AxisDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& c, const Eigen::Vector3d& n) {

@@ -36,6 +36,10 @@ double CircleDistance(const Circle& circle, const Eigen::Vector3d& p);
 std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptions& options,
                                    core::Rng& rng);
 
+/// How far round the circle's axis the points go [rad], counted in bins of 10 deg.
+double ArcOf(const geometry::PointCloud& cloud, const geometry::Indices& points,
+             const Circle& circle);
+
 /// Distance [m] of p from the axis through c with unit direction n: |(p - c) x n| (eq. 5.8).
 double AxisDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& c, const Eigen::Vector3d& n);
 

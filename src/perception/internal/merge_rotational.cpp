@@ -36,27 +36,54 @@ bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
          (a.axis->center_C - b.axis->center_C).norm() <= options.max_center_distance_m;
 }
 
-/// The rim of a union whose axis came from its rim, and the circle on it; an axis from the body
-/// alone has no rim to ask the parts for.
+/// A rim of a union, and the circle that most of it lies on.
 struct RimCircle {
   Indices rim;
-  std::optional<CircleFit> fit;
+  Circle circle;
 };
 
-/// Whether a part of the union lies on the union's rim and agrees with its body.
-bool Agrees(const ObjectContext& context, const Part& part, const std::optional<RimCircle>& rim,
-            const BodyProfile& body) {
-  const auto& options = context.options;
-  if (rim) {
-    const Indices own = Shared(rim->rim, part.points);
-    if (own.empty() || ShareOnCircle(context.cloud, own, rim->fit->circle,
-                                     options.circle.distance_m) < options.axis.rim_share) {
-      return false;
-    }
+/// Whether a part of the union lies on the union's rim.
+bool OnRim(const ObjectContext& context, const Part& part, const RimCircle& rim) {
+  const Indices own = Shared(rim.rim, part.points);
+  return !own.empty() &&
+         ShareOnCircle(context.cloud, own, rim.circle, context.options.circle.distance_m) >=
+             context.options.axis.rim_share;
+}
+
+/// Whether a part's share of the union's top lies on the lip of its wall. Where the two sides of a
+/// lip are far apart, the rim goes round one of them alone.
+bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
+  const AxisOptions& options = context.options.axis;
+  const Indices own = Shared(both.top->points, part.points);
+  const auto on_lip = std::count_if(own.begin(), own.end(), [&](auto i) {
+    const double inside =
+        both.axis->radius_m -
+        AxisDistance(context.cloud.points[i], both.axis->center_C, both.axis->direction_C);
+    return inside >= -context.options.circle.distance_m && inside <= options.max_wall_m;
+  });
+  return !own.empty() &&
+         static_cast<double>(on_lip) >= options.rim_share * static_cast<double>(own.size());
+}
+
+/// The union's rims: as the alpha shape gives it, and with its gaps bridged.
+std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, core::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
+  std::vector<RimCircle> rims;
+  for (const bool bridged : {false, true}) {
+    if (bridged && !options.bridged_rims) break;
+    const double alpha_m = bridged ? options.top.bridged_rim_alpha_m : options.top.rim_alpha_m;
+    Indices rim = OuterRim(cloud, both.top->points, both.top->plane, alpha_m);
+    const auto fit = FitCircle(geometry::Select(cloud.points, rim), options.circle, rng);
+    if (fit) rims.push_back({std::move(rim), fit->circle});
   }
-  const auto agreeing = static_cast<double>(Shared(body.agreeing, part.points).size());
+  return rims;
+}
+
+/// Whether a part of the union agrees with its body.
+bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& body) {
+  const auto agreeing = static_cast<double>(Shared(OnCircle(body), part.points).size());
   const auto differing = static_cast<double>(Shared(body.differing, part.points).size());
-  return agreeing >= options.merge.min_own_body * (agreeing + differing);
+  return agreeing >= context.options.merge.min_own_body * (agreeing + differing);
 }
 
 /// The union of both, if it is rotational and both parts agree with it.
@@ -65,18 +92,18 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   const auto& [cloud, table, views, options] = context;
   Part both = DescribeUnion(context, a, b, rng);
   if (!both.axis) return std::nullopt;
-  std::optional<RimCircle> rim;
-  if (both.axis->rim_fraction > 0.0) {
-    rim.emplace();
-    rim->rim = options.bridged_rims ? OuterRim(cloud, both.top->points, both.top->plane,
-                                               options.top.bridged_rim_alpha_m)
-                                    : both.top->rim;
-    rim->fit = FitCircle(geometry::Select(cloud.points, rim->rim), options.circle, rng);
-    if (!rim->fit) return std::nullopt;
-  }
-  const BodyProfile body = ProfileBody(cloud, both.points, *both.top, both.axis->center_C,
-                                       both.axis->direction_C, options);
-  if (!Agrees(context, a, rim, body) || !Agrees(context, b, rim, body)) return std::nullopt;
+  const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
+                                       both.axis->center_C, both.axis->direction_C, options);
+  if (!Agrees(context, a, body) || !Agrees(context, b, body)) return std::nullopt;
+  // An axis from the body alone has no rim to ask the parts for.
+  if (both.axis->rim_fraction == 0.0) return both;
+  const auto rims = RimsOf(context, both, rng);
+  const bool on_rim = std::any_of(rims.begin(), rims.end(), [&](const RimCircle& rim) {
+    return OnRim(context, a, rim) && OnRim(context, b, rim);
+  });
+  const bool on_lip =
+      context.options.lip_tops && OnLip(context, a, both) && OnLip(context, b, both);
+  if (!on_rim && !on_lip) return std::nullopt;
   return both;
 }
 

@@ -58,7 +58,8 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
   object.axis = part.axis;
   object.height_m = TopHeight(context.cloud, part.points, context.table);
   object.base_m = std::min(base_m, object.height_m);
-  object.open = part.top && !part.top->ridge &&
+  const bool lies = part.axis && part.axis->Lies();
+  object.open = part.top && !part.top->ridge && !lies &&
                 IsOpen(context.cloud, part.points, *part.top, context.options);
   Completion completion = part.axis ? CompleteRotational(context, part, object.base_m)
                                     : CompleteOther(context, part, object.base_m);

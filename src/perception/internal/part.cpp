@@ -16,6 +16,11 @@ Part DescribePart(const ObjectContext& context, geometry::Indices points, core::
   if (part.top) {
     part.axis = FindRotationAxis(cloud, part.points, *part.top, table, options, rng);
   }
+  if (part.axis || !options.lip_tops) return part;
+  auto lip = FindLip(cloud, part.points, table, options);
+  if (!lip) return part;
+  part.axis = FindStandingAxis(cloud, part.points, *lip, table, options, rng);
+  if (part.axis) part.top = std::move(lip);
   return part;
 }
 

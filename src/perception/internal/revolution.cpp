@@ -195,18 +195,24 @@ std::vector<ProfilePoint> Filled(const std::vector<ProfilePoint>& profile, doubl
   return filled;
 }
 
+/// From the end of the axis to the other end: a lying body's, or what the body stands on.
+double LengthOf(const ObjectContext& context, const RotationAxis& axis, double base_m) {
+  if (axis.Lies()) return axis.length_m;
+  const CompletionOptions& options = context.options.completion;
+  const double upright =
+      std::max(options.min_axis_cosine, axis.direction_C.dot(context.table.normal));
+  return std::max(options.wall_m, (context.table.Distance(axis.center_C) - base_m) / upright);
+}
+
 }  // namespace
 
 Completion CompleteRotational(const ObjectContext& context, const Part& part, double base_m) {
   const RotationAxis& axis = *part.axis;
-  const BodyProfile body = ProfileBody(context.cloud, part.points, *part.top, axis.center_C,
-                                       axis.direction_C, context.options);
+  const BodyProfile body = ProfileBody(context.cloud, part.points, EndPlane(axis, *part.top),
+                                       axis.center_C, axis.direction_C, context.options);
   const Revolution revolution = MakeRevolution(axis);
   const CompletionOptions& options = context.options.completion;
-  const double upright =
-      std::max(options.min_axis_cosine, axis.direction_C.dot(context.table.normal));
-  const double length =
-      std::max(options.wall_m, (context.table.Distance(axis.center_C) - base_m) / upright);
+  const double length = LengthOf(context, axis, base_m);
   const auto outer = OuterProfile(body, axis.radius_m, length, options);
 
   Completion completion;
@@ -215,7 +221,7 @@ Completion CompleteRotational(const ObjectContext& context, const Part& part, do
     AddRing(context, revolution, p, completion.points_C);
   }
   std::vector<ProfilePoint> profile{{0.0, 0.0}};
-  if (IsOpen(context.cloud, part.points, *part.top, context.options)) {
+  if (!axis.Lies() && IsOpen(context.cloud, part.points, *part.top, context.options)) {
     profile = InnerProfile(context, part, body, length);
     for (const ProfilePoint& p : profile) {
       if (p.radius_m > 0.0) AddRing(context, revolution, p, completion.points_C);

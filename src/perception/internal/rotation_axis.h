@@ -11,10 +11,17 @@ namespace rangegrasp::perception::internal {
 
 /// Whether a part is rotational: its rim lies on a circle (first rule) and its body agrees with the
 /// circle's axis (second rule; section 5.1.3). Tried with the rim as the alpha shape gives it, then
-/// with gaps bridged; with the top plane's normal as the axis, then upright if that is near it. A
-/// thin ring's axis is taken from the body (see axis_from_body.h).
+/// with gaps bridged; with the top plane's normal as the axis, then upright if that is near it.
+/// Where the rim gives no circle the axis is taken from the body (see axis_from_body.h), and that
+/// of a lying body from its normals (see lying_axis.h).
 /// @return nullopt if it is not rotational.
 std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
+                                             const geometry::Indices& points, const TopSurface& top,
+                                             const geometry::Plane& table,
+                                             const FeatureOptions& options, core::Rng& rng);
+
+/// The same of a body that stands, alone.
+std::optional<RotationAxis> FindStandingAxis(const geometry::PointCloud& cloud,
                                              const geometry::Indices& points, const TopSurface& top,
                                              const geometry::Plane& table,
                                              const FeatureOptions& options, core::Rng& rng);
@@ -22,9 +29,5 @@ std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
 /// Share of the points on the circle's curve.
 double ShareOnCircle(const geometry::PointCloud& cloud, const geometry::Indices& points,
                      const Circle& circle, double distance_m);
-
-/// How far round the circle's axis the points go [rad], counted in bins of 10 deg.
-double ArcOf(const geometry::PointCloud& cloud, const geometry::Indices& points,
-             const Circle& circle);
 
 }  // namespace rangegrasp::perception::internal

@@ -222,6 +222,13 @@ Indices OuterRim(const PointCloud& cloud, const Indices& points, const Plane& pl
   return rim;
 }
 
+std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
+                                  const Plane& table, const FeatureOptions& options) {
+  auto lip = SlabTop(cloud, segment, table, options);
+  if (lip && lip->ridge) return std::nullopt;
+  return lip;
+}
+
 std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
                                          const Plane& table, const FeatureOptions& options,
                                          core::Rng& rng) {

@@ -18,6 +18,12 @@ std::optional<TopSurface> FindTopSurface(const geometry::PointCloud& cloud,
                                          const geometry::Plane& table,
                                          const FeatureOptions& options, core::Rng& rng);
 
+/// The highest points as a top surface, whatever the plane that holds the most: the lip of a bowl
+/// has fewer points than its floor. nullopt where they are a fold.
+std::optional<TopSurface> FindLip(const geometry::PointCloud& cloud,
+                                  const geometry::Indices& segment, const geometry::Plane& table,
+                                  const FeatureOptions& options);
+
 /// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
 /// cloud. The convex hull's corners where the alpha shape is empty.
 geometry::Indices OuterRim(const geometry::PointCloud& cloud, const geometry::Indices& points,

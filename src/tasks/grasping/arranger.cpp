@@ -51,6 +51,11 @@ Eigen::Quaterniond RandomRotation(core::Rng& rng) {
           std::sqrt(u) * std::sin(w), std::sqrt(u) * std::cos(w)};
 }
 
+// Whether a pose leaves the model's z axis upright.
+bool AsDrawn(const sim::RestingPose& pose) {
+  return (pose.faces.front().R_WO * Eigen::Vector3d::UnitZ()).z() > std::cos(kMaxTurn_rad);
+}
+
 class SingleArranger : public Arranger {
  public:
   SingleArranger(const Options& options, const robot::Robot& robot,
@@ -59,6 +64,7 @@ class SingleArranger : public Arranger {
     for (const std::string& object : options.objects) {
       const auto model = ObjectModelOf(options, object);
       auto poses = sim::StableRestingPoses(model, options.min_tipping_rad);
+      if (options.as_drawn) std::erase_if(poses, [](const auto& pose) { return !AsDrawn(pose); });
       if (poses.empty()) {
         throw core::InputError(fmt::format(
             "{}: no resting pose tips over later than at {:g} deg; lower min_tipping_deg or change "

@@ -130,6 +130,7 @@ void SetMethod(MethodKind method, Options& options) {
   core::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
   core::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
   core::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
+  options.firm_from_rad = on ? Options().firm_from_rad : core::Deg(90.0);
   options.method = method;
 }
 
@@ -164,6 +165,7 @@ Options ReadOptions(YamlMap& map) {
                  "points further outside the workspace are not perceived");
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
+  map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);

@@ -50,6 +50,9 @@ struct Options {
   /// A resting pose that tips over at a smaller tilt is left out: it would not stand long on a real
   /// table (10 deg; the upright prism tips over at 6.6 deg).
   double min_tipping_rad = 10.0 * core::kDeg;
+  /// Only resting poses in which the model stands as it was drawn, its z axis up: an open vessel
+  /// upside down is another object.
+  bool as_drawn = false;
   /// Points further outside the workspace are not perceived: the arm, its pedestal and the table's
   /// rim stand there.
   double workspace_margin_m = 0.15;

@@ -4,6 +4,10 @@
 
 #include <set>
 
+#include "experiment/experiment.h"
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/kinds.h"
+
 namespace rangegrasp::tasks::grasping {
 namespace {
 
@@ -27,6 +31,36 @@ TEST(TrialSeed, NeverChanges) {
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 0), 15921461307951582903u);
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 3), 11851043196888414831u);
   EXPECT_EQ(TrialSeed(2, "cleaner", 9), 1637833297759159178u);
+}
+
+// It is wider than the hand opens: all that can hold it is its rim.
+TEST(Trial, ABowlIsTakenByItsRim) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_bowl.yaml", AllKinds(), {});
+  const Cell& cell = CellOf(*experiment.task);
+  int rotational = 0;
+  for (int i = 0; i < 6; ++i) {
+    const TrialSpec spec{"bowl", i, TrialSeed(11, "bowl", i)};
+    const auto arranged = ArrangeTrial(cell, spec);
+    ASSERT_TRUE(arranged);
+    const auto look = [&](const perception::Scene& scene, const std::vector<grasp::Grasp>& grasps,
+                          const geometry::Observation&) {
+      if (scene.objects.empty() || scene.objects[0].kind != perception::ObjectKind::kRotational) {
+        return;
+      }
+      ++rotational;
+      EXPECT_TRUE(scene.objects[0].open);
+      EXPECT_NEAR(scene.objects[0].axis->radius_m, 0.080, 0.006);
+      ASSERT_FALSE(grasps.empty());
+      for (const grasp::Grasp& g : grasps) {
+        EXPECT_TRUE(g.collides || g.type == grasp::GraspType::kRim);
+      }
+    };
+    core::Rng rng(1);
+    MakeDetector(cell.options, cell.robot, look)
+        ->Detect(SenseTrial(cell, arranged->world, spec).observation, rng);
+  }
+  EXPECT_GE(rotational, 3);
 }
 
 }  // namespace
