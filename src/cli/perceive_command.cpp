@@ -28,7 +28,7 @@ struct PerceiveArguments {
   std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
   std::string scene;
   std::vector<double> crop;
-  double noise_mm = 0.5;
+  std::optional<double> noise_mm;
   std::uint64_t seed = 1;
   bool json = false;
 };
@@ -75,8 +75,7 @@ perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   perception::PerceptionOptions options;
   options.segment.method =
       core::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
-  const double scale = std::max(1.0, arguments.noise_mm / 0.5);
-  perception::ScaleLengths(scale, options);
+  if (arguments.noise_mm) options.noise_m = *arguments.noise_mm * core::kMm;
   if (!arguments.up.empty()) {
     const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
     if (up.norm() == 0.0) throw core::InputError("--up must not be 0,0,0");
@@ -103,6 +102,9 @@ ordered_json Json(const perception::Scene& scene,
                   const std::vector<std::vector<grasp::Grasp>>& grasps) {
   ordered_json json;
   const auto& table = scene.table;
+  json["noise_m"] = scene.sampling.noise_m;
+  json["spacing_m"] = scene.sampling.spacing_m;
+  json["gap_m"] = scene.sampling.gap_m;
   json["table"] = {{"normal", Json(table.plane.normal)},
                    {"offset_m", table.plane.offset_m},
                    {"points", table.points.size()}};

@@ -101,20 +101,22 @@ Points Near(PointSpan points, const Plane& plane, double distance_m) {
   return near;
 }
 
+/// `other` with its normal on the side of the plane's.
+Plane TurnedLike(const Plane& plane, const Plane& other) {
+  const bool turned = other.normal.dot(plane.normal) < 0.0;
+  return turned ? Plane{-other.normal, -other.offset_m} : other;
+}
+
 /// Preselects, draws hypotheses and refits (section 5.1.1); then refits once to the points near the
 /// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
 /// The normal keeps its side.
 std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
                              core::Rng& rng) {
-  const auto turned_like = [&](const Plane& other) {
-    const bool turned = other.normal.dot(plane.normal) < 0.0;
-    return turned ? Plane{-other.normal, -other.offset_m} : other;
-  };
   const auto fit = geometry::FitPlaneRansac(Near(points, plane, options.preselection_m),
                                             {options.plane_draws, options.plane_distance_m}, rng);
   if (!fit) return std::nullopt;
   const auto refit = geometry::FitPlane(Near(points, fit->plane, options.plane_distance_m));
-  return turned_like(refit ? *refit : fit->plane);
+  return TurnedLike(plane, refit ? *refit : fit->plane);
 }
 
 struct Support {
@@ -222,10 +224,13 @@ std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor
   if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);
   if (!plane) plane = DominantPlane(points_C, sensor_origin_C, options, rng);
   if (!plane) return std::nullopt;
-  Table table;
-  table.plane = *plane;
+  return TableOn(*plane, points_C, options);
+}
+
+Table TableOn(const Plane& plane, PointSpan points_C, const PreprocessOptions& options) {
+  Table table{plane, {}};
   for (std::size_t i = 0; i < points_C.size(); ++i) {
-    if (plane->Distance(points_C[i]) <= options.table_clearance_m) {
+    if (plane.Distance(points_C[i]) <= options.table_clearance_m) {
       table.points.push_back(static_cast<std::uint32_t>(i));
     }
   }

@@ -13,8 +13,6 @@ using geometry::KdTree;
 using geometry::Points;
 using geometry::PointSpan;
 
-/// Eq. 4.8 is in the dissertation's unit of length.
-constexpr double kMillimetresPerMetre = 1000.0;
 /// Every pass but the last removes a point, and far outliers hide nearer ones in a few layers: a
 /// bound on time, not on what is found.
 constexpr int kMaxPasses = 20;
@@ -22,9 +20,10 @@ constexpr int kMaxPasses = 20;
 /// The state of the filter: the points that are left, and how far each is from the nearest of them.
 class Filter {
  public:
-  Filter(PointSpan points, const KdTree& tree)
+  Filter(PointSpan points, const KdTree& tree, double unit_m)
       : points_(points),
         tree_(tree),
+        unit_m_(unit_m),
         kept_(points.size(), true),
         nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
 
@@ -81,10 +80,10 @@ class Filter {
     const Eigen::Vector3d& p = points_[i];
     const std::size_t n_k =
         nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
-    if (OutlierBeta(rate, n_k) <= 1.0) return false;
+    if (OutlierBeta(rate, n_k, unit_m_) <= 1.0) return false;
     const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
     const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
-    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k);
+    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, unit_m_);
   }
 
   /// A point whose nearest neighbor goes is at least as far from it as that was from its own
@@ -113,6 +112,7 @@ class Filter {
 
   PointSpan points_;
   const KdTree& tree_;
+  double unit_m_;
   std::vector<bool> kept_;
   std::size_t removed_ = 0;
   std::vector<double> nearest_m_;
@@ -129,31 +129,31 @@ CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_
   return rate;
 }
 
-double OutlierAlpha(const CompressionRate& rate, std::size_t n_a) {
-  return std::pow(kMillimetresPerMetre * rate.d_a_m / static_cast<double>(n_a), rate.tau);
+double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m) {
+  return std::pow(rate.d_a_m / unit_m / static_cast<double>(n_a), rate.tau);
 }
 
-double OutlierBeta(const CompressionRate& rate, std::size_t n_k) {
-  return kMillimetresPerMetre * rate.d_k_m / static_cast<double>(n_k);
+double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m) {
+  return rate.d_k_m / unit_m / static_cast<double>(n_k);
 }
 
-bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
-  return OutlierAlpha(rate, n_a) < OutlierBeta(rate, n_k);
+bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k, double unit_m) {
+  return OutlierAlpha(rate, n_a, unit_m) < OutlierBeta(rate, n_k, unit_m);
 }
 
 bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
   return rate.d_a_m / static_cast<double>(n_a) > rate.d_k_m / static_cast<double>(n_k);
 }
 
-Indices CompressionRateFilter(PointSpan points) {
-  return CompressionRateFilter(points, KdTree(points));
+Indices CompressionRateFilter(PointSpan points, double unit_m) {
+  return CompressionRateFilter(points, KdTree(points), unit_m);
 }
 
-Indices CompressionRateFilter(PointSpan points, const KdTree& tree) {
+Indices CompressionRateFilter(PointSpan points, const KdTree& tree, double unit_m) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), 0u);
   if (points.size() < 2) return all;
-  Filter filter(points, tree);
+  Filter filter(points, tree, unit_m);
   for (int pass = 0; pass < kMaxPasses && filter.Pass(); ++pass) {
   }
   return filter.Kept();

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/units.h"
+#include "perception/sampling.h"
 
 namespace rangegrasp::perception {
 
@@ -33,17 +34,24 @@ struct TableSearchOptions {
 
 /// Options of section 5.1.1 (and 4.2.1-4.2.2); defaults are the dissertation's for its scanner.
 struct PreprocessOptions {
-  /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1).
-  double preselection_m = 0.005;
-  int plane_draws = 100;            ///< section 5.1.1
-  double plane_distance_m = 0.002;  ///< inliers of the table plane (section 5.1.1)
-  /// Points lower than this above the table belong to it (see docs/architecture.md).
-  double table_clearance_m = 0.004;
+  /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1). The hull is bent
+  /// by strays, so more than the band of the table's points.
+  AdaptiveLength preselection_m{0.005, {.noises = 5.0}};
+  int plane_draws = 100;  ///< section 5.1.1
+  /// Inliers of the table plane (section 5.1.1): nearly all of a normal distribution.
+  AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};
+  /// Points lower than this above the table belong to it (see docs/architecture.md). A table of
+  /// 200,000 points leaves a few dozen above five deviations where noise grows with distance; less cuts objects.
+  AdaptiveLength table_clearance_m{0.004, {.noises = 5.0}};
   bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
+  /// The unit of length of eq. 4.8: the dissertation's millimetre, half of its scanner's spacing.
+  AdaptiveLength filter_unit_m{0.001, {.spacings = 0.34}};
   bool smooth = true;  ///< the average filter (section 5.1.1)
-  /// One and a half point spacings: the eight neighbors of an even scan. Larger rounds edges more.
-  double smooth_radius_m = 0.003;
-  double normal_radius_m = 0.005;  ///< neighborhood of the normals (sections 4.2.2, 5.1.1)
+  /// One and a half point spacings: the eight neighbors of an even scan. Larger rounds edges more,
+  /// so that it grows with noise alone: what a coarse sensor measures needs no smoothing.
+  AdaptiveLength smooth_radius_m{0.003, {.noises = 3.0}};
+  /// Neighborhood of the normals (sections 4.2.2, 5.1.1): ten points of an even scan.
+  AdaptiveLength normal_radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};
   /// The direction away from the table where it is known; else the hull plane that the most points
   /// lie near is taken.
   std::optional<Eigen::Vector3d> up_C;

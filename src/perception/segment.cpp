@@ -40,7 +40,7 @@ void Check(const SegmentOptions& options) {
 
 double MeshAlpha(double d_max_m, const SegmentOptions& options) {
   if (options.alpha_m > 0.0) return options.alpha_m;
-  return std::clamp(d_max_m, options.min_alpha_m, options.max_alpha_m);
+  return std::clamp<double>(d_max_m, options.min_alpha_m, options.max_alpha_m);
 }
 
 std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {

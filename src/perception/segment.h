@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/point_cloud.h"
+#include "perception/sampling.h"
 
 namespace rangegrasp::perception {
 
@@ -21,9 +22,10 @@ struct SegmentOptions {
   double alpha_m = 0.0;
   /// Bounds on an alpha taken from d_max: one and a half to five point spacings, so that an even
   /// scan does not fall apart and one straggler cannot join everything.
-  double min_alpha_m = 0.003;
-  double max_alpha_m = 0.010;
-  int min_points = 40;  ///< smaller segments are dropped: 12 mm square at 2 mm between points
+  AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
+  AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
+  /// Smaller segments are dropped: 18 mm square of the dissertation's scanner.
+  AdaptiveCount min_points{40, 3.4e-4, 8};
   /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
   /// that the scan samples evenly, far enough for the next row of points and its diagonals.
   double neighborhood = 3.0;
