@@ -138,7 +138,7 @@ struct MergeOptions {
   double min_fill = 0.5;      ///< of a host's footprint; an emptier one (a box's rim) holds nothing
   AdaptiveLength cell_m{
       0.006, {.gaps = 1.3}};  ///< of the grid that the fill is counted on: three point spacings
-  int min_pairs = 8;           ///< of points across the gap; fewer happen between any two neighbors
+  int min_pairs = 8;          ///< of points across the gap; fewer happen between any two neighbors
   double min_continuing = 0.5;  ///< share of the pairs whose surfaces continue each other
   AdaptiveLength max_in_front_m{
       0.0015,
@@ -192,7 +192,7 @@ struct CompletionOptions {
   AdaptiveLength link_m{
       0.006,
       {.noises = 3.0,
-       .gaps = 1.3}};           ///< three point spacings: points this near are of one attachment
+       .gaps = 1.3}};            ///< three point spacings: points this near are of one attachment
   int min_attached_points = 15;  ///< fewer are stray points
 
   // What a part stands on.

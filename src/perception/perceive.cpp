@@ -48,14 +48,18 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
 
 /// The table shows noise that neighborhoods do not: what is the same over a neighborhood.
 void AdaptToTable(Scene& scene, PerceptionOptions& options) {
-  const double before_m = options.preprocess.plane_distance_m;
+  const double distance_m = options.preprocess.plane_distance_m;
+  const double clearance_m = options.preprocess.table_clearance_m;
   const NoisyPlane fit = FitNoisy(scene.table.plane, scene.points_C,
                                   options.preprocess.preselection_m, options.sampling);
   scene.sampling.noise_m = std::max(scene.sampling.noise_m, fit.noise_m);
   AdaptLengths(scene.sampling, options);
   // The plane as it was found lies below a table that is thicker than the search took it to be.
-  const bool thicker = options.preprocess.plane_distance_m > before_m;
-  scene.table = TableOn(thicker ? fit.plane : scene.table.plane, scene.points_C, options.preprocess);
+  const bool thicker = options.preprocess.plane_distance_m > distance_m;
+  if (thicker || options.preprocess.table_clearance_m > clearance_m) {
+    scene.table =
+        TableOn(thicker ? fit.plane : scene.table.plane, scene.points_C, options.preprocess);
+  }
 }
 
 /// One view of all that was measured from each place.

@@ -18,7 +18,11 @@ struct TableSearchOptions {
   /// hides the table's own face; smaller: more candidates to rank.
   double same_plane_rad = core::Deg(1.0);
   double same_plane_share = 0.2;
-  /// Candidates are ranked on about this many of the points, the best of them on all.
+  /// The hull is built over about this many of the points, evenly taken; all later steps that
+  /// decide look at all. More: slower, and more strays that bend the hull; fewer: a hull that lies
+  /// a little higher, within what the preselection spans.
+  std::size_t hull_points = 2000;
+  /// Candidates and hypotheses are ranked on about this many of the points, the best on all.
   std::size_t ranking_points = 4000;
   std::size_t finalists = 5;
   /// A table holds at least this share of the points, and at most that share may lie under it.
@@ -41,7 +45,8 @@ struct PreprocessOptions {
   /// Inliers of the table plane (section 5.1.1): nearly all of a normal distribution.
   AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};
   /// Points lower than this above the table belong to it (see docs/architecture.md). A table of
-  /// 200,000 points leaves a few dozen above five deviations where noise grows with distance; less cuts objects.
+  /// 200,000 points leaves a few dozen above five deviations where noise grows with distance; less
+  /// cuts objects.
   AdaptiveLength table_clearance_m{0.004, {.noises = 5.0}};
   bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
   /// The unit of length of eq. 4.8: the dissertation's millimetre, half of its scanner's spacing.
