@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "core/error.h"
@@ -29,6 +30,14 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
     if (table.Distance(points[i]) > clearance_m) above.push_back(static_cast<std::uint32_t>(i));
   }
   return above;
+}
+
+/// What there was instead of a table.
+std::string NoTable(geometry::PointSpan points, const PreprocessOptions& options, core::Rng& rng) {
+  const auto best =
+      geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
+  return fmt::format("no table (best plane: {} points of {})", best ? best->inliers.size() : 0,
+                     points.size());
 }
 
 /// Fills the scene's source and outliers from the points above the table.
@@ -136,7 +145,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   // All sensors stand on one side of the table, and so does their middle.
   auto table =
       FindTable(scene.points_C, geometry::Centroid(measured.places_C), options.preprocess, rng);
-  if (!table) throw core::InputError("no table plane was found in the scan");
+  if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
   if (options.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
   const Indices above =
