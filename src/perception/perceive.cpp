@@ -47,8 +47,8 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
     return;
   }
   std::vector<bool> kept(above.size(), false);
-  for (const auto k :
-       CompressionRateFilter(geometry::Select(scene.points_C, above), options.filter_unit_m))
+  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above),
+                                            options.filter_unit_m, options.filter_keep_m))
     kept[k] = true;
   for (std::size_t k = 0; k < above.size(); ++k) {
     (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
@@ -97,6 +97,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &p.plane_distance_m,
                                  &p.table_clearance_m,
                                  &p.filter_unit_m,
+                                 &p.filter_keep_m,
                                  &p.smooth_radius_m,
                                  &p.normal_radius_m,
                                  &s.min_alpha_m,

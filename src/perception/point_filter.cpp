@@ -20,10 +20,11 @@ constexpr int kMaxPasses = 20;
 /// The state of the filter: the points that are left, and how far each is from the nearest of them.
 class Filter {
  public:
-  Filter(PointSpan points, const KdTree& tree, double unit_m)
+  Filter(PointSpan points, const KdTree& tree, double unit_m, double keep_m)
       : points_(points),
         tree_(tree),
         unit_m_(unit_m),
+        keep_m_(keep_m),
         kept_(points.size(), true),
         nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
 
@@ -77,6 +78,7 @@ class Filter {
   /// Counts only as far as the answer needs: from N_a >= N_k d_a / d_k on a point is not isolated,
   /// and an isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
   bool Removes(std::uint32_t i, const CompressionRate& rate) {
+    if (nearest_m_[i] < keep_m_) return false;
     const Eigen::Vector3d& p = points_[i];
     const std::size_t n_k =
         nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
@@ -113,6 +115,7 @@ class Filter {
   PointSpan points_;
   const KdTree& tree_;
   double unit_m_;
+  double keep_m_;
   std::vector<bool> kept_;
   std::size_t removed_ = 0;
   std::vector<double> nearest_m_;
@@ -145,15 +148,15 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
   return rate.d_a_m / static_cast<double>(n_a) > rate.d_k_m / static_cast<double>(n_k);
 }
 
-Indices CompressionRateFilter(PointSpan points, double unit_m) {
-  return CompressionRateFilter(points, KdTree(points), unit_m);
+Indices CompressionRateFilter(PointSpan points, double unit_m, double keep_m) {
+  return CompressionRateFilter(points, KdTree(points), unit_m, keep_m);
 }
 
-Indices CompressionRateFilter(PointSpan points, const KdTree& tree, double unit_m) {
+Indices CompressionRateFilter(PointSpan points, const KdTree& tree, double unit_m, double keep_m) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), 0u);
   if (points.size() < 2) return all;
-  Filter filter(points, tree, unit_m);
+  Filter filter(points, tree, unit_m, keep_m);
   for (int pass = 0; pass < kMaxPasses && filter.Pass(); ++pass) {
   }
   return filter.Kept();

@@ -39,10 +39,13 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k);
 /// took 38 of 22,377 points away, isolated ones. One far outlier also hides the nearer ones (d_max
 /// is its own distance), so the filter repeats on what is left until it removes nothing, at most
 /// 20 times. O(n log n) in the first pass, O(n) in the others.
-geometry::Indices CompressionRateFilter(geometry::PointSpan points, double unit_m = 0.001);
+/// @param unit_m  the unit of length of eq. 4.8 [m]
+/// @param keep_m  a point with a neighbor nearer than this [m] is no outlier
+geometry::Indices CompressionRateFilter(geometry::PointSpan points, double unit_m = 0.001,
+                                        double keep_m = 0.0);
 /// The same with a tree over these points.
 geometry::Indices CompressionRateFilter(geometry::PointSpan points, const geometry::KdTree& tree,
-                                        double unit_m = 0.001);
+                                        double unit_m = 0.001, double keep_m = 0.0);
 
 /// The average filter: every point becomes the mean of its neighbors within the radius
 /// (section 5.1.1), itself among them.

@@ -51,6 +51,10 @@ struct PreprocessOptions {
   bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
   /// The unit of length of eq. 4.8: the dissertation's millimetre, half of its scanner's spacing.
   AdaptiveLength filter_unit_m{0.001, {.spacings = 0.34}};
+  /// A point with a neighbor this near is no outlier. 0: as published; but where points are evenly
+  /// spaced, d_a, d_k and every nearest distance are about the same, and the filter takes half of a
+  /// surface away. Larger: strays stay.
+  AdaptiveLength filter_keep_m{0.0, {.spacings = 1.3}};
   bool smooth = true;  ///< the average filter (section 5.1.1)
   /// One and a half point spacings: the eight neighbors of an even scan. Larger rounds edges more,
   /// so that it grows with noise alone: what a coarse sensor measures needs no smoothing.
