@@ -94,6 +94,8 @@ constexpr double kMaxObject_m = 0.6;
 constexpr double kMaxShare = 1.0 / 3.0;
 // Points of a tabletop that are further apart come from a file in another unit.
 constexpr double kMaxSpacing_m = 0.05;
+// The same of points that are nearer than any sensor's to each other.
+constexpr double kMinSpacing_m = 2e-5;
 
 // What makes the result doubtful, in words.
 std::vector<std::string> Warnings(const perception::Scene& scene) {
@@ -101,6 +103,11 @@ std::vector<std::string> Warnings(const perception::Scene& scene) {
   if (scene.sampling.spacing_m > kMaxSpacing_m) {
     warnings.push_back(
         fmt::format("the points are {:.1f} m apart: try --unit mm", scene.sampling.spacing_m));
+  }
+  const double spacing_m = scene.sampling.spacing_m;
+  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
+    warnings.push_back(
+        fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * core::kMmPerM));
   }
   if (scene.objects.empty()) {
     warnings.push_back(fmt::format("no objects: {} of {} points are above the table",

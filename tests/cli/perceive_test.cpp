@@ -97,12 +97,14 @@ TEST_F(PerceiveTest, SaysHowManyPointsTheBestPlaneHasWhereThereIsNoTable) {
   EXPECT_THAT(ran.err, Not(HasSubstr("try --unit mm")));
 }
 
-TEST_F(PerceiveTest, SaysThatTheUnitMayBeMillimetres) {
+TEST_F(PerceiveTest, SaysThatTheUnitMayBeAnother) {
   const std::string cloud = Write(TableWithBox(0.08, 0.06), 0.001);
   EXPECT_THAT(Perceive(cloud).err, HasSubstr("try --unit mm"));
   const Ran ran = Perceive(cloud, {"--unit", "mm"});
   EXPECT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.err, Not(HasSubstr("--unit")));
+  EXPECT_THAT(Perceive(Write(TableWithBox(0.08, 0.06)), {"--unit", "mm"}).err,
+              HasSubstr("try --unit m\n"));
 }
 
 TEST_F(PerceiveTest, SaysThatUpPointsDown) {
