@@ -6,6 +6,7 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
+#include "tasks/grasping/options.h"
 #include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
@@ -30,17 +31,32 @@ std::string Kinds() {
   return text;
 }
 
+std::string Additions() {
+  std::string text;
+  for (const auto& key : tasks::grasping::AdditionKeys()) {
+    text += fmt::format("{:<33} {}\n", key.path, key.doc);
+  }
+  return text;
+}
+
 }  // namespace
 
 void AddListCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("list", "What there is: kinds of experiments, or their keys.");
+  auto* command = app.add_subcommand(
+      "list", "What there is: kinds of experiments, their keys, what the method adds.");
   auto what = std::make_shared<std::string>("kinds");
-  command->add_option("what", *what, "kinds, or keys: the page docs/experiment-file.md (kinds)")
-      ->check(CLI::IsMember({"kinds", "keys"}));
+  command
+      ->add_option("what", *what,
+                   "kinds, or keys: the page docs/experiment-file.md, or additions: keys of "
+                   "grasping experiments that go beyond the dissertation (kinds)")
+      ->check(CLI::IsMember({"kinds", "keys", "additions"}));
   command->footer("Example: rangegrasp list keys");
   command->callback([what] {
-    WriteResult(*what == "keys" ? kKeysPage + experiment::KeysAsMarkdown(tasks::AllKinds())
-                                : Kinds());
+    if (*what == "keys") {
+      WriteResult(kKeysPage + experiment::KeysAsMarkdown(tasks::AllKinds()));
+    } else {
+      WriteResult(*what == "additions" ? Additions() : Kinds());
+    }
   });
 }
 

@@ -10,6 +10,8 @@
 #include "core/error.h"
 #include "experiment/compare.h"
 #include "experiment/experiment.h"
+#include "experiment/results.h"
+#include "experiment/store.h"
 #include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
@@ -24,7 +26,8 @@ void AddTable(CLI::App& app) {
     std::string folder, format = "text", out;
     bool files = false;
   };
-  auto* command = app.add_subcommand("table", "Print the tables of a results folder again.");
+  auto* command = app.add_subcommand(
+      "table", "Print the tables of a results folder again, or of a folder of several seeds.");
   auto a = std::make_shared<Arguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   AddFormatOption(*command, a->format);
@@ -32,9 +35,9 @@ void AddTable(CLI::App& app) {
   command->add_flag("--files", a->files, "write the rows and figures into the folder again, too");
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([a] {
-    const Store store = Store::Open(a->folder);
-    const auto report = experiment::ReportOf(store, tasks::AllKinds());
-    WriteResult(experiment::Format(report, store.ReadStamp(), TableFormatFrom(a->format)), a->out);
+    const auto results = experiment::ReadResults(a->folder);
+    const auto report = experiment::ReportOf(results, tasks::AllKinds());
+    WriteResult(experiment::Format(report, results.stamp, TableFormatFrom(a->format)), a->out);
     if (!a->files) return;
     for (const auto& [name, text] : report.files) {
       WriteResult(text, std::filesystem::path(a->folder) / name);
@@ -103,13 +106,13 @@ void AddTrial(CLI::App& app) {
 // ---- compare ----
 
 void Compare(const std::string& first, const std::string& second) {
-  const Store one = Store::Open(first);
-  const Store two = Store::Open(second);
-  const auto& kind = KindOf(one.ReadStamp(), tasks::AllKinds());
-  if (KindOf(two.ReadStamp(), tasks::AllKinds()).name != kind.name) {
+  const auto one = experiment::ReadResults(first);
+  const auto two = experiment::ReadResults(second);
+  const auto& kind = KindOf(one.stamp, tasks::AllKinds());
+  if (KindOf(two.stamp, tasks::AllKinds()).name != kind.name) {
     throw core::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
   }
-  const auto c = experiment::Compare(one.ReadAll(), two.ReadAll(), kind.success);
+  const auto c = experiment::Compare(one.records, two.records, kind.success);
   if (c.pairs == 0) {
     throw core::InputError(first + ", " + second + ": no case of the same id and seed in both");
   }

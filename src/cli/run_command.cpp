@@ -16,7 +16,9 @@
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "experiment/experiment.h"
+#include "experiment/results.h"
 #include "experiment/runner.h"
+#include "experiment/store.h"
 #include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
@@ -55,6 +57,7 @@ struct RunArguments {
   std::string out;
   std::string groups;
   std::string shard = "1/1";
+  std::string seeds;
   std::string format = "text";
   experiment::Changes changes;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
@@ -104,15 +107,11 @@ Store OpenForRun(const std::filesystem::path& folder, const RunArguments& argume
   return store;
 }
 
-void Run(RunArguments arguments) {
-  if (!arguments.groups.empty()) arguments.changes.groups = core::Split(arguments.groups, ',');
-  const auto [shard, shards] = ParseShard(arguments.shard);
-  const Experiment e = experiment::OpenExperiment(core::FindExperiment(arguments.experiment),
-                                                  tasks::AllKinds(), arguments.changes);
+// One experiment of one seed into its folder.
+void RunInto(const std::filesystem::path& folder, const Experiment& e,
+             const RunArguments& arguments) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
-  const std::filesystem::path folder = arguments.out.empty()
-                                           ? std::filesystem::path("results") / e.common.name
-                                           : std::filesystem::path(arguments.out);
+  const auto [shard, shards] = ParseShard(arguments.shard);
   Store store = OpenForRun(folder, arguments, e.stamp);
   auto cases = ShardOf(e.cases, shard, shards);
   if (arguments.resume) cases = Missing(cases, store);
@@ -120,11 +119,57 @@ void Run(RunArguments arguments) {
   RunCases(
       cases, [&](const experiment::Case& which) { return e.task->Run(which); }, store,
       {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s}, ProgressBar());
-  const auto report = experiment::ReportOf(store, tasks::AllKinds());
+  const auto report = experiment::ReportOf({store.ReadStamp(), store.ReadAll()}, tasks::AllKinds());
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
-  WriteResult(experiment::Format(report, store.ReadStamp(), TableFormatFrom(arguments.format)));
   spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}", cases.size(), watch.Seconds(),
                arguments.jobs, store.file().string());
+}
+
+std::vector<std::uint64_t> ParseSeeds(const std::string& text) {
+  std::vector<std::uint64_t> seeds;
+  for (const std::string& part : core::Split(text, ',')) {
+    const auto seed = core::NumberFrom<std::uint64_t>(part);
+    if (!seed || std::find(seeds.begin(), seeds.end(), *seed) != seeds.end()) {
+      throw core::InputError("--seeds '" + text +
+                             "' must be different whole numbers with commas, e.g. 1,2,3");
+    }
+    seeds.push_back(*seed);
+  }
+  return seeds;
+}
+
+void Run(RunArguments arguments) {
+  if (!arguments.groups.empty()) arguments.changes.groups = core::Split(arguments.groups, ',');
+  ParseShard(arguments.shard);  // wrong ones show before anything is made
+  const auto open = [&] {
+    return experiment::OpenExperiment(core::FindExperiment(arguments.experiment), tasks::AllKinds(),
+                                      arguments.changes);
+  };
+  const auto folder_of = [&](const Experiment& e) {
+    return arguments.out.empty() ? std::filesystem::path("results") / e.common.name
+                                 : std::filesystem::path(arguments.out);
+  };
+  std::filesystem::path folder;
+  if (arguments.seeds.empty()) {
+    const Experiment e = open();
+    folder = folder_of(e);
+    RunInto(folder, e, arguments);
+  }
+  for (const std::uint64_t seed :
+       arguments.seeds.empty() ? std::vector<std::uint64_t>() : ParseSeeds(arguments.seeds)) {
+    arguments.changes.seed = seed;
+    const Experiment e = open();
+    folder = folder_of(e);
+    if (Store::Exists(folder)) {
+      throw core::InputError(folder.string() +
+                             ": holds results of one seed; --out DIR writes those of several "
+                             "elsewhere");
+    }
+    RunInto(experiment::SeedFolder(folder, seed), e, arguments);
+  }
+  const auto results = experiment::ReadResults(folder);
+  WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
+                                 TableFormatFrom(arguments.format)));
 }
 
 }  // namespace
@@ -145,6 +190,11 @@ void AddRunCommand(CLI::App& app) {
       ->check(CLI::Range(1, 1024));
   command->add_option("--seed", a->changes.seed, "instead of the file's")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--seeds", a->seeds,
+                   "one run after the other, e.g. 1,2,3, each in a folder of its own below the "
+                   "results folder; the table is that of all")
+      ->excludes("--seed");
   command->add_option("--set", a->changes.set,
                       "KEY=VALUE, instead of what the file says, e.g. physics.timestep_ms=1; "
                       "may stand several times");

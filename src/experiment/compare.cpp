@@ -1,6 +1,7 @@
 #include "experiment/compare.h"
 
 #include <map>
+#include <utility>
 
 #include "core/quantile.h"
 #include "experiment/statistics.h"
@@ -9,12 +10,12 @@ namespace rangegrasp::experiment {
 
 Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& second,
                    const std::string& success) {
-  std::map<std::string, const Record*> by_id;
-  for (const Record& record : first) by_id[record.which.id] = &record;
+  std::map<std::pair<std::string, std::uint64_t>, const Record*> by_case;
+  for (const Record& record : first) by_case[{record.which.id, record.which.seed}] = &record;
   Comparison comparison;
   for (const Record& b : second) {
-    const auto found = by_id.find(b.which.id);
-    if (found == by_id.end() || found->second->which.seed != b.which.seed) continue;
+    const auto found = by_case.find({b.which.id, b.which.seed});
+    if (found == by_case.end()) continue;
     const std::string& outcome = found->second->result.outcome;
     const bool one = outcome == success;
     const bool two = b.result.outcome == success;

@@ -173,9 +173,8 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
                          "; nearest: '" + core::NearestWord(id, ids) + "'");
 }
 
-Report ReportOf(const Store& store, std::span<const TaskKind> kinds) {
-  const Stamp stamp = store.ReadStamp();
-  const auto records = store.ReadAll();
+Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
+  const auto& [stamp, records] = results;
   Report report = KindOf(stamp, kinds).report(stamp, records);
   const auto wanted = std::stoull(Need(stamp.identity, "cases"));
   if (records.size() < wanted) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "experiment/store.h"
+#include "experiment/results.h"
 #include "experiment/task.h"
 
 namespace rangegrasp::experiment {
@@ -46,8 +46,8 @@ Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
 /// The kind that made a store. @throws core::InputError if there is none of its name.
 const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds);
 
-/// The tables of a store; they say how many cases are missing.
-Report ReportOf(const Store& store, std::span<const TaskKind> kinds);
+/// The tables of a results folder; they say how many cases are missing.
+Report ReportOf(const Results& results, std::span<const TaskKind> kinds);
 
 /// The case of an id. @throws core::InputError naming the nearest one.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);

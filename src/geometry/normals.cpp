@@ -58,4 +58,23 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
   return normals;
 }
 
+Points FaceNormals(PointSpan points, std::span<const std::array<std::uint32_t, 3>> triangles,
+                   PointSpan places, std::span<const std::uint32_t> place_of) {
+  Points normals(points.size(), Eigen::Vector3d::Zero());
+  for (const auto& triangle : triangles) {
+    const Eigen::Vector3d& p = points[triangle[0]];
+    const Eigen::Vector3d face =
+        (points[triangle[1]] - p).cross(points[triangle[2]] - p);  // of twice the area
+    for (const std::uint32_t i : triangle) {
+      normals[i] += face.dot(places[place_of[i]] - points[i]) < 0.0 ? Eigen::Vector3d(-face) : face;
+    }
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(normals[i].squaredNorm() > 0.0)) normals[i] = places[place_of[i]] - points[i];
+    if (!(normals[i].squaredNorm() > 0.0)) normals[i] = Eigen::Vector3d::UnitZ();
+    normals[i].normalize();
+  }
+  return normals;
+}
+
 }  // namespace rangegrasp::geometry

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "geometry/kd_tree.h"
 #include "geometry/point_cloud.h"
 
@@ -15,5 +17,12 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
 /// The same where all points were seen from one place.
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
                        const Eigen::Vector3d& origin);
+
+/// Unit normals of the faces of a mesh (section 5.1.3): each triangle's turned to the side of the
+/// place that a point was seen from, and a point's the mean of those that it is a corner of,
+/// weighted by their areas. A point of no triangle faces the place that it was seen from.
+/// @param triangles  positions in points
+Points FaceNormals(PointSpan points, std::span<const std::array<std::uint32_t, 3>> triangles,
+                   PointSpan places, std::span<const std::uint32_t> place_of);
 
 }  // namespace rangegrasp::geometry

@@ -15,8 +15,16 @@ DetectedObject ObjectFrom(const perception::Scene& scene,
 }
 
 DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
-  return {object,      grasp.X_CH, grasp.opening_m, grasp.width_m, grasp.X_CG.linear().col(2),
-          grasp.score, grasp.type, grasp.pitch_rad, grasp.collides};
+  return {object,
+          grasp.X_CH,
+          grasp.opening_m,
+          grasp.width_m,
+          grasp.contact_angle_rad,
+          grasp.X_CG.linear().col(2),
+          grasp.score,
+          grasp.type,
+          grasp.pitch_rad,
+          grasp.collides};
 }
 
 }  // namespace

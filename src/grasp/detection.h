@@ -24,10 +24,12 @@ struct DetectedObject {
 };
 
 struct DetectedGrasp {
-  std::size_t object = 0;                      ///< position in Detection::objects
-  core::Pose X_CH = core::Pose::Identity();    ///< the hand's root body
-  double opening_m = 0.0;                      ///< gap of the pads before closing
-  double width_m = 0.0;                        ///< what the pads are expected to close on
+  std::size_t object = 0;                    ///< position in Detection::objects
+  core::Pose X_CH = core::Pose::Identity();  ///< the hand's root body
+  double opening_m = 0.0;                    ///< gap of the pads before closing
+  double width_m = 0.0;                      ///< what the pads are expected to close on
+  /// By how much the faces that are gripped lean away from facing each other; 0 if not known.
+  double contact_angle_rad = 0.0;
   Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the way of the hand towards the object
   double score = 0.0;                          ///< higher is better, within a type
   GraspType type = GraspType::kPower;

@@ -104,7 +104,7 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
   if (rotational) CollectRotational(task, collider, out);
   // The power grasp is for all other objects, and the last resort where a rotational one can be
   // held neither round its body nor by its rim.
-  if (!rotational || out.free.empty()) {
+  if (!rotational || (options.power_fallback && out.free.empty())) {
     internal::ChooseFree(
         collider, task, internal::PowerCandidates(task),
         {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},

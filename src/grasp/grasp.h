@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 3> WordsOf(GraspType) {
 }
 
 /// A grasp of one perceived object. Frame G as in core/frames.h; C is the cloud's frame. Its origin
-/// is the hand's published tool centre without `refine`, and the middle of the expected contacts
+/// is the hand's published tool centre without centering, and the middle of the expected contacts
 /// with it; its z axis is the approach, whatever the pitch:
 /// R_CH = R_CG Ry(-pitch) R_HG^T.
 struct Grasp {
@@ -27,8 +27,10 @@ struct Grasp {
   double pitch_rad = 0.0;  ///< rotation about y_G; positive: the thumb's tip further down
   double opening_m = 0.0;  ///< gap of the pads before closing
   double width_m = 0.0;    ///< what the pads are expected to close on
-  double score = 0.0;      ///< higher is better, within a type
-  bool collides = false;   ///< open hand against everything perceived and the table
+  /// Larger of the contacts' antipodal angles (Nguyen 1988) [rad]; 0 where none was looked at.
+  double contact_angle_rad = 0.0;
+  double score = 0.0;     ///< higher is better, within a type
+  bool collides = false;  ///< open hand against everything perceived and the table
 };
 
 /// All candidates for one object of a scene, best first: cylindrical before rim for rotational

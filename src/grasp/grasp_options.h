@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/units.h"
+#include "grasp/additions.h"
 
 /// Lengths are for a hand of a person's size and objects that it can hold; where no source is
 /// given, the comment says what a value trades off.
@@ -66,6 +67,11 @@ struct PlacingOptions {
   /// The height fields that a hand is placed by are sampled, collision checks are not: where it
   /// grazes the object it goes up by these.
   std::array<double, 3> lifts_m{0.0, 0.002, 0.004};
+  /// A hand that comes down to contact goes on up by these steps, at most so often, until it is
+  /// free: the lowest place to come down to, to a scan's noise (section 5.2). 60 mm are what a hand
+  /// of a person's size may reach over.
+  double contact_step_m = 0.002;
+  int contact_steps = 30;
 };
 
 /// How many collision checks a plan may cost, and how its candidates share them.
@@ -130,19 +136,11 @@ struct PowerOptions {
   double max_tilt_rad = core::Deg(45.0);
 };
 
-struct GraspOptions {
-  /// Off: as published. Pitch 0, tool centre in the top surface's centre, moved down to contact,
-  /// the tighter of both sides wins.
-  /// On: candidates slide, turn, deepen and pitch, and are ranked by score.h, because a grip that
-  /// is held by friction alone needs more than to enclose the object:
-  ///   - pads that do not oppose each other squeeze the object out or turn it: hence other yaws,
-  ///     depths below the widest section of round objects, and the narrower axis of wide ones;
-  ///   - the fingers curl in and the thumb stays straight, so that level tips do not touch at one
-  ///     height: hence the pitch;
-  ///   - a centre of mass beside the pads' line tilts the object: hence offsets along its axis;
-  ///   - one motor drives both sides and drags an object that is not midway: hence centring between
-  ///     the expected contacts in place of the top surface's centre.
-  bool refine = true;
+/// The switches of its base are what goes beyond the dissertation.
+struct GraspOptions : GraspAdditions {
+  /// The hand opens a little wider than the object; off: fully. The dissertation does not say; its
+  /// pictures show hands that are about as wide as what they are to hold.
+  bool preshape = true;
   double friction_cone_rad = 0.46;  ///< half angle assumed when contacts are scored (mu 0.5)
   /// Of the hand's lowest point, while it closes: the table's plane is fitted to noisy
   /// samples. Larger: flat objects cannot be gripped.

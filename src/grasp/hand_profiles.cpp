@@ -175,6 +175,11 @@ Vector3d HandProfiles::PadCenter_T(double pitch_rad, std::size_t state) const {
   return X_TH(hand_, pitch_rad) * (0.5 * (s.thumb_pad_H + s.finger_pad_H));
 }
 
+Vector3d HandProfiles::ToolCenter_T(double pitch_rad, std::size_t state, bool power) const {
+  const robot::HandModel::State& s = hand_.states[state];
+  return X_TH(hand_, pitch_rad) * (power ? s.power_center_H : s.tip_center_H);
+}
+
 double HandProfiles::Extent(double pitch_rad, std::size_t state,
                             const Vector3d& direction_T) const {
   const core::Pose X = X_TH(hand_, pitch_rad);

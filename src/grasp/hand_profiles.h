@@ -60,6 +60,9 @@ class HandProfiles {
   const Lower& LowerSide(double pitch_rad, std::size_t state);
   /// The middle of the thumb's and the fingers' pads, in T.
   Eigen::Vector3d PadCenter_T(double pitch_rad, std::size_t state) const;
+  /// The published tool centre: of the tips of the thumb and the index finger, or (power) of the
+  /// little finger too, in T.
+  Eigen::Vector3d ToolCenter_T(double pitch_rad, std::size_t state, bool power) const;
   /// The farthest extent [m] of the hand along a unit direction of T, from T's origin.
   double Extent(double pitch_rad, std::size_t state, const Eigen::Vector3d& direction_T) const;
 

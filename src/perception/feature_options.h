@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/units.h"
+#include "perception/additions.h"
 #include "perception/sampling.h"
 
 namespace rangegrasp::perception {
@@ -201,8 +202,9 @@ struct CompletionOptions {
   int min_support_points = 15;  ///< of other parts under a footprint; fewer are stray points
 };
 
-/// Options of sections 5.1.3 and 5.1.4 and of the open/closed test of section 5.2.
-struct FeatureOptions {
+/// Options of sections 5.1.3 and 5.1.4 and of the open/closed test of section 5.2. The switches of
+/// its base are what goes beyond them.
+struct FeatureOptions : FeatureAdditions {
   TopSurfaceOptions top;
   RidgeOptions ridge;
   CircleFitOptions circle;
@@ -210,32 +212,16 @@ struct FeatureOptions {
   MergeOptions merge;
   CompletionOptions completion;
 
-  // What goes beyond the dissertation, each with its value "as published".
-  /// The highest plane that holds this share of the fullest one's points is the top; 1: eq. 5.5 as
-  /// published. The floor of a container, or a shoulder, can hold more points than the rim above.
+  /// With higher_tops: the highest plane that holds this share of the fullest one's points is the
+  /// top.
   double top_plane_share = 0.3;
-  /// Where the highest part curves about a lying axis, take the strip along its ridge: every plane
-  /// touching a lying cylinder holds about as many points, so eq. 5.5 alone would tip at random.
-  bool ridge_tops = true;
-  /// Where the top is a thin ring, find the axis from the body's normals instead of the rim's
-  /// circle, and merge clipped parts by it: the lip of a cup is as wide as the profiles are apart,
-  /// so its rim has too few points. Off: as published.
-  bool axis_from_body = true;
-  /// Joins parts of one object that lost points have separated; off: only clipped rotational parts
-  /// are merged, as published.
-  bool merge_fragments = true;
-  /// Mirrors what is seen of ridges and of bodies wider than their tops into space that the sensor
-  /// did not see through. Without it the far half of a lying cylinder is missing and a hand that
-  /// closes on the seen half meets the other.
-  bool complete_by_symmetry = true;
-  /// A part whose footprint is nowhere this long is a needle of mixed points along one ray, not an
-  /// object. 0: as published.
+  /// With drop_needles: a part whose footprint is nowhere this long is none.
   double min_footprint_m = 0.015;
 
   // Open or closed.
   double open_sphere_factor = 2.0 / 3.0;  ///< eq. 5.9
-  /// Points inside the sphere that are still taken for none, as a share of the top surface's: mixed
-  /// points hang between the near rim and the far wall. 0: as published.
+  /// With open_strays: points inside the sphere that are still taken for none, as a share of the
+  /// top surface's.
   double open_stray_share = 0.02;
 };
 

@@ -167,13 +167,15 @@ Points Peel(const Points& points, const TriangleMesh& hull) {
 std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sensor_origin,
                                    const PreprocessOptions& options, core::Rng& rng) {
   Points rest = Thinned(points, options.table.hull_points);
-  for (int peeling = 0; peeling <= options.table.peelings; ++peeling) {
+  const int peelings = options.robust_table ? options.table.peelings : 0;
+  for (int peeling = 0; peeling <= peelings; ++peeling) {
     const TriangleMesh hull = geometry::ConvexHull(rest);
     if (hull.triangles.empty()) break;
     const auto deepest = DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options);
     const auto plane = deepest ? FitNear(points, *deepest, options, rng) : std::nullopt;
     if (plane && plane->Distance(sensor_origin) > 0.0 &&
-        IsTable(CountSupport(points, *plane, options), points.size(), options.table)) {
+        (!options.robust_table ||
+         IsTable(CountSupport(points, *plane, options), points.size(), options.table))) {
       return plane;
     }
     rest = Peel(rest, hull);
@@ -234,7 +236,9 @@ std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor
   Check(options);
   auto plane = FlatCloud(points_C, sensor_origin_C, options);
   if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);
-  if (!plane) plane = DominantPlane(points_C, sensor_origin_C, options, rng);
+  if (!plane && options.robust_table) {
+    plane = DominantPlane(points_C, sensor_origin_C, options, rng);
+  }
   if (!plane) return std::nullopt;
   return TableOn(*plane, points_C, options);
 }

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
+#include "geometry/alpha_shape.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 #include "perception/find_table.h"
@@ -47,9 +48,11 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
     return;
   }
   std::vector<bool> kept(above.size(), false);
-  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above),
-                                            options.filter_unit_m, options.filter_keep_m))
+  const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter,
+                                        options.filter_unit_m, options.filter_keep_m};
+  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above), as_options)) {
     kept[k] = true;
+  }
   for (std::size_t k = 0; k < above.size(); ++k) {
     (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
   }
@@ -69,6 +72,20 @@ void AdaptToTable(Scene& scene, PerceptionOptions& options) {
     scene.table =
         TableOn(thicker ? fit.plane : scene.table.plane, scene.points_C, options.preprocess);
   }
+}
+
+/// From the neighborhood of each point, or of the faces of the mesh that segments are cut from
+/// (section 5.1.3).
+geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& options,
+                           geometry::PointSpan places_C, const Indices& place_of) {
+  const geometry::KdTree tree(points);
+  if (options.preprocess.neighborhood_normals) {
+    return geometry::EstimateNormals(points, tree, options.preprocess.normal_radius_m, places_C,
+                                     place_of);
+  }
+  const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
+  const auto mesh = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options.segment));
+  return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
 }
 
 /// One view of all that was measured from each place.
@@ -137,7 +154,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.points_C = std::move(measured.points_C);
   scene.samples = std::move(measured.samples);
   PerceptionOptions options = given;
-  if (options.adapt_lengths) {
+  if (options.preprocess.adapt_lengths) {
     scene.sampling = MeasureSampling(scene.points_C, options.sampling);
     if (options.noise_m) scene.sampling.noise_m = *options.noise_m;
     AdaptLengths(scene.sampling, options);
@@ -148,7 +165,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
       FindTable(scene.points_C, geometry::Centroid(measured.places_C), options.preprocess, rng);
   if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
-  if (options.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
+  if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
   const Indices above =
       AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());
@@ -165,9 +182,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   Indices place_of;
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   if (!scene.source.empty()) {
-    const geometry::KdTree tree(scene.cloud.points);
-    scene.cloud.normals = geometry::EstimateNormals(
-        scene.cloud.points, tree, options.preprocess.normal_radius_m, measured.places_C, place_of);
+    scene.cloud.normals = NormalsOf(scene.cloud.points, options, measured.places_C, place_of);
   }
   scene.seconds.emplace_back("normals", watch.Restart());
 

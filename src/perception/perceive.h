@@ -18,9 +18,6 @@ struct PerceptionOptions {
   SegmentOptions segment;
   FeatureOptions features;
   SamplingOptions sampling;
-  /// Measure noise and spacing and adapt the lengths to them; off: the published lengths, those of
-  /// the dissertation's scanner.
-  bool adapt_lengths = true;
   /// The sensor's noise where it is known [m]; else it is measured.
   std::optional<double> noise_m;
 };

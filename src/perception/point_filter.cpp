@@ -20,11 +20,10 @@ constexpr int kMaxPasses = 20;
 /// The state of the filter: the points that are left, and how far each is from the nearest of them.
 class Filter {
  public:
-  Filter(PointSpan points, const KdTree& tree, double unit_m, double keep_m)
+  Filter(PointSpan points, const KdTree& tree, const OutlierFilterOptions& options)
       : points_(points),
         tree_(tree),
-        unit_m_(unit_m),
-        keep_m_(keep_m),
+        options_(options),
         kept_(points.size(), true),
         nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
 
@@ -78,14 +77,17 @@ class Filter {
   /// Counts only as far as the answer needs: from N_a >= N_k d_a / d_k on a point is not isolated,
   /// and an isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
   bool Removes(std::uint32_t i, const CompressionRate& rate) {
-    if (nearest_m_[i] < keep_m_) return false;
+    if (nearest_m_[i] < options_.keep_m) return false;
     const Eigen::Vector3d& p = points_[i];
     const std::size_t n_k =
         nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
-    if (OutlierBeta(rate, n_k, unit_m_) <= 1.0) return false;
+    if (!options_.isolated_only) {
+      return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k, options_.unit_m);
+    }
+    if (OutlierBeta(rate, n_k, options_.unit_m) <= 1.0) return false;
     const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
     const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
-    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, unit_m_);
+    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, options_.unit_m);
   }
 
   /// A point whose nearest neighbor goes is at least as far from it as that was from its own
@@ -114,8 +116,7 @@ class Filter {
 
   PointSpan points_;
   const KdTree& tree_;
-  double unit_m_;
-  double keep_m_;
+  const OutlierFilterOptions options_;
   std::vector<bool> kept_;
   std::size_t removed_ = 0;
   std::vector<double> nearest_m_;
@@ -148,16 +149,18 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
   return rate.d_a_m / static_cast<double>(n_a) > rate.d_k_m / static_cast<double>(n_k);
 }
 
-Indices CompressionRateFilter(PointSpan points, double unit_m, double keep_m) {
-  return CompressionRateFilter(points, KdTree(points), unit_m, keep_m);
+Indices CompressionRateFilter(PointSpan points, const OutlierFilterOptions& options) {
+  return CompressionRateFilter(points, KdTree(points), options);
 }
 
-Indices CompressionRateFilter(PointSpan points, const KdTree& tree, double unit_m, double keep_m) {
+Indices CompressionRateFilter(PointSpan points, const KdTree& tree,
+                              const OutlierFilterOptions& options) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), 0u);
   if (points.size() < 2) return all;
-  Filter filter(points, tree, unit_m, keep_m);
-  for (int pass = 0; pass < kMaxPasses && filter.Pass(); ++pass) {
+  Filter filter(points, tree, options);
+  const int max_passes = options.repeated ? kMaxPasses : 1;
+  for (int pass = 0; pass < max_passes && filter.Pass(); ++pass) {
   }
   return filter.Kept();
 }

@@ -30,22 +30,28 @@ bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k,
 /// dense as the small sphere would have. On a surface N grows with the square of the radius.
 bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k);
 
+/// What goes beyond eq. 4.5-4.9 (see CompressionRateFilter); both off: as printed.
+struct OutlierFilterOptions {
+  bool isolated_only = true;
+  bool repeated = true;
+  double unit_m = 0.001;  ///< the unit of length of eq. 4.8
+  double keep_m = 0.0;    ///< a point with a neighbor nearer than this is no outlier
+};
+
 /// Positions of the points that the compression-rate filter keeps, ascending. Removed are the
-/// points for which both IsOutlier and IsIsolated hold.
+/// points for which IsOutlier holds and, with isolated_only, IsIsolated too.
 ///
 /// Why both: alpha falls as N_a grows, so that the printed test alone, in mm, also holds for
 /// points of a dense surface whose nearest neighbor happens to be farther than the mean; where
 /// one far outlier makes d_a large that is about half of all points. The dissertation's filter
 /// took 38 of 22,377 points away, isolated ones. One far outlier also hides the nearer ones (d_max
-/// is its own distance), so the filter repeats on what is left until it removes nothing, at most
-/// 20 times. O(n log n) in the first pass, O(n) in the others.
-/// @param unit_m  the unit of length of eq. 4.8 [m]
-/// @param keep_m  a point with a neighbor nearer than this [m] is no outlier
-geometry::Indices CompressionRateFilter(geometry::PointSpan points, double unit_m = 0.001,
-                                        double keep_m = 0.0);
+/// is its own distance), so with `repeated` the filter repeats on what is left until it removes
+/// nothing, at most 20 times. O(n log n) in the first pass, O(n) in the others.
+geometry::Indices CompressionRateFilter(geometry::PointSpan points,
+                                        const OutlierFilterOptions& options = {});
 /// The same with a tree over these points.
 geometry::Indices CompressionRateFilter(geometry::PointSpan points, const geometry::KdTree& tree,
-                                        double unit_m = 0.001, double keep_m = 0.0);
+                                        const OutlierFilterOptions& options = {});
 
 /// The average filter: every point becomes the mean of its neighbors within the radius
 /// (section 5.1.1), itself among them.

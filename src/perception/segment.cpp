@@ -18,13 +18,14 @@ using geometry::PointSpan;
 
 /// The points of each label, for the labels with enough of them (labels go by descending size).
 std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
-                             int min_points) {
+                             const SegmentOptions& options) {
   std::vector<Indices> segments(static_cast<std::size_t>(labels));
   for (std::uint32_t i = 0; i < label.size(); ++i) {
     if (label[i] >= 0) segments[static_cast<std::size_t>(label[i])].push_back(i);
   }
-  std::erase_if(segments, [min_points](const Indices& segment) {
-    return segment.size() < static_cast<std::size_t>(std::max(min_points, 0));
+  if (!options.drop_small_segments) return segments;
+  std::erase_if(segments, [&options](const Indices& segment) {
+    return segment.size() < static_cast<std::size_t>(std::max<int>(options.min_points, 0));
   });
   return segments;
 }
@@ -40,6 +41,7 @@ void Check(const SegmentOptions& options) {
 
 double MeshAlpha(double d_max_m, const SegmentOptions& options) {
   if (options.alpha_m > 0.0) return options.alpha_m;
+  if (!options.bounded_alpha) return d_max_m;
   return std::clamp<double>(d_max_m, options.min_alpha_m, options.max_alpha_m);
 }
 
@@ -50,7 +52,7 @@ std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& optio
   const bool given = options.alpha_m > 0.0;
   const double d_max_m = given ? 0.0 : geometry::NearestNeighborDistances(points, tree).max_m;
   const auto parts = geometry::FindAlphaComponents(points, tree, MeshAlpha(d_max_m, options));
-  return Collect(parts.component, parts.components, options.min_points);
+  return Collect(parts.component, parts.components, options);
 }
 
 double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -81,7 +83,7 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
   std::vector<std::int32_t> label;
   const std::int32_t labels =
       geometry::LabelBySize(regions, std::vector<bool>(points.size(), true), label);
-  return Collect(label, labels, options.min_points);
+  return Collect(label, labels, options);
 }
 
 std::vector<Indices> Segment(const geometry::PointCloud& cloud, const SegmentOptions& options) {

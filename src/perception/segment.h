@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/point_cloud.h"
+#include "perception/additions.h"
 #include "perception/sampling.h"
 
 namespace rangegrasp::perception {
@@ -15,16 +16,16 @@ constexpr std::array<std::string_view, 2> WordsOf(SegmentMethod) {
 }
 
 /// Section 5.1.2.
-struct SegmentOptions {
+struct SegmentOptions : SegmentAdditions {
   SegmentMethod method = SegmentMethod::kMesh;
   /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbor distance, as the
   /// dissertation does.
   double alpha_m = 0.0;
-  /// Bounds on an alpha taken from d_max: one and a half to five point spacings, so that an even
-  /// scan does not fall apart and one straggler cannot join everything.
+  /// With bounded_alpha: bounds on an alpha taken from d_max: one and a half to five point
+  /// spacings, so that an even scan does not fall apart and one straggler cannot join everything.
   AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
   AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
-  /// Smaller segments are dropped: 18 mm square of the dissertation's scanner.
+  /// With drop_small_segments: smaller ones are. 18 mm square of the dissertation's scanner.
   AdaptiveCount min_points{40, 3.4e-4, 8};
   /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
   /// that the scan samples evenly, far enough for the next row of points and its diagonals.

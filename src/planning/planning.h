@@ -32,7 +32,13 @@ struct PickRequest {
 struct PlanOptions {
   double approach_m = 0.2;  ///< the start above the grasp along the approach axis (section 4.3)
   double lift_m = 0.2;
-  double lower_clearance_m = 0.004;  ///< the object is let go this far above the height it stood at
+  /// The object is let go this far above the height it stood at: table and object may be off by the
+  /// sensor's calibration (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses
+  /// into the table moves the arm.
+  double lower_clearance_m = 0.010;
+  /// What was seen down to less than this above the table stands on it, and is not lowered further:
+  /// the lowest points are the table's by the preselection, or lost at grazing light.
+  double standing_m = 0.03;
   double retreat_m = 0.15;           ///< back along the approach axis after release
   double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
   /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
@@ -98,7 +104,7 @@ struct PlanResult {
 ///
 /// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
 /// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
-/// allows. What it touches at the grasp is no obstacle to its lift.
+/// allows, where it was seen to stand on something else. What it touches at the grasp is no obstacle to its lift.
 ///
 /// Samples come from rng alone and the number of iterations bounds a query, so that the same
 /// arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.

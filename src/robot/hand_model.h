@@ -21,11 +21,16 @@ struct HandModel {
     std::vector<char> is_thumb;    ///< one a shape
     Eigen::Vector3d thumb_pad_H;   ///< the point of the thumb that meets the fingers when closed
     Eigen::Vector3d finger_pad_H;  ///< the mean of the fingers' points that meet the thumb
+    /// The published tool centres: between the thumb's tip and the index finger's (cylindrical and
+    /// rim grasps); between the thumb's and the middle of the index and the little finger's (power
+    /// grasps). They move as the hand closes.
+    Eigen::Vector3d tip_center_H;
+    Eigen::Vector3d power_center_H;
   };
   std::vector<State> states;  ///< ascending closing, 24 of them
-  core::Pose X_HG_tip =
-      core::Pose::Identity();  ///< tool centre of the cylindrical and the rim grasp, pitch 0
-  core::Pose X_HG_power = core::Pose::Identity();  ///< tool centre of the power grasp, pitch 0
+  /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
+  core::Pose X_HG_tip = core::Pose::Identity();
+  core::Pose X_HG_power = core::Pose::Identity();  ///< the same of the power grasp
   double depth_m = 0.0;  ///< from the palm's front to the line of the tips
 
   double MaxGap() const { return states.front().gap_m; }

@@ -21,6 +21,9 @@ using internal::Spot;
 // edge between them: as far as the line is wide. Smaller costs rays on smooth, curved surfaces;
 // larger leaves small steps sharp that a real line blurs.
 constexpr float kEdge_m = 0.001f;
+// Steps of albedo that pull the line's centroid by enough to be resolved: at 0.1 in 0.5 a fifth of
+// half the line's width at most. Smaller ones cost rays on every print.
+constexpr double kAlbedoStep = 0.1;
 // Below this share of the line's light in view the camera's threshold finds no peak. An estimate:
 // larger widens the shadows' borders, by less than the line's width.
 constexpr double kFaintShare = 0.15;
@@ -28,6 +31,9 @@ constexpr double kFaintShare = 0.15;
 /// Nodes over the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and one sample's length.
 constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
 constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
+
+// Places that count as different where each sample is drawn by itself: below any spacing.
+constexpr double kSinglePlace_m = 1e-5;
 
 // exp(-8 a^2): 1/e^2 at a = 0.5.
 double LineWeight(double across) { return std::exp(-8.0 * across * across); }
@@ -42,6 +48,7 @@ class Sweep {
         camera_(options),
         illumination_(meshes, options),
         noise_seed_(rng.Next()),
+        X_WS_known_(X_WS * CalibrationError()),
         first_slope_(internal::Slope(options, 0.0)),
         slope_step_(internal::Slope(options, 1.0) - first_slope_) {}
 
@@ -52,6 +59,7 @@ class Sweep {
   std::size_t Profiles() const { return static_cast<std::size_t>(options_.profiles); }
   double Slope(double sample) const { return first_slope_ + slope_step_ * sample; }
 
+  core::Pose CalibrationError() const;
   Scan EmptyScan() const;
   std::vector<ProfilePose> JitteredPoses() const;
   void CastMainRays(std::span<const ProfilePose> poses);
@@ -60,6 +68,8 @@ class Sweep {
   /// Resolves the line's width for the marked samples of a profile.
   void Refine(const ProfilePose& pose, std::size_t profile);
   Spot Merge(std::span<const Spot> parts, const Spot& main) const;
+  /// Whether the patch of the surface that a spot is on is lost, by one draw for all of it.
+  bool IsPatchLost(const Spot& spot, double loss) const;
   void Measure(std::size_t profile, Scan& scan) const;
   SampleState MeasureSample(const Spot& spot, double noise_px, double dropout_draw, double slope,
                             const Eigen::Matrix3d& R_WP, Eigen::Vector3d& point_W) const;
@@ -70,11 +80,26 @@ class Sweep {
   CameraModel camera_;
   internal::Illumination illumination_;
   std::uint64_t noise_seed_;
+  core::Pose X_WS_known_;  // as calibrated
   double first_slope_;
   double slope_step_;
   std::vector<Spot> spots_;  // one a sample
   std::vector<std::uint8_t> edge_;
 };
+
+core::Pose Sweep::CalibrationError() const {
+  core::Rng rng(core::DeriveSeed(noise_seed_, "calibration"));
+  const auto vector = [&rng](double sigma) {
+    const double x = rng.Normal();
+    const double y = rng.Normal();
+    const double z = rng.Normal();
+    return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
+  };
+  const Eigen::Vector3d shift = vector(options_.calibration_sigma_m);
+  const Eigen::Vector3d turn = vector(options_.calibration_sigma_rad);
+  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+  return core::MakePose(rotation.toRotationMatrix(), shift);
+}
 
 Scan Sweep::EmptyScan() const {
   Scan scan;
@@ -84,8 +109,8 @@ Scan Sweep::EmptyScan() const {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::size_t size = Profiles() * Samples();
   image.points_C.assign(size, Eigen::Vector3d::Constant(nan));
-  image.origins_C = {X_WS_.translation()};
-  scan.view.X_CV = X_WS_;
+  image.origins_C = {X_WS_known_.translation()};
+  scan.view.X_CV = X_WS_known_;
   scan.view.noise_m.assign(size, std::numeric_limits<float>::quiet_NaN());
   scan.truth.state.assign(size, SampleState::kOutOfView);
   scan.truth.label.assign(size, 0);
@@ -123,7 +148,7 @@ bool Sweep::IsEdge(const Spot& a, const Spot& b) const {
   if (a.hit.found() != b.hit.found()) return true;
   if (!a.hit.found()) return false;
   if (a.state != b.state) return true;
-  if (meshes_[a.hit.mesh].surface.albedo != meshes_[b.hit.mesh].surface.albedo) return true;
+  if (std::abs(a.albedo - b.albedo) > kAlbedoStep) return true;
   const Eigen::Vector3f step_W = b.point_W - a.point_W;
   return std::abs(a.hit.normal_W.dot(step_W)) > kEdge_m ||
          std::abs(b.hit.normal_W.dot(step_W)) > kEdge_m;
@@ -194,6 +219,20 @@ Spot Sweep::Merge(std::span<const Spot> parts, const Spot& main) const {
   return merged;
 }
 
+bool Sweep::IsPatchLost(const Spot& spot, double loss) const {
+  if (loss <= 0.0) return false;
+  std::uint64_t patch = core::DeriveSeed(noise_seed_, "patch");
+  for (int axis = 0; axis < 3; ++axis) {
+    const float place = spot.point_W[axis];
+    // Without patches each place is its own.
+    const double cell = options_.dropout_patch_m > 0.0
+                            ? std::floor(static_cast<double>(place) / options_.dropout_patch_m)
+                            : std::round(static_cast<double>(place) / kSinglePlace_m);
+    patch = core::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
+  }
+  return core::Rng(patch).Uniform() < loss;
+}
+
 SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropout_draw,
                                  double slope, const Eigen::Matrix3d& R_WP,
                                  Eigen::Vector3d& point_W) const {
@@ -205,8 +244,9 @@ SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropo
   };
   const internal::Encounter encounter{angle(spot.hit.normal_W, spot.to_laser_W),
                                       angle(mirrored_W, spot.to_camera_W)};
-  if (dropout_draw <
-      internal::DropoutProbability(options_, meshes_[spot.hit.mesh].surface, encounter)) {
+  const sim::OpticalSurface& surface = meshes_[spot.hit.mesh].surface;
+  if (dropout_draw < internal::SampleLoss(spot.albedo, surface.clarity) ||
+      IsPatchLost(spot, internal::PatchLoss(options_, surface.gloss, encounter))) {
     return SampleState::kDropout;
   }
   double column_px = spot.column_px + noise_px;
@@ -215,14 +255,14 @@ SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropo
   }
   const std::optional<double> depth_m = camera_.Depth(column_px);
   if (!camera_.OnSensor(column_px) || !depth_m) return SampleState::kOutOfView;
-  point_W = X_WS_.translation() + *depth_m * (R_WP.col(2) + slope * R_WP.col(1));
+  point_W = X_WS_known_.translation() + *depth_m * (R_WP.col(2) + slope * R_WP.col(1));
   return SampleState::kMeasured;
 }
 
 void Sweep::Measure(std::size_t profile, Scan& scan) const {
   core::Rng rng(core::DeriveSeed(noise_seed_, profile));
-  const Eigen::Matrix3d R_WP = X_WS_.linear() * internal::PanRotation(internal::PanAngle(
-                                                    options_, static_cast<int>(profile)));
+  const Eigen::Matrix3d R_WP = X_WS_known_.linear() * internal::PanRotation(internal::PanAngle(
+                                                          options_, static_cast<int>(profile)));
   const double kept = std::exp(-1.0 / options_.correlation_samples);
   const double fresh = std::sqrt(1.0 - kept * kept);
   const double speckle_sigma_px = internal::SpeckleSigma(options_);
@@ -241,7 +281,7 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
         MeasureSample(spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle,
                       dropout_draw, slope, R_WP, point_W);
     if (scan.truth.state[i] == SampleState::kMeasured) {
-      const double depth_m = R_WP.col(2).dot(point_W - X_WS_.translation());
+      const double depth_m = R_WP.col(2).dot(point_W - X_WS_known_.translation());
       const double along_ray = std::sqrt(1.0 + slope * slope);  // of the ray for each m of depth
       scan.view.noise_m[i] =
           static_cast<float>(centroid_sigma_px * camera_.DepthPerPixel(depth_m) * along_ray);

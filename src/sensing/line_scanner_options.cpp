@@ -67,6 +67,16 @@ void ReadDropouts(Source& from, Options& o) {
                   "angle of incidence from which all samples are lost");
   from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
                   "gloss blinds the camera when it is this near to the mirror direction");
+  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
+                  "edge of the patches that incidence and gloss lose as a whole, 0 for samples");
+}
+
+template <typename Source, typename Options>
+void ReadCalibration(Source& from, Options& o) {
+  from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
+                  "error of the known position of the head, root mean square");
+  from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
+                  "error of its known orientation, likewise");
 }
 
 template <typename Source, typename Options>
@@ -75,6 +85,7 @@ void ReadKeys(Source& from, Options& options) {
   ReadCamera(from, options);
   ReadNoise(from, options);
   ReadDropouts(from, options);
+  ReadCalibration(from, options);
 }
 
 bool DropoutsBegin(const LineScannerOptions& options) {

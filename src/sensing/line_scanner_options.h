@@ -36,6 +36,12 @@ struct LineScannerOptions {
   double dropout_begin_rad = core::Deg(60.0);    ///< incidence from which samples drop out
   double dropout_end_rad = core::Deg(80.0);      ///< incidence from which all are lost
   double saturation_angle_rad = core::Deg(5.0);  ///< gloss blinds this near the mirror direction
+  /// Edge of the patches that are lost or kept as a whole to incidence and gloss; 0: each sample by
+  /// itself.
+  double dropout_patch_m = 0.008;
+  // By how far the head's pose, as the robot knows it, is off: one draw a scan.
+  double calibration_sigma_m = 0.001;             ///< root mean square of the distance
+  double calibration_sigma_rad = core::Deg(0.1);  ///< and of the angle
 };
 
 /// Reads models/sensors/*.yaml; keys are the option names in human units; what is not given keeps

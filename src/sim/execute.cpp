@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
@@ -11,6 +13,7 @@
 #include "sim/internal/hand_controller.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
+#include "sim/internal/slip_sensor.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
@@ -30,6 +33,11 @@ constexpr double kApproachSettle_s = 0.10;
 constexpr double kClosedHold_s = 0.15;  // the coupled hand drags the object until both sides grip
 constexpr double kLiftSettle_s = 0.30;
 constexpr double kCarrySettle_s = 0.10;
+// What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
+// most. The wrist's drives then push with about 20 N at the hand.
+constexpr double kFelt_rad = 0.005;
+// Time in which an arm that was stopped so comes back to its planned way.
+constexpr double kRejoin_s = 1.0;
 // The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
 constexpr double kRest_s = 0.40;
 // Without a touch for this long on the way the target is lost; contacts chatter for less.
@@ -41,7 +49,7 @@ constexpr double kRestTime_s = 0.2;
 class Execution {
  public:
   Execution(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
-            const AuditBounds& bounds, const ExecutionObserver& observer)
+            const AuditBounds& bounds, core::Rng rng, const ExecutionObserver& observer)
       : world_(world),
         target_(target),
         program_(program),
@@ -50,7 +58,8 @@ class Execution {
         hand_(world.model()),
         servo_(world.model()),
         controller_(world, hand_, hand),
-        glove_(hand_, GloveFriction(world.object_surface(target), world.physics())),
+        glove_(world, hand_, target),
+        slip_sensor_(hand, rng),
         audit_(world, hand_, servo_, target),
         start_s_(world.time_s()) {
     command_.position = world.ArmPositions();
@@ -73,10 +82,11 @@ class Execution {
     controller_.Preshape(program_.opening_m);
     Follow(program_.reach);
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
-    Follow(program_.approach);
+    FollowUntilContact(program_.approach, "approach");
     Wait(kApproachSettle_s);
     Moment("pregrasp");
-    controller_.Close();
+    log_.tracking_error_m = HandError();
+    controller_.Close(program_.firm);
     for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
       if (controller_.Gripping() || controller_.FullyClosed()) break;
       Tick();
@@ -100,21 +110,47 @@ class Execution {
     audit_.EndRest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = HeldNow();
+    RecordHold();
     Moment("lifted");
   }
 
   void Carry() {
-    Follow(program_.carry);
+    Follow(program_.carry, Start::kRejoin);
     Wait(kCarrySettle_s);
     log_.held_after_carry = HeldNow();
+    RecordHold();
+  }
+
+  // Of what is lost already it stays what it was then.
+  void RecordHold() {
+    if (lost_) return;
     log_.grip_force_N = controller_.force_N();
+    log_.slips_heard = controller_.slips_heard();
     const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
   }
 
+  // How far the hand is from where the arm's joints were sent.
+  double HandError() {
+    const mjModel* model = world_.model();
+    mjData* data = world_.data();
+    const std::vector<mjtNum> qpos(data->qpos, data->qpos + model->nq);
+    world_.Refresh();
+    const Eigen::Vector3d is_W = internal::BodyPose(data, hand_.body()).translation();
+    for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
+      data->qpos[model->jnt_qposadr[servo_.joints()[i]]] =
+          command_.position[static_cast<Eigen::Index>(i)];
+    }
+    world_.Refresh();
+    const Eigen::Vector3d sent_W = internal::BodyPose(data, hand_.body()).translation();
+    std::copy(qpos.begin(), qpos.end(), data->qpos);
+    world_.Refresh();
+    return (is_W - sent_W).norm();
+  }
+
   void Deliver() {
-    Follow(program_.lower);
+    FollowUntilContact(program_.lower, "lower");
     Wait(kCarrySettle_s);
     Moment("delivered");
     holding_ = false;
@@ -140,6 +176,7 @@ class Execution {
     // rests on the table.
     log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z() && OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
+    log_.joints_at_limits = audit_.JointsAtLimits();
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
   }
 
@@ -159,16 +196,38 @@ class Execution {
     return !bounded;
   }
 
-  void Follow(const core::JointTrajectory& trajectory) {
-    if (trajectory.positions.empty()) return;
+  // From where the arm was stopped it follows lift and retreat by as much beside them: to join them
+  // would push once more against what stopped it. The carry comes back to the planned way.
+  enum class Start { kKeepOffset, kRejoin };
+
+  // @return false if the motion is guarded and the drives felt that something is in the way.
+  bool Follow(const core::JointTrajectory& trajectory, Start from = Start::kKeepOffset,
+              bool guarded = false) {
+    if (trajectory.positions.empty()) return true;
+    const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
     const double duration = trajectory.Duration();
     while (!lost_ && world_.time_s() - start < duration) {
-      command_ = internal::CommandAt(trajectory, world_.time_s() - start + Period());
+      const double t = world_.time_s() - start + Period();
+      command_ = internal::CommandAt(trajectory, t);
+      const double share = from == Start::kRejoin ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0;
+      command_.position += share * offset;
+      moves_freely_ = !guarded;
       Tick();
+      moves_freely_ = false;
+      if (guarded && servo_.TrackingError(world_.model(), world_.data(), command_) > kFelt_rad) {
+        command_.velocity.setZero();
+        return false;
+      }
     }
-    command_.position = trajectory.positions.back();
     command_.velocity.setZero();
+    return true;
+  }
+
+  void FollowUntilContact(const core::JointTrajectory& trajectory, const char* motion) {
+    if (!Follow(trajectory, Start::kKeepOffset, /*guarded=*/true)) {
+      log_.stopped_by_contact.emplace_back(motion);
+    }
   }
 
   void Wait(double duration_s) {
@@ -177,13 +236,16 @@ class Execution {
 
   void Tick() {
     servo_.Command(world_.model(), world_.data(), command_);
-    glove_.Tick(world_.model(), world_.data());
-    controller_.Tick(glove_.Slides());
+    glove_.Tick(world_);
+    controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
     world_.Step();
-    audit_.Step(holding_);
+    audit_.Step(holding_, moves_freely_ ? &command_ : nullptr);
     if (holding_) {
       untouched_s_ = TouchNow().hand ? 0.0 : untouched_s_ + Period();
-      lost_ = lost_ || untouched_s_ > kLost_s;
+      if (untouched_s_ > kLost_s) {
+        RecordHold();
+        lost_ = true;
+      }
     }
     Frame();
   }
@@ -217,6 +279,7 @@ class Execution {
   const internal::ArmServo servo_;
   internal::HandController controller_;
   internal::Glove glove_;
+  internal::SlipSensor slip_sensor_;
   internal::AuditRecorder audit_;
   const double start_s_;
 
@@ -225,6 +288,7 @@ class Execution {
   core::Pose closed_pose_ = core::Pose::Identity();
   Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
   bool holding_ = false;
+  bool moves_freely_ = false;
   bool lost_ = false;
   double untouched_s_ = 0.0;
   double next_frame_s_ = 0.0;
@@ -233,12 +297,12 @@ class Execution {
 }  // namespace
 
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
-                     const HandControlOptions& hand, const AuditBounds& bounds,
+                     const HandControlOptions& hand, const AuditBounds& bounds, core::Rng rng,
                      const ExecutionObserver& observer) {
   if (target < 0 || target >= world.objects() || world.parked(target)) {
     throw std::invalid_argument(fmt::format("Execute: object {} is not in the world", target));
   }
-  return Execution(world, target, program, hand, bounds, observer).Run();
+  return Execution(world, target, program, hand, bounds, rng, observer).Run();
 }
 
 }  // namespace rangegrasp::sim

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/rng.h"
 #include "core/trajectory.h"
 #include "sim/world.h"
 
@@ -13,57 +15,73 @@ namespace rangegrasp::sim {
 struct GraspProgram {
   core::JointTrajectory reach, approach, lift, carry, lower, retreat;
   double opening_m = 0.1;  ///< gap of the pads before closing
+  bool firm = false;       ///< begins with the strongest grip
 };
 
 /// The hand's controller: one motor, not back-drivable, slip-controlled grip. Forces are between
 /// thumb and fingers. The prosthesis grips with 10 to 100 N and moves its tips at up to 300 mm/s,
 /// 135 mm for each rad of its joints (maker's manual).
 struct HandControlOptions {
-  /// First grip. Less lets a smooth bottle of 0.8 kg slip (8 mm at 20 N), more tilts a cup that is
-  /// held by its rim (7 deg at 20 N, 14 at 40).
-  double initial_force_N = 40.0;
+  /// First grip and strongest one; the hand's own (its model's "grip_force") where not given.
+  std::optional<double> initial_force_N;
+  std::optional<double> max_force_N;
   double min_force_N = 10.0;
-  double max_force_N = 100.0;
   double closing_speed_rad_s = 2.2;
   bool slip_control = true;
-  double slip_gain_N = 10.0;  ///< added for each detection of slip: the forces' range in 6 steps
+  double slip_gain_N = 10.0;  ///< added for each slip that is heard: the forces' range in 6 steps
+  // What the sensors in the distal pads hear of a slip. The maker states none of it: estimates.
+  double slip_threshold_m_s = 0.002;  ///< slower sliding is not heard: twice where sliding begins
+  double slip_delay_s = 0.02;         ///< from the slide to the controller
+  double slip_noise_m_s = 0.0004;     ///< standard deviation of a reading: a fifth of the threshold
 };
 
-/// Bounds of the audit, in one place. Good holds of seven objects with this hand at 40 N met them
-/// with room: creep up to 0.016 mm/s, penetration 0.1 to 0.4 mm, coupling 0.006 deg, energy 0.3 mJ.
+/// Bounds of the audit, in one place, by what a figure would mean in the world, so that they hold
+/// for objects, hands and time steps that nobody has tried.
 struct AuditBounds {
+  /// A glove of PVC gives by 1 to 2 mm: in 95 % of the steps by the lower, at most by the higher.
   double penetration_p95_m = 0.001;
   double penetration_max_m = 0.002;
-  double creep_m_s = 1e-4;         ///< of the held object relative to the palm while the hand rests
-  double creep_rad_s = 0.0017453;  ///< 0.1 deg/s
-  double equality_error_rad = 0.00087266;  ///< 0.05 deg, of the coupling of thumb and fingers
-  /// Joint torque over its limit. An engine that cuts torques at the limit never exceeds 1.
-  double torque_ratio = 1.0;
-  double energy_gain_J = 0.005;
+  /// Of what is held, as a share of its thickness between the pads: in something thin, such as the
+  /// wall of a cup, less than the glove's is too deep.
+  double penetration_share = 0.25;
+  /// Of a contact on the held object while the hand rests: a tenth of the speed that counts as
+  /// sliding. The contact's point and its edge, which a spin moves too.
+  double creep_m_s = 1e-4;
+  /// Of joints that are coupled, as a share of their range, of points that are joined, of 0.1 m:
+  /// 0.24 deg of 48, or 0.6 mm between the tips: half of the gear's backlash.
+  double equality_share = 0.005;
+  /// Rise of the held object that its energy would pay for, while no motor moves.
+  double energy_gain_m = 0.001;
+  /// Time that drives of the arm may spend at their limits: half of what a lift takes. Longer, the
+  /// arm does not do what was planned.
+  double drive_limit_s = 1.0;
+  /// Of an arm's joint behind its command in reach, lift, carry and retreat, where nothing may be
+  /// in the way; a tool at 1 m is then 10 mm off, more than any clearance of the plans.
+  double tracking_error_rad = 0.01;
 };
 
-/// Which steps count. Torque: all. Penetration (the deepest of the hand's contacts with the target
-/// in a step) and equality errors: from the closed hand to its release. Creep and energy: the rest
-/// after the lift, when the servos have settled. The figures of a hold have bounds only if the
-/// target was held after the lift; creep only if it was held to the end of the carry and no
-/// fingertip slid during the rest: an object that slides out of the fingers obeys Coulomb's law, it
-/// does not creep.
+/// Which steps count. Drives and tracking: all. Penetration (the deepest of the hand's contacts
+/// with the target in a step) and equality errors: from the closed hand to its release. Creep and
+/// energy: the rest after the lift, when the servos have settled. The bounds are those of a
+/// success: but for engine warnings they count only if the target was held after the lift, creep
+/// only if it was held to the end of the carry and no fingertip slid during the rest: an object
+/// that slides out of the fingers obeys Coulomb's law, it does not creep.
 struct Audit {
   double penetration_p95_m = 0.0;
   double penetration_max_m = 0.0;
+  double penetration_share = 0.0;  ///< of the thickness between the contacts that hold
   double creep_m_s = 0.0;
-  double creep_rad_s = 0.0;
-  double equality_error_rad = 0.0;
-  double torque_ratio = 0.0;
-  double torque_limit_s = 0.0;  ///< time that a drive of the arm spent at its limit; has no bound
-  /// Maximum rise of the held object's mechanical energy (kinetic and potential) during the rest,
-  /// when no motor moves.
+  double creep_rad_s = 0.0;  ///< of the held object, relative to the palm; has no bound of its own
+  double equality_share = 0.0;
+  double drive_limit_s = 0.0;
+  double tracking_error_rad = 0.0;
   double energy_gain_J = 0.0;
   int warnings = 0;    ///< of the engine; any is out of bounds
   std::string failed;  ///< the first figure out of bounds, with value and bound; empty if valid
 };
 
-/// What happened, as truth sees it.
+/// What happened, as truth sees it. What describes a hold is of the moment when the hold ended: the
+/// loss of the target, the end of the lift where it was not lifted, the end of the carry.
 struct ExecutionLog {
   double lift_height_m = 0.0;     ///< the target's rise at the end of the lift
   bool held_after_lift = false;   ///< touched by the hand alone
@@ -73,10 +91,17 @@ struct ExecutionLog {
   bool at_rest = false;          ///< at the end
   bool touched_by_hand = false;  ///< at the end
   bool on_support = false;       ///< at the end it rests on the table, not on the floor
-  /// Rotation and way of the object relative to the palm from closing to the end of the carry.
+  /// Rotation and way of the object relative to the palm since the hand closed.
   double tilt_in_hand_rad = 0.0;
   double slip_in_hand_m = 0.0;
-  double grip_force_N = 0.0;  ///< command at the end of the carry
+  double grip_force_N = 0.0;      ///< command
+  int slips_heard = 0;            ///< each raised the force
+  double tracking_error_m = 0.0;  ///< of the hand before it closed, from where it was sent
+  /// Motions that ended early since the drives felt something in the way: "approach", "lower".
+  std::vector<std::string> stopped_by_contact;
+  /// Joints of the arm that came within half a degree (5 mm, of slides) of their range's ends, or
+  /// whose drives spent time at their limits.
+  std::vector<std::string> joints_at_limits;
   double simulated_s = 0.0;
   Audit audit;
 };
@@ -91,14 +116,16 @@ struct ExecutionObserver {
 
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
 /// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
-/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s
+/// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
+/// that something is in the way; then the world steps until the target rests (3 s
 /// at most). It ends early where the target is not held after the lift, or is lost on the way: the
 /// outcome is decided. The arm should stand at the first sample of `reach`.
 /// Everything depends on the world's state and the arguments alone.
+/// @param rng  of the slip sensors' noise
 /// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
-                     const HandControlOptions& hand, const AuditBounds& bounds,
+                     const HandControlOptions& hand, const AuditBounds& bounds, core::Rng rng,
                      const ExecutionObserver& observer = {});
 
 }  // namespace rangegrasp::sim

@@ -8,23 +8,40 @@
 
 namespace rangegrasp::sim {
 
+/// What is known of the glove's friction on a surface: the static coefficient's range, its middle,
+/// and the kinetic coefficient that goes with the middle.
+struct GloveRange {
+  double middle = 0.6;
+  double low = 0.45;
+  double high = 0.8;
+  double kinetic = 0.5;
+};
+
 /// Friction of a surface against what it meets in a trial.
 struct SurfaceFriction {
   std::string_view surface;  ///< as in an object's custom text "surface"
-  FrictionPair glove;        ///< the hand's PVC glove on it
+  GloveRange glove;          ///< the hand's PVC glove on it
   FrictionPair on_laminate;  ///< it on the table's laminate
 };
 
-/// The table of pairs, the one place where friction is stated (estimates consistent with published
-/// rubber and plastic pairs; vary the glove's by +-0.15).
+/// The surface of the scene, which the glove may touch too: the table's laminate.
+inline constexpr std::string_view kTableSurface = "laminate";
+
+/// The table of pairs, the one place where friction is stated: estimates consistent with published
+/// rubber and plastic pairs.
 const std::vector<SurfaceFriction>& FrictionTable();
 
 /// @throws core::InputError naming the surface and those that exist.
 const SurfaceFriction& FrictionOf(std::string_view surface);
 
-/// The glove's pair on a surface as the options change it: glove_friction overrides both
-/// coefficients; else static_friction_offset is added to the static one (never below the kinetic
-/// one), and kinetic_only takes the kinetic one for both.
+/// The pair for a draw u from 0 to 1: the static coefficient is triangular over its range with the
+/// middle as its mode, the kinetic one in the proportion of the table's two numbers.
+FrictionPair DrawnFriction(const GloveRange& range, double u);
+
+/// The glove's pair on a surface as the options choose it; drawn ones by u from 0 to 1.
+/// glove_friction overrides both coefficients.
+FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options, double u);
+/// Likewise with the middle in the place of what would be drawn.
 FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options);
 
 /// Whether a contact slides, with hysteresis: it starts at 1 mm/s (above what held contacts creep,

@@ -36,13 +36,17 @@ constexpr int kAzimuths = 24;
 // A face of a polygon that stands for a round surface is no valley of its own: rises below this
 // share of the height of the center of mass are ripples (64 segments make 0.12 %, 16 make 2 %).
 constexpr double kRipple = 0.02;
-// Faces whose center of mass stands as high and that tip as late are one class; twins, as high and
-// as large, are known before they are tilted.
+// Of two faces that a turn maps onto each other: by how much the turned hull may miss the hull
+// (what modelled meshes are rounded to, and a ripple of round ones), in so many directions.
+constexpr double kSymmetric_m = 0.0005;
+constexpr int kSymmetryDirections = 64;
+// Neighboring faces of something that rolls are one pose: the center of mass stands as high, and
+// they are not turned further (11 deg: 32 segments).
 constexpr double kSameHeight_m = 0.001;
-constexpr double kTwinHeight_m = 0.0002;
-constexpr double kTwinArea = 0.02;  // of the area
-constexpr double kSameTilt_rad = 0.05;
-constexpr double kLower_m = 1e-6;  // a member must be lower by this to stand for its class
+constexpr double kRolls_rad = 0.2;
+// A body rests in a pose if its down direction is within this of one of the pose's faces: more than
+// half a segment, less than the narrowest face's neighbor is off.
+constexpr double kRests_rad = core::Deg(5.0);
 
 struct Facet {
   Vector3d normal;
@@ -105,12 +109,6 @@ class Hull {
       facet = facets_[facet].beyond;
     }
     return facet;
-  }
-
-  double Area(const Facet& facet) const {
-    double area = 0.0;
-    for (const std::size_t t : facet.triangles) area += 0.5 * Cross(t).norm();
-    return area;
   }
 
  private:
@@ -222,51 +220,89 @@ Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
   return X_WB.linear().transpose() * (center_W - X_WB.translation());
 }
 
+// Directions all round, even (a Fibonacci lattice).
+std::vector<Vector3d> EvenDirections(int count) {
+  std::vector<Vector3d> directions;
+  const double golden = core::kPi * (3.0 - std::sqrt(5.0));
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count;
+    const double r = std::sqrt(1.0 - z * z);
+    directions.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  return directions;
+}
+
+// Whether the hull turned by R is the hull.
+bool MapsOntoItself(const Hull& hull, const Eigen::Matrix3d& R) {
+  static const std::vector<Vector3d> directions = EvenDirections(kSymmetryDirections);
+  return std::all_of(directions.begin(), directions.end(), [&](const Vector3d& d) {
+    return std::abs(hull.Height(d) - hull.Height(R * d)) < kSymmetric_m;
+  });
+}
+
+// A frame whose z axis is the face's normal, x one of its edge's.
+Eigen::Matrix3d FrameOf(const Facet& facet, const Vector3d& edge_normal) {
+  Eigen::Matrix3d frame;
+  frame << edge_normal, facet.normal.cross(edge_normal), facet.normal;
+  return frame;
+}
+
+// Whether a turn of the body about its own symmetry maps one face onto the other.
+bool Symmetric(const Hull& hull, const Facet& a, const Facet& b) {
+  if (std::abs(a.offset - b.offset) > kSymmetric_m || a.edge_normals.empty()) return false;
+  const Eigen::Matrix3d A = FrameOf(a, a.edge_normals.front());
+  return std::any_of(b.edge_normals.begin(), b.edge_normals.end(), [&](const Vector3d& edge) {
+    return MapsOntoItself(hull, FrameOf(b, edge) * A.transpose());
+  });
+}
+
+bool RollsOver(const Facet& a, const Facet& b) {
+  return std::abs(a.offset - b.offset) < kSameHeight_m &&
+         a.normal.dot(b.normal) > std::cos(kRolls_rad);
+}
+
 struct PoseClass {
-  std::size_t facet;  // the lowest member stands for it
-  double center_height_m;
-  double area_m2;
-  double tipping_rad;
+  std::vector<std::size_t> facets;
+  std::size_t lowest = 0;  // of them: stands for the class
   double solid_angle = 0.0;
 };
 
-// The class that a facet belongs to: found cheaply for twins of a known member, else by its tilt
-// margin.
-PoseClass& ClassOf(const Hull& hull, std::size_t facet, std::vector<PoseClass>& classes) {
-  const double height = hull.facets()[facet].offset;
-  const double area = hull.Area(hull.facets()[facet]);
-  for (PoseClass& c : classes) {
-    if (std::abs(c.center_height_m - height) < kTwinHeight_m &&
-        std::abs(c.area_m2 - area) < kTwinArea * area) {
-      return c;
-    }
-  }
-  const double tipping = hull.Tipping(hull.facets()[facet]);
-  for (PoseClass& c : classes) {
-    if (std::abs(c.center_height_m - height) > kSameHeight_m ||
-        std::abs(c.tipping_rad - tipping) > kSameTilt_rad) {
-      continue;
-    }
-    if (height < c.center_height_m - kLower_m) {
-      c.facet = facet;
-      c.center_height_m = height;
-      c.area_m2 = area;
-    }
-    return c;
-  }
-  classes.push_back({facet, height, area, tipping});
-  return classes.back();
-}
-
-// The classes that a body may end in, by descending solid angle.
-std::vector<PoseClass> StableClasses(const Hull& hull, double min_tipping_rad) {
+// The stable faces that are one pose.
+std::vector<PoseClass> ClassesOf(const Hull& hull) {
   std::vector<PoseClass> classes;
   for (std::size_t f = 0; f < hull.facets().size(); ++f) {
-    const std::size_t rest = hull.RestsOn(f);
-    if (!hull.facets()[rest].Stable()) continue;
-    ClassOf(hull, rest, classes).solid_angle += hull.facets()[f].solid_angle;
+    if (!hull.facets()[f].Stable()) continue;
+    PoseClass joined{{f}, f, 0.0};
+    // What this face belongs to may be several classes that it joins.
+    std::erase_if(classes, [&](const PoseClass& c) {
+      const Facet& facet = hull.facets()[f];
+      const bool same = Symmetric(hull, hull.facets()[c.lowest], facet) ||
+                        std::any_of(c.facets.begin(), c.facets.end(), [&](std::size_t g) {
+                          return RollsOver(hull.facets()[g], facet);
+                        });
+      if (same) {
+        joined.facets.insert(joined.facets.end(), c.facets.begin(), c.facets.end());
+        if (hull.facets()[c.lowest].offset <= hull.facets()[joined.lowest].offset) {
+          joined.lowest = c.lowest;
+        }
+      }
+      return same;
+    });
+    classes.push_back(std::move(joined));
   }
-  std::erase_if(classes, [&](const PoseClass& c) { return c.tipping_rad < min_tipping_rad; });
+  return classes;
+}
+
+// By descending solid angle of the faces that fall onto them.
+std::vector<PoseClass> WeighedClasses(const Hull& hull) {
+  std::vector<PoseClass> classes = ClassesOf(hull);
+  for (std::size_t f = 0; f < hull.facets().size(); ++f) {
+    const std::size_t rest = hull.RestsOn(f);
+    for (PoseClass& c : classes) {
+      if (std::find(c.facets.begin(), c.facets.end(), rest) == c.facets.end()) continue;
+      c.solid_angle += hull.facets()[f].solid_angle;
+    }
+  }
   std::stable_sort(classes.begin(), classes.end(), [](const PoseClass& a, const PoseClass& b) {
     return a.solid_angle > b.solid_angle;
   });
@@ -288,22 +324,44 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   });
   const Vector3d center_B = CenterOfMass(model, raw, root);
   const Hull hull(CollisionHull(model, raw, root), center_B);
-  const std::vector<PoseClass> classes = StableClasses(hull, min_tipping_rad);
-  double total = 0.0;
-  for (const PoseClass& c : classes) total += c.solid_angle;
-
+  const auto face_of = [&](std::size_t f) {
+    const Facet& facet = hull.facets()[f];
+    return RestingFace{Eigen::Quaterniond::FromTwoVectors(facet.normal, -Vector3d::UnitZ()),
+                       facet.offset + facet.normal.dot(center_B)};
+  };
   std::vector<RestingPose> poses;
-  for (const PoseClass& c : classes) {
-    const Facet& facet = hull.facets()[c.facet];
+  double total = 0.0;
+  for (const PoseClass& c : WeighedClasses(hull)) {
     RestingPose pose;
-    pose.R_WO = Eigen::Quaterniond::FromTwoVectors(facet.normal, -Vector3d::UnitZ());
-    pose.height_m = facet.offset + facet.normal.dot(center_B);
-    pose.probability = c.solid_angle / total;
-    pose.tipping_rad = c.tipping_rad;
+    pose.tipping_rad = hull.Tipping(hull.facets()[c.lowest]);
+    if (pose.tipping_rad < min_tipping_rad) continue;
+    pose.faces = {face_of(c.lowest)};
+    for (const std::size_t f : c.facets) {
+      if (f != c.lowest) pose.faces.push_back(face_of(f));
+    }
+    pose.probability = c.solid_angle;
     pose.label = fmt::format("pose{}", poses.size());
-    poses.push_back(pose);
+    total += pose.probability;
+    poses.push_back(std::move(pose));
   }
+  for (RestingPose& pose : poses) pose.probability /= total;
   return poses;
+}
+
+std::optional<AtRest> FaceAtRest(const std::vector<RestingPose>& poses,
+                                 const Eigen::Matrix3d& R_WO) {
+  const Vector3d down_O = -R_WO.row(2).transpose();
+  std::optional<AtRest> nearest;
+  double most = std::cos(kRests_rad);
+  for (const RestingPose& pose : poses) {
+    for (const RestingFace& face : pose.faces) {
+      const double cosine = down_O.dot(face.R_WO.conjugate() * -Vector3d::UnitZ());
+      if (cosine <= most) continue;
+      most = cosine;
+      nearest = {&pose, &face};
+    }
+  }
+  return nearest;
 }
 
 }  // namespace rangegrasp::sim

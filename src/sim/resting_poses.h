@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,11 +9,17 @@
 
 namespace rangegrasp::sim {
 
+/// A face that an object rests on.
+struct RestingFace {
+  Eigen::Quaterniond R_WO;  ///< any yaw about z keeps it
+  double height_m = 0.0;    ///< of the body's origin above the plane
+};
 /// A way an object can rest on a plane.
 struct RestingPose {
-  Eigen::Quaterniond R_WO;  ///< one member of the class; any yaw about z keeps it
-  double height_m = 0.0;    ///< of the body's origin above the plane
-  /// Quasi-static, by the solid angle of the hull faces seen from the center of mass.
+  /// Those that count as one: the lowest first.
+  std::vector<RestingFace> faces;
+  /// Quasi-static, by the solid angle of the hull faces seen from the center of mass: what a body
+  /// set down without a bounce ends in. A body that is dropped ends in low poses more often.
   double probability = 0.0;
   double tipping_rad = 0.0;  ///< minimum tilt that tips it over
   std::string label;         ///< "pose0", ... by descending probability
@@ -20,10 +27,19 @@ struct RestingPose {
 
 /// Stable resting poses from the convex hull of the collision geometry and the center of mass
 /// (Goldberg et al. 1999, part pose statistics): hull faces that hold the center's foot inside by
-/// tipping_rad >= min_tipping_rad; faces of one rolling or symmetric family (same height of the
-/// center of mass, same tilt margins) are one class.
+/// tipping_rad >= min_tipping_rad. Faces that a turn about the object's own symmetry maps onto each
+/// other are one pose, and so are neighboring faces of something round, over which it rolls.
 /// @throws core::InputError naming the file if it is no object.
 std::vector<RestingPose> StableRestingPoses(const ObjectModel& object,
                                             double min_tipping_rad = 0.15);
+
+/// The pose and the face of it on which an object rests that is turned so, within 5 deg.
+struct AtRest {
+  const RestingPose* pose;
+  const RestingFace* face;
+};
+/// nullopt if it is none of them.
+std::optional<AtRest> FaceAtRest(const std::vector<RestingPose>& poses,
+                                 const Eigen::Matrix3d& R_WO);
 
 }  // namespace rangegrasp::sim

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/words.h"
+#include "sim/friction.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 #include "sim/internal/scene_builder.h"
@@ -35,6 +36,8 @@ struct World::Impl {
   internal::DataPtr data;
   std::vector<ObjectEntry> objects;
   PhysicsOptions physics;
+  std::vector<FrictionPair> glove_on_object;
+  FrictionPair glove_on_scene;
   std::vector<int> arm_joints;
   std::vector<int> arm_actuators;
   std::vector<std::string> warnings;
@@ -113,7 +116,11 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
     impl_->SetArm(
         Eigen::Map<const Eigen::VectorXd>(home.data(), static_cast<Eigen::Index>(home.size())));
   }
-  for (int object = 0; object < this->objects(); ++object) impl_->Park(object);
+  for (int object = 0; object < this->objects(); ++object) {
+    impl_->Park(object);
+    impl_->glove_on_object.push_back(GloveFriction(object_surface(object), options));
+  }
+  impl_->glove_on_scene = GloveFriction(kTableSurface, options);
   impl_->Refresh();
 }
 
@@ -125,6 +132,21 @@ int World::objects() const { return static_cast<int>(impl_->objects.size()); }
 const std::string& World::object_name(int object) const { return impl_->at(object).name; }
 const std::string& World::object_surface(int object) const { return impl_->at(object).surface; }
 int World::object_body(int object) const { return impl_->at(object).body; }
+
+const FrictionPair& World::glove_friction(int object) const {
+  return object < 0 ? impl_->glove_on_scene
+                    : impl_->glove_on_object.at(static_cast<std::size_t>(object));
+}
+
+void World::DrawFriction(core::Rng& rng) {
+  impl_->glove_on_scene = GloveFriction(kTableSurface, physics(), rng.Uniform());
+  for (int object = 0; object < objects(); ++object) {
+    const double u = rng.Uniform();
+    impl_->glove_on_object.at(static_cast<std::size_t>(object)) =
+        GloveFriction(object_surface(object), physics(), u);
+  }
+}
+
 bool World::parked(int object) const { return impl_->at(object).parked; }
 
 core::Pose World::ObjectPose(int object) const {
@@ -141,15 +163,21 @@ double World::ObjectMass(int object) const {
   return model()->body_subtreemass[impl_->at(object).body];
 }
 
-double World::ObjectTop(int object) const {
+double World::ObjectReach(int object, const Eigen::Vector3d& direction_W) const {
   const int root = impl_->at(object).body;
-  double top = -std::numeric_limits<double>::infinity();
+  double reach = -std::numeric_limits<double>::infinity();
   for (int geom = 0; geom < model()->ngeom; ++geom) {
     if (model()->body_rootid[model()->geom_bodyid[geom]] != root) continue;
     if (!internal::Collides(model(), geom)) continue;
-    top = std::max(top, internal::TopOfGeom(model(), data(), geom));
+    reach = std::max(reach, internal::ReachOfGeom(model(), data(), geom, direction_W));
   }
-  return top;
+  return reach;
+}
+
+double World::ObjectTop(int object) const { return ObjectReach(object, Eigen::Vector3d::UnitZ()); }
+
+double World::ObjectBottom(int object) const {
+  return -ObjectReach(object, -Eigen::Vector3d::UnitZ());
 }
 
 double World::ObjectSpeed(int object) const {
@@ -179,6 +207,8 @@ Eigen::VectorXd World::ArmPositions() const {
 }
 
 double World::time_s() const { return data()->time; }
+
+void World::Refresh() { impl_->Refresh(); }
 
 void World::Step() {
   internal::CallEngine(&impl_->warnings,
@@ -212,8 +242,7 @@ std::vector<VisualMesh> World::VisualMeshes() const {
   for (int object = 0; object < objects(); ++object) {
     const ObjectEntry& entry = impl_->at(object);
     if (entry.parked) continue;
-    VisualMesh mesh;
-    mesh.mesh_W = internal::VisualOfTree(model(), data(), entry.body);
+    VisualMesh mesh = internal::VisualOfTree(model(), data(), entry.body);
     mesh.surface = entry.optical;
     mesh.label = static_cast<std::uint32_t>(object) + 1;
     meshes.push_back(std::move(mesh));

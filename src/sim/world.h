@@ -1,13 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/frames.h"
+#include "core/rng.h"
 #include "sim/visual_mesh.h"
 
 struct mjModel_;
@@ -26,13 +29,16 @@ struct FrictionPair {
   double static_mu = 0.6;
   double kinetic_mu = 0.5;
 };
+/// Which friction the glove has on a surface, of the range that is known (sim/friction.h).
+enum class FrictionChoice { kDrawn, kMiddle, kLow, kHigh, kKinetic };
+constexpr std::array<std::string_view, 5> WordsOf(FrictionChoice) {
+  return {"drawn", "middle", "low", "high", "kinetic"};
+}
 /// Options of the physics that an experiment may set.
 struct PhysicsOptions {
   double timestep_s = 0.002;  ///< 1 and 0.5 ms creep the same within 1 %, 4 ms does not
-  /// Added to every static glove coefficient (sensitivity runs).
-  double static_friction_offset = 0.0;
-  bool kinetic_only = false;             ///< no static friction: the kinetic value always
-  std::optional<double> glove_friction;  ///< overrides both (for self-tests)
+  FrictionChoice friction = FrictionChoice::kDrawn;
+  std::optional<double> glove_friction;  ///< both coefficients on everything (for self-tests)
 };
 
 /// A compiled scene with objects: model and state of one simulated world. Objects are numbered as
@@ -52,20 +58,27 @@ class World {
   int objects() const;
   const std::string& object_name(int object) const;
   const std::string& object_surface(int object) const;  ///< of the friction table
-  int object_body(int object) const;                    ///< its root body in model()
+  /// The hand's glove on an object; on the scene (the table) where object is -1. Where friction is
+  /// to be drawn, it is the middle of its range until DrawFriction.
+  const FrictionPair& glove_friction(int object) const;
+  /// Draws the pair of each object and of the scene from its range, where the options say so.
+  void DrawFriction(core::Rng& rng);
+  int object_body(int object) const;  ///< its root body in model()
   bool parked(int object) const;
   core::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
   Eigen::Vector3d ObjectCenterOfMass(int object) const;
   double ObjectMass(int object) const;
-  double ObjectTop(int object) const;    ///< highest point of its collision geometry [m]
-  double ObjectSpeed(int object) const;  ///< |v| + radius |w| [m/s]
+  double ObjectTop(int object) const;     ///< highest point of its collision geometry [m]
+  double ObjectBottom(int object) const;  ///< and the lowest one
+  double ObjectSpeed(int object) const;   ///< |v| + radius |w| [m/s]
   /// Puts an object at rest into a pose.
   void PlaceObject(int object, const core::Pose& X_WO);
   void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
   Eigen::VectorXd ArmPositions() const;
 
   double time_s() const;
-  void Step();  ///< one time step. @throws core::RunError on an engine error.
+  void Refresh();  ///< kinematics of the present positions; nothing moves
+  void Step();     ///< one time step. @throws core::RunError on an engine error.
   /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
@@ -85,6 +98,9 @@ class World {
   const PhysicsOptions& physics() const;
 
  private:
+  // Of its collision geometry along a unit direction [m].
+  double ObjectReach(int object, const Eigen::Vector3d& direction_W) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

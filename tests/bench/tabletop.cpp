@@ -25,7 +25,8 @@ sim::World PlaceFiveObjects() {
   world.SetArm(cell.robot.home);
   for (int i = 0; i < world.objects(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const auto pose = sim::StableRestingPoses(models[at], cell.options.min_tipping_rad).front();
+    const auto pose =
+        sim::StableRestingPoses(models[at], cell.options.min_tipping_rad).front().faces.front();
     const Eigen::Vector3d place =
         cell.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
     world.PlaceObject(i, core::MakePose(pose.R_WO.toRotationMatrix(),

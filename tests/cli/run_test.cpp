@@ -121,6 +121,29 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
   EXPECT_EQ(Rows("single"), before);
 }
 
+// The rows of seed 1 are those of the run with seed 1 alone; the table counts all.
+TEST_F(RunTest, SeveralSeedsStandInOneTable) {
+  const Ran ran = RunInto("seeds", {"--seeds", "1,2"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(Rows("seeds/seed-1"), Rows("single"));
+  EXPECT_NE(Rows("seeds/seed-2"), Rows("single"));
+  const auto json = TableOf("seeds");
+  EXPECT_EQ(json["overall"]["trials"], 4);
+  EXPECT_EQ(json["stamp"]["seed"], "1,2");
+  const Ran compared = RunProgram({"compare", Folder("seeds"), Folder("single")});
+  EXPECT_THAT(compared.out, HasSubstr("pairs 2\n"));
+}
+
+TEST_F(RunTest, WrongSeedsAreTold) {
+  for (const char* seeds : {"1,x", "1,1", "", "1,,2", "-1"}) {
+    const Ran ran = RunInto("wrong_seeds", {std::string("--seeds=") + seeds});
+    EXPECT_EQ(ran.code, 2) << seeds;
+  }
+  EXPECT_EQ(RunInto("wrong_seeds", {"--seeds", "1,2", "--seed", "3"}).code, 2);
+  EXPECT_EQ(RunInto("single", {"--seeds", "1,2"}).code, 2);  // holds the results of one
+  EXPECT_FALSE(std::filesystem::exists(Folder("wrong_seeds")));
+}
+
 TEST_F(RunTest, ResumingAFinishedRunPrintsItsTable) {
   const Ran ran = RunInto("single", {"--resume"});
   EXPECT_EQ(ran.code, 0) << ran.err;

@@ -78,7 +78,7 @@ inline robot::HandModel::State HandState(double angle_rad) {
   const Vector3d index = finger(28.9, -19, 0.008, {42.1, 26.5, 17.2}, {37.4, 33.1}, 6, true);
   const Vector3d middle = finger(12.9, -19, 0.008, {42.1, 26.5, 17.2}, {37.4, 33.1}, 6, true);
   finger(0.0, -23, 0.007, {40, 24, 15}, {35, 30}, 5, false);
-  finger(-13.0, -23, 0.006, {38, 22, 13}, {35, 30}, 4, false);
+  const Vector3d little = finger(-13.0, -23, 0.006, {38, 22, 13}, {35, 30}, 4, false);
   const Vector3d thumb =
       AddFinger(Move(Mm(23.9), Mm(30.7), Mm(71.8)), {Mm(34.3), Mm(26.4)},
                 {Deg(74.0) - angle_rad, Deg(-28.9)}, 0.010, 1.0, Mm(2.0), true, true, state);
@@ -88,6 +88,8 @@ inline robot::HandModel::State HandState(double angle_rad) {
   line.normalize();
   state.thumb_pad_H = thumb - 0.010 * line;
   state.finger_pad_H = fingers + 0.008 * line;
+  state.tip_center_H = 0.5 * (thumb + index);
+  state.power_center_H = 0.5 * thumb + 0.25 * (index + little);
   state.gap_m = std::max(0.0, (thumb - index).norm() - 0.018);
   return state;
 }

@@ -172,10 +172,11 @@ TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
   Store store = Store::Create(folder_ / "out");
   store.WriteStamp(e.stamp);
   RunCases(ShardOf(e.cases, 1, 2), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
-  const std::string part = Format(ReportOf(store, kinds_), store.ReadStamp(), TableFormat::kText);
+  const std::string part = Format(ReportOf({store.ReadStamp(), store.ReadAll()}, kinds_),
+                                  store.ReadStamp(), TableFormat::kText);
   EXPECT_THAT(part, HasSubstr("3 of 6 cases are missing"));
   RunCases(Missing(e.cases, store), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
-  const Report whole = ReportOf(store, kinds_);
+  const Report whole = ReportOf({store.ReadStamp(), store.ReadAll()}, kinds_);
   EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kText),
               testing::Not(HasSubstr("missing")));
   const auto json = nlohmann::json::parse(Format(whole, store.ReadStamp(), TableFormat::kJson));

@@ -91,6 +91,22 @@ TEST(Normals, OfALonePointPointsToTheOrigin) {
   EXPECT_LT((normals[0] - Eigen::Vector3d(0.6, 0.8, 0.0)).norm(), 1e-12);
 }
 
+// A roof of two triangles: each face's normal at its own corners, at the shared ones the mean
+// weighted by area, and a point of no triangle faces where it was seen from.
+TEST(FaceNormals, AreTheAreaWeightedMeansOfTheFaces) {
+  const Points points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -2, 2}, {5, 5, 0}};
+  const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 2, 1}, {0, 1, 3}};
+  const Points places{{0.0, 0.0, 10.0}};
+  const auto normals = FaceNormals(points, triangles, places, Indices(points.size(), 0));
+  // Areas 1/2 and sqrt(2): twice them along z and along (0, 1, 1) / sqrt(2).
+  const Eigen::Vector3d flat(0, 0, 1), slope(0, 2, 2);
+  EXPECT_LT((normals[2] - flat).norm(), 1e-12);
+  EXPECT_LT((normals[3] - slope.normalized()).norm(), 1e-12);
+  EXPECT_LT((normals[0] - (flat + slope).normalized()).norm(), 1e-12);
+  EXPECT_LT((normals[1] - (flat + slope).normalized()).norm(), 1e-12);
+  EXPECT_LT((normals[4] - Eigen::Vector3d(-5, -5, 10).normalized()).norm(), 1e-12);
+}
+
 TEST(Normals, AreUnitLengthWhereNothingDefinesThem) {
   for (const Points& points :
        {Points{{0.0, 0.0, 0.0}}, Points{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},

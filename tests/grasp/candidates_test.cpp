@@ -174,7 +174,7 @@ TEST(CylindricalCandidates, StandRoundTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
   GraspOptions options;
-  options.refine = false;
+  core::SwitchAll<GraspAdditions>(false, options);
   Workbench bench(builder, options);
   const auto candidates = CylindricalCandidates(bench.task);
   ASSERT_EQ(candidates.size(), 24u);
@@ -184,7 +184,7 @@ TEST(CylindricalCandidates, StandRoundTheAxis) {
     const core::Pose& X_CG = c.grasp.X_CG;
     EXPECT_LT((X_CG.translation().head<2>() - Vector2d(0.1, 0.05)).norm(), 1e-12);
     EXPECT_LT((X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-12);
-    EXPECT_DOUBLE_EQ(c.grasp.width_m, 0.06);
+    EXPECT_NEAR(c.grasp.width_m, 0.06, 0.005);  // two states 4 mm apart
     EXPECT_NEAR(c.grasp.score, X_CG.linear().col(0).dot(to_arm), 1e-12);
     angles.insert(std::lround(core::ToDeg(std::atan2(X_CG.linear()(1, 0), X_CG.linear()(0, 0)))));
   }
@@ -282,6 +282,112 @@ TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
       }
     }
     EXPECT_EQ(tilted, tilt_deg == 20.0);
+  }
+}
+
+// ---- The method as published.
+
+GraspOptions AsPublished() {
+  GraspOptions options;
+  core::SwitchAll<GraspAdditions>(false, options);
+  return options;
+}
+
+// The tool centre is that of the finger tips and moves with the opening: whatever the width, it
+// comes over the middle of the top, with the box between thumb and fingers, from the left and from
+// the right, and the hand goes down past the top.
+TEST(PublishedPowerCandidates, BringTheTipsCentreOverTheTopWithTheBoxBetween) {
+  for (const double width_m : {0.02, 0.045, 0.06, 0.075}) {
+    SceneBuilder builder;
+    builder.AddBox({0.10, width_m, 0.12}, At(0.04, -0.03, 0.3));
+    Workbench bench(builder, AsPublished());
+    const auto candidates = PowerCandidates(bench.task);
+    ASSERT_EQ(candidates.size(), 2u) << width_m;
+    const Vector3d across = Yaw(0.3).linear().col(1);
+    double sides = 0.0;
+    for (const Candidate& c : candidates) {
+      EXPECT_TRUE(c.to_contact);
+      const auto& open = bench.hand.states[c.open_state];
+      EXPECT_GE(open.gap_m, width_m);
+      // The tool centre where the hand is as wide as the box, 4 mm between two states.
+      const auto& held = bench.hand.states[bench.hand.IndexAtGap(width_m)];
+      const Vector3d tool = c.grasp.X_CH * held.power_center_H;
+      EXPECT_LT((tool - Vector3d(0.04, -0.03, tool.z())).norm(), 1e-9) << width_m;
+      EXPECT_LT((c.grasp.X_CG.translation() - tool).norm(), 1e-9);
+      EXPECT_LT(tool.z(), 0.12 - 0.025) << "the palm or the thumb's root meets the top";
+      EXPECT_LT((c.grasp.X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-9);
+      // On either side of the box, with room.
+      const double thumb = (c.grasp.X_CH * open.thumb_pad_H - tool).dot(across);
+      const double finger = (c.grasp.X_CH * open.finger_pad_H - tool).dot(across);
+      EXPECT_GT(std::abs(thumb), 0.5 * width_m);
+      EXPECT_GT(std::abs(finger), 0.5 * width_m);
+      EXPECT_LT(thumb * finger, 0.0);
+      sides += thumb > 0.0 ? 1.0 : -1.0;
+    }
+    EXPECT_EQ(sides, 0.0) << "from the left and from the right";
+  }
+}
+
+// And nothing of the open hand touches the box where the collision check lets it come down to.
+TEST(PublishedPowerCandidates, AreFreeAtTheLowestPlace) {
+  for (const double width_m : {0.02, 0.045, 0.06, 0.075}) {
+    SceneBuilder builder = Box(0.10, width_m, 0.12);
+    Workbench bench(builder, AsPublished());
+    const collision::HandCollider collider(bench.hand, {}, builder.scene.objects[0].surface_C,
+                                           {Vector3d::UnitZ(), 0.0}, {0.002, 0.004});
+    std::vector<Grasp> accepted, rejected;
+    ChooseFree(collider, bench.task, PowerCandidates(bench.task), {24, 4, 120}, accepted, rejected);
+    EXPECT_EQ(accepted.size(), 2u) << width_m;
+    for (const Grasp& g : accepted) {
+      EXPECT_FALSE(collider.HitsOwn(g.X_CH, bench.hand.IndexAtGap(g.opening_m - 1e-6)));
+      EXPECT_LT((g.X_CH * bench.hand.AtGap(width_m).power_center_H).z(), 0.12 - 0.02)
+          << "not on top of it";
+    }
+  }
+}
+
+TEST(PublishedPowerCandidates, AFullyOpenHandIsAChoiceOfItsOwn) {
+  const SceneBuilder builder = Box(0.10, 0.03, 0.12);
+  GraspOptions options = AsPublished();
+  options.preshape = false;
+  Workbench bench(builder, options);
+  for (const Candidate& c : PowerCandidates(bench.task)) EXPECT_EQ(c.open_state, 0u);
+}
+
+// The published cylindrical grasp: the middle of thumb and index tip on the axis, half way up.
+TEST(PublishedCylindricalCandidates, BringTheTipsCentreOntoTheAxis) {
+  SceneBuilder builder;
+  builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
+  Workbench bench(builder, AsPublished());
+  for (const Candidate& c : CylindricalCandidates(bench.task)) {
+    const auto& held = bench.hand.states[bench.hand.IndexAtGap(0.06)];
+    const Vector3d tool = c.grasp.X_CH * held.tip_center_H;
+    EXPECT_LT((tool - Vector3d(0.1, 0.05, tool.z())).norm(), 1e-9);
+    EXPECT_GE(tool.z(), 0.07 - 1e-9) << "half way up, or as deep as the hand goes";
+  }
+}
+
+// Each switch alone changes what its name says, and nothing else of it.
+TEST(GraspAdditions, EachAloneChangesThePublishedCandidates) {
+  SceneBuilder builder = Box(0.10, 0.05, 0.12);
+  const auto with = [&](bool GraspAdditions::*on) {
+    GraspOptions options = AsPublished();
+    options.*on = true;
+    Workbench bench(builder, options);
+    return PowerCandidates(bench.task);
+  };
+  for (const Candidate& c : with(&GraspAdditions::pitches)) EXPECT_GE(c.grasp.pitch_rad, 0.0);
+  EXPECT_GT(with(&GraspAdditions::pitches).front().grasp.pitch_rad, 0.1);
+  for (const Candidate& c : with(&GraspAdditions::centering)) {
+    EXPECT_EQ(c.grasp.pitch_rad, 0.0);
+    EXPECT_TRUE(c.to_contact);
+  }
+  for (const Candidate& c : with(&GraspAdditions::depths)) EXPECT_FALSE(c.to_contact);
+  EXPECT_GT(with(&GraspAdditions::directions).size(), 2u);
+  EXPECT_GT(with(&GraspAdditions::offsets).size(), 2u);
+  EXPECT_EQ(with(&GraspAdditions::contact_ranking).size(), 2u);
+  for (const Candidate& c : with(&GraspAdditions::narrow_openings)) {
+    EXPECT_GT(c.narrow_state, c.open_state) << "states close as they go on";
   }
 }
 

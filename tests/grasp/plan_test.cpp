@@ -15,9 +15,9 @@ namespace {
 
 using namespace test;
 
-std::vector<Grasp> Plan(const SceneBuilder& builder, bool refine = true) {
+std::vector<Grasp> Plan(const SceneBuilder& builder, bool improved = true) {
   GraspOptions options;
-  options.refine = refine;
+  core::SwitchAll<GraspAdditions>(improved, options);
   static const robot::HandModel hand = SensorHand();
   return PlanGrasps(builder.scene, 0, hand, ArmBase(), options);
 }
@@ -140,9 +140,10 @@ TEST(PlanGrasps, AsPublishedPutsTheToolCentreOverTheTopsCentre) {
   const robot::HandModel hand = SensorHand();
   for (const Grasp& g : grasps) {
     EXPECT_EQ(g.pitch_rad, 0.0);
-    EXPECT_EQ(g.opening_m, hand.MaxGap());
+    EXPECT_GE(g.opening_m, 0.06);
+    EXPECT_LT(g.opening_m, 0.06 + 0.02 + 0.005);  // two states 4 to 5 mm apart
     EXPECT_LT((g.X_CG.translation() - X_WO.translation()).head<2>().norm(), 1e-9);
-    EXPECT_LT(((g.X_CH * hand.X_HG_power).matrix() - g.X_CG.matrix()).norm(), 1e-9);
+    EXPECT_LT((g.X_CH * hand.AtGap(0.06).power_center_H - g.X_CG.translation()).norm(), 1e-9);
     EXPECT_LT(g.X_CG.translation().z(), 0.115);
   }
   EXPECT_LT((grasps[0].X_CG.linear().col(0) + grasps[1].X_CG.linear().col(0)).norm(), 1e-9);
@@ -197,19 +198,19 @@ TEST(PlanGrasps, AsPublishedHoldsACylinderInTheMiddleOfItsHeight) {
 }
 
 TEST(PlanGrasps, RefusesToHoldACylinderWiderThanTheHand) {
-  for (const bool refine : {true, false}) {
+  for (const bool improved : {true, false}) {
     SceneBuilder builder;
     builder.AddUprightCylinder(0.0495, 0.1, At(0, 0));
-    for (const Grasp& g : Plan(builder, refine)) EXPECT_NE(g.type, GraspType::kCylindrical);
+    for (const Grasp& g : Plan(builder, improved)) EXPECT_NE(g.type, GraspType::kCylindrical);
   }
 }
 
 TEST(PlanGrasps, HoldsACupByItsWallToo) {
-  for (const bool refine : {true, false}) {
+  for (const bool improved : {true, false}) {
     SceneBuilder builder;
     const core::Pose X_WO = At(0.03, -0.02);
     builder.AddCup(0.041, 0.004, 0.095, X_WO);
-    const auto grasps = Plan(builder, refine);
+    const auto grasps = Plan(builder, improved);
     ExpectSound(builder, grasps);
     EXPECT_EQ(grasps.front().type, GraspType::kCylindrical);
     const robot::HandModel hand = SensorHand();
@@ -275,20 +276,24 @@ SceneBuilder BoxBetweenWalls(double distance_m) {
 }
 
 TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
-  for (const bool refine : {true, false}) {
-    const auto near = Plan(BoxBetweenWalls(0.005), refine);
+  for (const bool improved : {true, false}) {
+    const auto near = Plan(BoxBetweenWalls(0.005), improved);
     ASSERT_FALSE(near.empty());
     EXPECT_EQ(Free(near), 0u);
-    const auto far = Plan(BoxBetweenWalls(0.060), refine);
-    EXPECT_GE(Free(far), refine ? 8u : 1u);
+    const auto far = Plan(BoxBetweenWalls(0.060), improved);
+    EXPECT_GE(Free(far), improved ? 8u : 1u);
   }
 }
 
 TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
   // The least distance of walls at which a grasp is free is less than the open hand needs.
-  const auto least = [](bool refine) {
+  const auto least = [](bool preshape) {
+    GraspOptions options;
+    options.preshape = options.narrow_openings = preshape;
+    const robot::HandModel hand = SensorHand();
     for (int mm = 10; mm < 80; mm += 2) {
-      if (Free(Plan(BoxBetweenWalls(mm * core::kMm), refine)) > 0) return mm;
+      const SceneBuilder builder = BoxBetweenWalls(mm * core::kMm);
+      if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
     }
     return 80;
   };

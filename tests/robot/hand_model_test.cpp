@@ -33,6 +33,23 @@ TEST_P(Hand, PadsMeetWhenClosedAndOpenAlongTheClosingDirection) {
   EXPECT_GT(opening.dot(hand_.X_HG_tip.linear().col(0)), 0.95);
 }
 
+// The published tool centres lie between the tips: midway between both sides of the hand at every
+// opening, and at the sites of the open hand but for the row that its fingers stand in.
+TEST_P(Hand, ToolCentresMoveWithTheOpening) {
+  for (const auto& state : hand_.states) {
+    for (const Eigen::Vector3d& center : {state.tip_center_H, state.power_center_H}) {
+      const Eigen::Vector3d pads = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
+      const Eigen::Vector3d closing = hand_.X_HG_tip.linear().col(0);
+      // A thumb's tip is longer than its pad, and the little finger stops before the others.
+      EXPECT_LT(std::abs((center - pads).dot(closing)), 0.008);
+    }
+  }
+  const auto shift = [&](const Eigen::Vector3d& to) {
+    return (to - hand_.states.front().tip_center_H).norm();
+  };
+  EXPECT_GT(shift(hand_.states.back().tip_center_H), 0.001);
+}
+
 TEST_P(Hand, AtGapGivesTheTightestStateThatIsWideEnough) {
   for (double gap_m = 0.0; gap_m < hand_.MaxGap(); gap_m += 0.0013) {
     const auto& state = hand_.AtGap(gap_m);

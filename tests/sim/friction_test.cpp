@@ -2,32 +2,81 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <utility>
+
 #include "core/error.h"
+#include "core/words.h"
 
 namespace rangegrasp::sim {
 namespace {
 
+constexpr FrictionChoice kChoices[] = {FrictionChoice::kDrawn, FrictionChoice::kMiddle,
+                                       FrictionChoice::kLow, FrictionChoice::kHigh,
+                                       FrictionChoice::kKinetic};
+
+PhysicsOptions Choosing(FrictionChoice choice) {
+  PhysicsOptions options;
+  options.friction = choice;
+  return options;
+}
+
 TEST(Friction, StaticIsNeverBelowKinetic) {
   for (const SurfaceFriction& row : FrictionTable()) {
-    EXPECT_GE(row.glove.static_mu, row.glove.kinetic_mu) << row.surface;
     EXPECT_GE(row.on_laminate.static_mu, row.on_laminate.kinetic_mu) << row.surface;
-    for (const double offset : {-0.15, 0.0, 0.15}) {
-      PhysicsOptions options;
-      options.static_friction_offset = offset;
-      const FrictionPair pair = GloveFriction(row.surface, options);
-      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.surface << offset;
+    for (const FrictionChoice choice : kChoices) {
+      const FrictionPair pair = GloveFriction(row.surface, Choosing(choice), 0.1);
+      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.surface << core::Word(choice);
     }
   }
 }
 
+// Each choice is a run of its own: no two of them have the same pair on any surface.
+TEST(Friction, EveryChoiceIsAnother) {
+  for (const SurfaceFriction& row : FrictionTable()) {
+    std::set<std::pair<double, double>> pairs;
+    for (const FrictionChoice choice : kChoices) {
+      const FrictionPair pair = GloveFriction(row.surface, Choosing(choice), 0.1);
+      pairs.emplace(pair.static_mu, pair.kinetic_mu);
+    }
+    EXPECT_EQ(pairs.size(), std::size(kChoices)) << row.surface;
+  }
+}
+
 TEST(Friction, OptionsChangeThePair) {
+  const auto glove = [](FrictionChoice choice) {
+    return GloveFriction("ceramic", Choosing(choice), 0.5);
+  };
+  EXPECT_EQ(glove(FrictionChoice::kMiddle).static_mu, 0.70);
+  EXPECT_EQ(glove(FrictionChoice::kMiddle).kinetic_mu, 0.55);
+  EXPECT_EQ(glove(FrictionChoice::kLow).static_mu, 0.50);
+  EXPECT_DOUBLE_EQ(glove(FrictionChoice::kLow).kinetic_mu, 0.50 * 0.55 / 0.70);
+  EXPECT_EQ(glove(FrictionChoice::kHigh).static_mu, 1.00);
+  EXPECT_EQ(glove(FrictionChoice::kKinetic).static_mu, 0.55);
+  EXPECT_EQ(glove(FrictionChoice::kKinetic).kinetic_mu, 0.55);
   PhysicsOptions options;
-  EXPECT_EQ(GloveFriction("ceramic", options).static_mu, 0.70);
-  options.kinetic_only = true;
-  EXPECT_EQ(GloveFriction("ceramic", options).static_mu, 0.55);
   options.glove_friction = 0.02;
   EXPECT_EQ(GloveFriction("ceramic", options).static_mu, 0.02);
   EXPECT_EQ(GloveFriction("ceramic", options).kinetic_mu, 0.02);
+}
+
+// A triangle over [0.45, 0.8] with its top at 0.6: its mean is the mean of the three, 3/7 of it lie
+// below the top, and its ends are reached.
+TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
+  const GloveRange range = FrictionOf("cardboard").glove;
+  constexpr int kDraws = 10000;
+  double sum = 0.0;
+  int below = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const FrictionPair pair = DrawnFriction(range, (i + 0.5) / kDraws);
+    EXPECT_NEAR(pair.kinetic_mu / pair.static_mu, 0.50 / 0.60, 1e-12);
+    sum += pair.static_mu;
+    below += pair.static_mu < 0.60 ? 1 : 0;
+  }
+  EXPECT_NEAR(sum / kDraws, (0.45 + 0.60 + 0.80) / 3.0, 1e-4);
+  EXPECT_NEAR(static_cast<double>(below) / kDraws, 3.0 / 7.0, 1e-3);
+  EXPECT_DOUBLE_EQ(DrawnFriction(range, 0.0).static_mu, 0.45);
+  EXPECT_NEAR(DrawnFriction(range, 1.0 - 1e-15).static_mu, 0.80, 1e-7);
 }
 
 TEST(Friction, AnUnknownSurfaceIsNamedWithTheKnownOnes) {

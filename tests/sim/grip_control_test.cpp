@@ -20,7 +20,8 @@ struct Script {
   GripControl control{options, drive, kStep_s};
   double torque_Nm = 0.0;
 
-  explicit Script(const HandControlOptions& o = {}) : options(o) {}
+  explicit Script(const HandControlOptions& o = {}, const HandDrive& d = {})
+      : options(o), drive(d) {}
 
   void For(double seconds, const HandReading& reading) {
     for (double t = 0.5 * kStep_s; t < seconds; t += kStep_s) torque_Nm = control.Tick(reading);
@@ -74,9 +75,10 @@ TEST(GripControl, AStallBeforeAnOpeningDoesNotCountForTheNextClosing) {
 
 TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
   HandControlOptions options;
-  options.initial_force_N = 5.0;
   options.min_force_N = 8.0;
-  Script hand(options);
+  HandDrive drive;
+  drive.first_force_N = 5.0;
+  Script hand(options, drive);
   hand.Grip();
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 8.0);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
@@ -115,6 +117,7 @@ TEST(GripControl, EachSlipAddsItsGainOnceAPeriod) {
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 60.0);
   hand.For(1.0, kPressed);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 60.0);  // and stays when it holds
+  EXPECT_EQ(hand.control.slips_heard(), 2);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 60.0 * 0.135);
 }
 
@@ -137,9 +140,9 @@ TEST(GripControl, WithoutSlipControlTheForceStays) {
 }
 
 TEST(GripControl, NoSlipRaisesTheForceAboveTheMaximum) {
-  HandControlOptions options;
-  options.max_force_N = 75.0;
-  Script hand(options);
+  HandDrive drive;
+  drive.max_force_N = 75.0;
+  Script hand({}, drive);
   hand.Grip();
   hand.For(5.0, kSliding);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 75.0);

@@ -22,13 +22,14 @@ TEST_P(EveryObject, StaysInItsRestingPoses) {
   World world(testing::Tabletop(), {object}, {});
   for (const RestingPose& pose : poses) {
     total += pose.probability;
-    const Eigen::Matrix3d R = pose.R_WO.toRotationMatrix();
-    world.PlaceObject(0, core::MakePose(R, {0, 0, pose.height_m + 0.001}));
+    const RestingFace& face = pose.faces.front();
+    const Eigen::Matrix3d R = face.R_WO.toRotationMatrix();
+    world.PlaceObject(0, core::MakePose(R, {0, 0, face.height_m + 0.001}));
     EXPECT_TRUE(world.Settle()) << pose.label;
     const core::Pose X = world.ObjectPose(0);
     const Eigen::Vector3d up_O = R.transpose() * Eigen::Vector3d::UnitZ();
     EXPECT_GT((X.linear() * up_O).z(), std::cos(core::Deg(3.0))) << pose.label;
-    EXPECT_NEAR(X.translation().z(), pose.height_m, 0.002) << pose.label;
+    EXPECT_NEAR(X.translation().z(), face.height_m, 0.002) << pose.label;
   }
   EXPECT_NEAR(total, 1.0, 1e-9);
 }

@@ -1,5 +1,6 @@
 #include "sim/resting_poses.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +31,7 @@ TEST(StableRestingPoses, BoxIsAnalytic) {
   };
   const double share[] = {solid(a, b, c), solid(a, c, b), solid(b, c, a)};
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(poses[i].height_m, height[i], 1e-6);
+    EXPECT_NEAR(poses[i].faces[0].height_m, height[i], 1e-6);
     EXPECT_NEAR(poses[i].tipping_rad, tipping[i], kTilt);
     EXPECT_NEAR(poses[i].probability, 2 * share[i] / (4 * core::kPi), 1e-6);
     EXPECT_EQ(poses[i].label, "pose" + std::to_string(i));
@@ -44,9 +45,9 @@ TEST(StableRestingPoses, CylinderStandsAndLies) {
   const auto poses = StableRestingPoses(
       MakeObject("tube", R"(<geom type="cylinder" size="0.035 0.06" mass="0.4"/>)"));
   ASSERT_EQ(poses.size(), 2u);
-  EXPECT_NEAR(poses[0].height_m, r, 1e-4);
+  EXPECT_NEAR(poses[0].faces[0].height_m, r, 1e-4);
   EXPECT_NEAR(poses[0].tipping_rad, std::atan(h / r), 2 * kTilt);
-  EXPECT_NEAR(poses[1].height_m, h, 1e-6);
+  EXPECT_NEAR(poses[1].faces[0].height_m, h, 1e-6);
   EXPECT_NEAR(poses[1].tipping_rad, std::atan(r / h), 2 * kTilt);
   // Caps seen from the centre: 2 * 2 pi (1 - cos).
   EXPECT_NEAR(poses[1].probability, 1 - h / std::hypot(h, r), 2e-3);
@@ -56,7 +57,7 @@ TEST(StableRestingPoses, ThinPlateDoesNotStandOnItsEdge) {
   const auto poses = StableRestingPoses(
       MakeObject("plate", R"(<geom type="box" size="0.05 0.05 0.005" mass="0.1"/>)"));
   ASSERT_EQ(poses.size(), 1u);
-  EXPECT_NEAR(poses[0].height_m, 0.005, 1e-6);
+  EXPECT_NEAR(poses[0].faces[0].height_m, 0.005, 1e-6);
   EXPECT_NEAR(poses[0].probability, 1.0, 1e-12);
 }
 
@@ -82,10 +83,13 @@ TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
     }
   }
   flank /= rays;
-  ASSERT_EQ(poses.size(), 2u);
-  const RestingPose& on_flank = std::abs(poses[0].height_m - 0.02) < 1e-4 ? poses[0] : poses[1];
-  EXPECT_NEAR(on_flank.height_m, 0.02, 1e-4);
-  EXPECT_NEAR(on_flank.probability, flank, 0.005);
+  // The flanks are each other's mirror image: no turn maps one onto the other.
+  ASSERT_EQ(poses.size(), 3u);
+  double on_flank = 0.0;
+  for (const RestingPose& pose : poses) {
+    if (std::abs(pose.faces[0].height_m - 0.02) < 1e-4) on_flank += pose.probability;
+  }
+  EXPECT_NEAR(on_flank, flank, 0.005);
 }
 
 // The origin is not the centre: heights are the origin's.
@@ -93,8 +97,61 @@ TEST(StableRestingPoses, HeightIsTheOrigins) {
   const auto poses = StableRestingPoses(
       MakeObject("off", R"(<geom type="box" size="0.05 0.05 0.005" pos="0 0 0.1" mass="0.1"/>)"));
   ASSERT_EQ(poses.size(), 1u);  // both faces: one class
-  const double z = (poses[0].R_WO * Eigen::Vector3d(0, 0, 0.1)).z();
-  EXPECT_NEAR(poses[0].height_m + z, 0.005, 1e-6);
+  const double z = (poses[0].faces[0].R_WO * Eigen::Vector3d(0, 0, 0.1)).z();
+  EXPECT_NEAR(poses[0].faces[0].height_m + z, 0.005, 1e-6);
+}
+
+// Two equal legs on a base, 100 mm long along y.
+std::vector<RestingPose> PosesOfPrism(const char* center) {
+  const std::string file = testing::WriteFile("prism.xml", fmt::format(R"(<mujoco><asset>
+    <mesh name="m" vertex="-0.02 -0.05 0  0.02 -0.05 0  0 -0.05 0.03
+                           -0.02  0.05 0  0.02  0.05 0  0  0.05 0.03"/></asset>
+    <worldbody><body name="prism"><freejoint/>
+      <inertial mass="0.2" pos="{}" diaginertia="1e-4 1e-4 1e-4"/>
+      <geom type="mesh" mesh="m"/></body></worldbody></mujoco>)",
+                                                                       center));
+  return StableRestingPoses({"prism", file});
+}
+
+std::size_t Faces(const std::vector<RestingPose>& poses) {
+  std::size_t faces = 0;
+  for (const RestingPose& pose : poses) faces += pose.faces.size();
+  return faces;
+}
+
+// Half a turn maps one leg, and one end, onto the other, unless the weight is off the middle: then
+// the legs are as high as before, and two poses.
+TEST(StableRestingPoses, OnlyATurnOfTheBodyMakesTwoFacesOnePose) {
+  const auto even = PosesOfPrism("0 0 0.01");
+  const auto uneven = PosesOfPrism("0 0.01 0.01");
+  EXPECT_EQ(Faces(even), 5u);
+  EXPECT_EQ(Faces(uneven), 5u);
+  EXPECT_EQ(even.size(), 3u);  // base, legs, ends
+  EXPECT_EQ(uneven.size(), 5u);
+}
+
+// A cylinder lies however it is rolled, stands only upright, and leans in no pose.
+TEST(FaceAtRest, TellsHowAnObjectRests) {
+  const auto poses = StableRestingPoses(
+      MakeObject("tube", R"(<geom type="cylinder" size="0.035 0.06" mass="0.4"/>)"));
+  const auto label = [&](const Eigen::AngleAxisd& turn) {
+    const auto rest = FaceAtRest(poses, turn.toRotationMatrix());
+    return rest ? rest->pose->label : "none";
+  };
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+  EXPECT_EQ(label({0.0, x}), "pose1");
+  EXPECT_EQ(label({core::kPi, x}), "pose1");
+  EXPECT_EQ(label({core::Deg(20.0), x}), "none");
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::AngleAxisd roll(0.0628 * i, Eigen::Vector3d::UnitZ());
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(core::kPi / 2, x).toRotationMatrix() * roll;
+    const auto rest = FaceAtRest(poses, R);
+    ASSERT_TRUE(rest) << i;
+    EXPECT_EQ(rest->pose->label, "pose0") << i;
+    // The face is the one that is down, not another member of the pose.
+    const Eigen::Vector3d down_O = rest->face->R_WO.conjugate() * -Eigen::Vector3d::UnitZ();
+    EXPECT_GT((R * down_O).dot(-Eigen::Vector3d::UnitZ()), std::cos(core::Deg(5.0))) << i;
+  }
 }
 
 }  // namespace

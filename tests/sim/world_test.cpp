@@ -68,6 +68,30 @@ TEST(World, ABoxAtRestStays) {
   EXPECT_LT((world.ObjectCenterOfMass(0) - before).norm(), 1e-9);
 }
 
+// From the stream alone: the same again for the same seed, and another for each object, whatever
+// its surface.
+TEST(World, DrawsAPairForEachObjectFromItsRange) {
+  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  EXPECT_EQ(world.glove_friction(0).static_mu, 0.6);
+  double low = 1.0, high = 0.0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    core::Rng rng(seed);
+    world.DrawFriction(rng);
+    const double first = world.glove_friction(0).static_mu;
+    EXPECT_NE(first, world.glove_friction(1).static_mu);
+    EXPECT_NE(first, world.glove_friction(-1).static_mu);
+    core::Rng again(seed);
+    world.DrawFriction(again);
+    EXPECT_EQ(world.glove_friction(0).static_mu, first);
+    low = std::min(low, first);
+    high = std::max(high, first);
+  }
+  EXPECT_GE(low, 0.45);
+  EXPECT_LT(low, 0.49);
+  EXPECT_GT(high, 0.75);
+  EXPECT_LE(high, 0.80);
+}
+
 TEST(World, AParkedObjectTakesNoPart) {
   World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
   world.PlaceObject(0, At(0, 0, 0.0501));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <vector>
 
 namespace rangegrasp::grasp::internal {
 namespace {
@@ -29,14 +30,28 @@ bool HitsTableClosing(const collision::HandCollider& collider, const robot::Hand
   return false;
 }
 
+/// How far up a candidate is tried.
+std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
+  const PlacingOptions& options = task.options.placing;
+  std::vector<double> lifts(options.lifts_m.begin(), options.lifts_m.end());
+  if (!candidate.to_contact) return lifts;
+  for (int i = 0; i < options.contact_steps; ++i) {
+    lifts.push_back(lifts.back() + options.contact_step_m);
+  }
+  return lifts;
+}
+
 /// True if the grasp is free, as it is or a little higher (PlacingOptions::lifts_m); then its
 /// opening is set.
 bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
-  for (const double lift : task.options.placing.lifts_m) {
+  for (const double lift : LiftsOf(task, candidate)) {
     core::Pose X_CH = candidate.grasp.X_CH;
     X_CH.translation() -= lift * approach;
-    if (HitsTableClosing(collider, task.hand, X_CH, candidate)) return false;
+    if (HitsTableClosing(collider, task.hand, X_CH, candidate)) {
+      if (candidate.to_contact) continue;
+      return false;
+    }
     if (collider.HitsObstacle(X_CH, candidate.held_state)) return false;
     const auto opening = FreeOpening(collider, X_CH, candidate);
     if (!opening) continue;

@@ -31,12 +31,18 @@ Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Clos
   return q;
 }
 
+/// The area of the object's surface against the closed fingers: the "tightest" side is the one
+/// where it is largest (section 5.2 leaves the measure open).
+double Tightness(const std::optional<Closing>& closing) {
+  return closing ? closing->contact_m2 : 0.0;
+}
+
 /// The hand as it comes down: what does not change while it is centred.
 struct Descent {
   std::size_t open;
   const HandProfiles::Lower& lower;
   double reach_m;
-  Vector3d pads;  ///< middle of the pads in T when they hold
+  Vector3d pads;  ///< middle of the pads, or the tool centre, in T when they hold
 };
 
 /// Closes the hand at the aim's depth, as deep as it may go, and moves it to midway between the
@@ -50,7 +56,8 @@ std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& b
     origin.z() = std::min(limit, aim.depth_m - descent.pads.z()) - aim.back_off_m;
     auto closing = CloseOn(task.profiles, aim.pitch_rad, descent.open, band.points, band.normals,
                            task.samples.area_m2, origin);
-    if (!closing || round == options.rounds - 1 || std::abs(closing->drag_m) < options.centered_m) {
+    if (!task.options.centering || !closing || round == options.rounds - 1 ||
+        std::abs(closing->drag_m) < options.centered_m) {
       return closing;
     }
     origin.x() -= closing->drag_m;
@@ -84,23 +91,43 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
   const PlacingOptions& options = task.options.placing;
   const auto slab =
       SlabAt(view, band.y_m, options.hand_band_m, task.hand.depth_m + options.swing_m);
-  if (!slab || slab->Width() > task.MaxWidth()) return std::nullopt;
-  const std::size_t open = task.hand.IndexAtGap(slab->Width() + options.opening_m);
-  const std::size_t held = task.hand.IndexAtGap(slab->Width());
+  if (!slab) return std::nullopt;
+  const double width_m = aim.width_m.value_or(slab->Width());
+  if (width_m > task.MaxWidth()) return std::nullopt;
+  const std::size_t open =
+      task.options.preshape ? task.hand.IndexAtGap(width_m + options.opening_m) : 0;
+  const std::size_t held = task.hand.IndexAtGap(width_m);
   const std::size_t last = std::min(held + 1, task.hand.states.size() - 1);
-  const Descent descent{open, task.profiles.LowerSide(aim.pitch_rad, open),
-                        ReachDown(task, view, aim.pitch_rad, open, last),
-                        task.profiles.PadCenter_T(aim.pitch_rad, held)};
-  Vector3d origin(slab->Middle() - descent.pads.x(), band.y_m - descent.pads.y(), 0.0);
+  const bool centering = task.options.centering;
+  const Descent descent{
+      open, task.profiles.LowerSide(aim.pitch_rad, open),
+      ReachDown(task, view, aim.pitch_rad, open, last),
+      centering ? task.profiles.PadCenter_T(aim.pitch_rad, held)
+                : task.profiles.ToolCenter_T(aim.pitch_rad, held, type == GraspType::kPower)};
+  Vector3d origin((centering ? slab->Middle() : 0.0) - descent.pads.x(),
+                  band.y_m - descent.pads.y(), 0.0);
   const auto closing = CloseCentered(task, view, band, aim, descent, origin);
-  if (!closing) return std::nullopt;
-  const Vector3d center = origin + 0.5 * (closing->finger_T + closing->thumb_T);
+  if (!closing && (centering || task.options.contact_ranking)) return std::nullopt;
+  const Vector3d center = centering
+                              ? Vector3d(origin + 0.5 * (closing->finger_T + closing->thumb_T))
+                              : Vector3d(origin + descent.pads);
   Candidate candidate = MakeCandidate(task, view, origin, center, aim.pitch_rad, type);
-  SetStates(task, open, closing->state, closing->gap_m, candidate);
-  candidate.narrow_state = task.hand.IndexAtGap(slab->Width() + options.narrow_opening_m);
+  SetStates(task, open, closing ? closing->state : held, closing ? closing->gap_m : width_m,
+            candidate);
+  if (task.options.narrow_openings) {
+    candidate.narrow_state = task.hand.IndexAtGap(width_m + options.narrow_opening_m);
+  }
   candidate.depth_m = origin.z() + descent.pads.z();
-  candidate.grasp.score = Score(QualityOf(task, view, aim, *closing, origin, *slab),
-                                task.options.friction_cone_rad, task.options.score);
+  candidate.to_contact = aim.depth_m == kToContact_m;
+  candidate.grasp.score = Tightness(closing) / task.options.score.contact_scale_m2;
+  if (closing) {
+    const Quality quality = QualityOf(task, view, aim, *closing, origin, *slab);
+    candidate.grasp.contact_angle_rad =
+        std::max(quality.angles.finger_rad, quality.angles.thumb_rad);
+    if (task.options.contact_ranking) {
+      candidate.grasp.score = Score(quality, task.options.friction_cone_rad, task.options.score);
+    }
+  }
   return candidate;
 }
 
@@ -123,7 +150,7 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
     if (candidate) deepest = candidate->depth_m;
     if (!candidate || candidate->depth_m < depth - options.same_depth_m) break;
   }
-  if (deepest > depths_m.front() - options.same_depth_m) return;
+  if (!task.options.depths || deepest > depths_m.front() - options.same_depth_m) return;
   aim.depth_m = depths_m.front();
   for (const double back_off : options.back_offs_m) {
     aim.back_off_m = back_off;

@@ -24,44 +24,32 @@ struct Direction {
   Vector3d closing;
 };
 
-/// The area of the object's surface against the closed fingers: the "tightest" side is the one
-/// where it is largest (section 5.2 leaves the measure open).
-double Tightness(const std::optional<Closing>& closing) {
-  return closing ? closing->contact_m2 : 0.0;
+/// The top surface's normal, away from the table.
+Vector3d UpNormal(const Task& task) {
+  const Vector3d& normal = task.object.top->plane.normal;
+  return normal.dot(task.up_C) < 0.0 ? Vector3d(-normal) : normal;
 }
 
-/// As published: tool centre in the top surface's centre, the hand against the surface's normal,
-/// closing across the principal axis, moved down to contact.
-Candidate Published(Task& task, const Direction& direction) {
-  const perception::TopSurface& top = *task.object.top;
-  const View view =
-      MakeView(task, task.coarse, top.center_C, direction.approach, direction.closing);
-  const core::Pose X_TG = HandProfiles::X_TH(task.hand, 0.0) * task.hand.X_HG_power;
-  Vector3d origin = -X_TG.translation();
-  const std::size_t last = task.hand.states.size() - 1;
-  const std::size_t held = std::min(last, task.hand.IndexAtGap(top.minor_m) + 1);
-  origin.z() = DepthLimit(task, view, task.profiles.LowerSide(0.0, 0),
-                          ReachDown(task, view, 0.0, 0, held), origin.x(), origin.y());
-  Candidate candidate =
-      MakeCandidate(task, view, origin, origin + X_TG.translation(), 0.0, GraspType::kPower);
-  const Band band = MakeBand(task, view, origin.y());
-  const auto closing =
-      CloseOn(task.profiles, 0.0, 0, band.points, band.normals, task.samples.area_m2, origin);
-  SetStates(task, 0, closing ? closing->state : held, closing ? closing->gap_m : top.minor_m,
-            candidate);
-  candidate.grasp.score = Tightness(closing) / task.options.score.contact_scale_m2;
-  return candidate;
-}
-
-std::vector<Candidate> PublishedCandidates(Task& task) {
+/// The hand wide open over the top surface's centre, against its normal, both ways round, moved
+/// down to contact: where nothing else is left, e.g. for what is wider than the hand.
+std::vector<Candidate> OverTheTop(Task& task) {
   std::vector<Candidate> candidates;
   if (!task.object.top) return candidates;
   const perception::TopSurface& top = *task.object.top;
-  Vector3d normal = top.plane.normal;
-  if (normal.dot(task.up_C) < 0.0) normal = -normal;
   for (const double side : {1.0, -1.0}) {
-    candidates.push_back(Published(task, {-normal, side * top.minor_C}));
-    candidates.back().group = side > 0.0 ? 0 : 1;
+    const View view =
+        MakeView(task, task.coarse, top.center_C, -UpNormal(task), side * top.minor_C);
+    const Vector3d tool = task.profiles.ToolCenter_T(0.0, 0, true);
+    Vector3d origin = -tool;
+    const std::size_t last = task.hand.states.size() - 1;
+    const std::size_t held = std::min(last, task.hand.IndexAtGap(top.minor_m) + 1);
+    origin.z() = DepthLimit(task, view, task.profiles.LowerSide(0.0, 0),
+                            ReachDown(task, view, 0.0, 0, held), origin.x(), origin.y());
+    Candidate candidate = MakeCandidate(task, view, origin, origin + tool, 0.0, GraspType::kPower);
+    SetStates(task, 0, held, top.minor_m, candidate);
+    candidate.group = side > 0.0 ? 0 : 1;
+    candidate.to_contact = true;
+    candidates.push_back(candidate);
   }
   return candidates;
 }
@@ -120,14 +108,21 @@ void AddClosing(const PowerOptions& options, const Vector3d& approach, const Vec
   }
 }
 
+/// Against the top surface, closing across its principal axis, from the left and the right.
+std::vector<Direction> PublishedDirections(const Task& task) {
+  if (!task.object.top) return {};
+  const Vector3d approach = -UpNormal(task);
+  return {{approach, task.object.top->minor_C}, {approach, -task.object.top->minor_C}};
+}
+
 /// Straight down, and against the top surface where that is tilted; closing across the narrowest
 /// side, the principal axis and the axis normal to it.
 std::vector<Direction> Directions(const Task& task) {
   const PowerOptions& options = task.options.power;
+  if (!task.options.directions) return PublishedDirections(task);
   std::vector<Vector3d> approaches{-task.up_C};
   if (task.object.top) {
-    Vector3d normal = task.object.top->plane.normal;
-    if (normal.dot(task.up_C) < 0.0) normal = -normal;
+    const Vector3d normal = UpNormal(task);
     const double tilt = std::acos(std::min(1.0, normal.dot(task.up_C)));
     if (tilt > options.min_tilt_rad && tilt < options.max_tilt_rad) approaches.push_back(-normal);
   }
@@ -142,18 +137,30 @@ std::vector<Direction> Directions(const Task& task) {
   return directions;
 }
 
-/// Pads at the centre of mass, below it, and as deep as it goes.
-std::array<double, 3> Depths(const View& view, const PowerOptions& options) {
-  return {view.com.z(), view.com.z() + options.below_center_m,
+/// Pads at the centre of mass, below it, and as deep as it goes; or down to contact alone.
+std::vector<double> Depths(const Task& task, const View& view) {
+  if (!task.options.depths) return {kToContact_m};
+  return {view.com.z(), view.com.z() + task.options.power.below_center_m,
           0.5 * (view.com.z() + view.bottom_m)};
 }
 
+/// The measured best pitch; level fingers without pitches.
+double MainPitch(const Task& task) {
+  return task.options.pitches ? task.options.power.pitch_rad : 0.0;
+}
+
 /// The best candidate's pitch, or the measured best one where there is none.
-double BestPitch(const std::vector<Candidate>& candidates, const PowerOptions& options) {
+double BestPitch(const std::vector<Candidate>& candidates, double main_pitch_rad) {
   const auto best = std::max_element(
       candidates.begin(), candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.grasp.score < b.grasp.score; });
-  return best == candidates.end() ? options.pitch_rad : best->grasp.pitch_rad;
+  return best == candidates.end() ? main_pitch_rad : best->grasp.pitch_rad;
+}
+
+/// Where the hand stands along the closed fingers' row: at the centre of mass, or, without
+/// centering, at the top surface's centre, which the view then has as its origin.
+double MiddleOf(const Task& task, const View& view) {
+  return task.options.centering || !task.object.top ? view.com.y() : 0.0;
 }
 
 /// One direction searched finely: pitches through the centre of mass, then offsets along the object
@@ -161,37 +168,44 @@ double BestPitch(const std::vector<Candidate>& candidates, const PowerOptions& o
 void Search(Task& task, const View& view, int group, std::vector<Candidate>& candidates) {
   const PowerOptions& options = task.options.power;
   std::vector<Candidate> found;
-  const Band middle = MakeBand(task, view, view.com.y());
-  for (const double pitch : options.pitches_rad) {
-    PlaceAtDepths(task, view, middle, {pitch, options.pitch_rad}, Depths(view, options),
-                  GraspType::kPower, group, found);
+  const double main = MainPitch(task);
+  const double y0 = MiddleOf(task, view);
+  if (task.options.pitches) {
+    const Band middle = MakeBand(task, view, y0);
+    for (const double pitch : options.pitches_rad) {
+      PlaceAtDepths(task, view, middle, {pitch, main}, Depths(task, view), GraspType::kPower, group,
+                    found);
+    }
   }
   candidates.insert(candidates.end(), found.begin(), found.end());
   for (const Candidate& c : candidates) {
     if (c.group == group) found.push_back(c);
   }
-  const double pitch = BestPitch(found, options);
+  if (!task.options.offsets) return;
+  const double pitch = BestPitch(found, main);
   for (const double offset : options.offsets_m) {
-    const double y = view.com.y() + offset;
+    const double y = y0 + offset;
     if (y < view.y_min_m + options.end_m || y > view.y_max_m - options.end_m) continue;
-    PlaceAtDepths(task, view, MakeBand(task, view, y), {pitch, options.pitch_rad},
-                  Depths(view, options), GraspType::kPower, group, candidates);
+    PlaceAtDepths(task, view, MakeBand(task, view, y), {pitch, main}, Depths(task, view),
+                  GraspType::kPower, group, candidates);
   }
 }
 
-std::vector<Candidate> RefinedCandidates(Task& task) {
+std::vector<Candidate> SearchedCandidates(Task& task) {
   const PowerOptions& options = task.options.power;
+  const bool at_top = !task.options.centering && task.object.top;
+  const Vector3d& middle_C = at_top ? task.object.top->center_C : task.com_C;
   const std::vector<Direction> directions = Directions(task);
   std::vector<View> views;
   std::vector<std::pair<double, int>> order;
   std::vector<Candidate> candidates;
   for (std::size_t k = 0; k < directions.size(); ++k) {
     views.push_back(
-        MakeView(task, task.coarse, task.com_C, directions[k].approach, directions[k].closing));
+        MakeView(task, task.coarse, middle_C, directions[k].approach, directions[k].closing));
     const View& view = views.back();
     const std::size_t before = candidates.size();
-    PlaceAtDepths(task, view, MakeBand(task, view, view.com.y()),
-                  {options.pitch_rad, options.pitch_rad}, Depths(view, options), GraspType::kPower,
+    PlaceAtDepths(task, view, MakeBand(task, view, MiddleOf(task, view)),
+                  {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
                   static_cast<int>(k), candidates);
     double best = -kInfinity;
     for (std::size_t i = before; i < candidates.size(); ++i) {
@@ -210,10 +224,8 @@ std::vector<Candidate> RefinedCandidates(Task& task) {
 }  // namespace
 
 std::vector<Candidate> PowerCandidates(Task& task) {
-  if (!task.options.refine) return PublishedCandidates(task);
-  std::vector<Candidate> candidates = RefinedCandidates(task);
-  // Nothing fits the hand: the published pose is returned with its verdict.
-  return candidates.empty() ? PublishedCandidates(task) : candidates;
+  std::vector<Candidate> candidates = SearchedCandidates(task);
+  return candidates.empty() ? OverTheTop(task) : candidates;
 }
 
 }  // namespace rangegrasp::grasp::internal

@@ -26,10 +26,10 @@ Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSect
   Candidate candidate = MakeCandidate(task, view, origin, origin + pads, pitch, GraspType::kRim);
   SetStates(task, open, held, sector.wall_m, candidate);
   const double near_arm = 0.5 * (1.0 + std::cos(sector.angle_rad));
-  candidate.grasp.score = options.curvature_weight * sector.curvature +
-                          options.arm_weight * near_arm +
-                          (out < 0.0 ? options.outside_bonus : 0.0) -
-                          options.shallow_per_m * std::max(0.0, wanted - origin.z());
+  candidate.grasp.score =
+      options.curvature_weight * sector.curvature + options.arm_weight * near_arm +
+      (task.options.contact_ranking && out < 0.0 ? options.outside_bonus : 0.0) -
+      options.shallow_per_m * std::max(0.0, wanted - origin.z());
   return candidate;
 }
 
@@ -63,7 +63,7 @@ std::vector<Candidate> ClosedRim(Task& task, const Vector3d& axis, const Vector3
   for (std::size_t k = 0; k < rim.size(); ++k) {
     const View view = MakeView(task, task.coarse, task.object.axis->center_C, -axis,
                                Eigen::AngleAxisd(rim[k].angle_rad, axis) * zero);
-    const double pitch = task.options.refine ? task.options.cylindrical.pitch_rad : 0.0;
+    const double pitch = task.options.pitches ? task.options.cylindrical.pitch_rad : 0.0;
     const Aim aim{pitch, pitch, view.top_m + task.options.rim.tip_depth_m};
     auto candidate = Place(task, view, MakeBand(task, view, 0.0), aim, GraspType::kRim);
     if (!candidate) continue;

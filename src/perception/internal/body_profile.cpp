@@ -61,8 +61,9 @@ Members BySection(const PointCloud& cloud, const Indices& points, const TopSurfa
     const Eigen::Vector3d d = cloud.points[i] - center_C;
     const double depth = -d.dot(direction_C);
     const Eigen::Vector3d radial = d + depth * direction_C;
-    const bool passes_axis = std::abs(normal.dot(direction_C.cross(radial))) <=
-                             options.axis.max_tangential * radial.norm();
+    const bool passes_axis =
+        !options.radial_normals || std::abs(normal.dot(direction_C.cross(radial))) <=
+                                       options.axis.max_tangential * radial.norm();
     sections[{SectionOf(depth, options), normal.dot(radial) < 0.0}].push_back(
         {AxisDistance(cloud.points[i], center_C, direction_C), i, passes_axis});
   }

@@ -176,7 +176,9 @@ Completion CompleteOther(const ObjectContext& context, const Part& part, double 
   if (completion.points_C.empty()) return completion;
   const Points image = SymmetricImage(context, part);
   completion.points_C.insert(completion.points_C.end(), image.begin(), image.end());
-  completion.points_C = WithoutStrays(context, part, completion.points_C);
+  if (context.options.trim_strays) {
+    completion.points_C = WithoutStrays(context, part, completion.points_C);
+  }
   if (completion.points_C.empty()) return completion;
   completion.surface_C = ConvexPieces(context, completion.points_C, base_m);
   const Points walls = Walls(context, completion.points_C, base_m);

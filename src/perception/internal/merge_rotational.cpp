@@ -68,7 +68,9 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   std::optional<RimCircle> rim;
   if (both.axis->rim_fraction > 0.0) {
     rim.emplace();
-    rim->rim = OuterRim(cloud, both.top->points, both.top->plane, options.top.bridged_rim_alpha_m);
+    rim->rim = options.bridged_rims ? OuterRim(cloud, both.top->points, both.top->plane,
+                                               options.top.bridged_rim_alpha_m)
+                                    : both.top->rim;
     rim->fit = FitCircle(geometry::Select(cloud.points, rim->rim), options.circle, rng);
     if (!rim->fit) return std::nullopt;
   }

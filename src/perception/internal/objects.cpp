@@ -107,7 +107,8 @@ std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
   objects.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     auto object = MakeObject(context, parts[i], BaseOf(context, parts, i));
-    if (object.size_m.x() >= options.min_footprint_m) objects.push_back(std::move(object));
+    const bool needle = options.drop_needles && object.size_m.x() < options.min_footprint_m;
+    if (!needle) objects.push_back(std::move(object));
   }
   SortTopmostFirst(objects);
   seconds.emplace_back("completion", watch.Restart());

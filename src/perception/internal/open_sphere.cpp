@@ -19,8 +19,9 @@ bool IsOpen(const geometry::PointCloud& cloud, const geometry::Indices& object,
   const auto inside = std::count_if(object.begin(), object.end(), [&](auto i) {
     return (cloud.points[i] - top.center_C).norm() < radius;
   });
-  return static_cast<double>(inside) <=
-         options.open_stray_share * static_cast<double>(top.points.size());
+  const double strays =
+      options.open_strays ? options.open_stray_share * static_cast<double>(top.points.size()) : 0.0;
+  return static_cast<double>(inside) <= strays;
 }
 
 }  // namespace rangegrasp::perception::internal

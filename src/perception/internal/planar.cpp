@@ -1,5 +1,6 @@
 #include "perception/internal/planar.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -98,6 +99,15 @@ Rectangle MinAreaRectangle(std::span<const Eigen::Vector2d> points) {
     best.axis = Eigen::Vector2d(-best.axis.y(), best.axis.x());
   }
   return best;
+}
+
+Rectangle PrincipalRectangle(std::span<const Eigen::Vector2d> points) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& p : points) covariance += (p - mean) * (p - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
+  return RectangleAlong(points, axes.eigenvectors().col(1));
 }
 
 double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,

@@ -44,6 +44,9 @@ struct Rectangle {
 /// hull. O(n log n + h^2), h points on the hull.
 Rectangle MinAreaRectangle(std::span<const Eigen::Vector2d> points);
 
+/// The rectangle along the principal axes of the points' covariance (section 5.2).
+Rectangle PrincipalRectangle(std::span<const Eigen::Vector2d> points);
+
 /// The rectangle with sides along `axis` and across it; `axis` stays the rectangle's even where it
 /// is the shorter side.
 Rectangle RectangleAlong(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& axis);

@@ -29,7 +29,8 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
   Indices on_circle;
   for (const auto k : fit->inliers) on_circle.push_back(rim[k]);
-  if (share < options.axis.rim_share || ArcOf(cloud, on_circle, fit->circle) < min_arc_rad) {
+  if (share < options.axis.rim_share ||
+      (options.arc_rule && ArcOf(cloud, on_circle, fit->circle) < min_arc_rad)) {
     return std::nullopt;
   }
   return RotationAxis{fit->circle.center, top.plane.normal, fit->circle.radius_m, share, 0.0};
@@ -41,7 +42,7 @@ bool BodyAgrees(const PointCloud& cloud, const Indices& points, const TopSurface
                 RotationAxis& axis) {
   const Eigen::Vector3d leaning = axis.direction_C;
   axis.body_fraction = ProfileBody(cloud, points, top, axis.center_C, leaning, options).fraction;
-  if (leaning.dot(table.normal) > std::cos(options.axis.upright_rad)) {
+  if (options.upright_axes && leaning.dot(table.normal) > std::cos(options.axis.upright_rad)) {
     const double upright =
         ProfileBody(cloud, points, top, axis.center_C, table.normal, options).fraction;
     if (upright >= axis.body_fraction) {
@@ -97,19 +98,19 @@ std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indi
                                              const FeatureOptions& options, core::Rng& rng) {
   std::optional<RotationAxis> axis;
   for (const bool bridged : {false, true}) {
-    if (top.ridge) break;
+    if (top.ridge || (bridged && !options.bridged_rims)) break;
     const Indices rim =
         bridged ? OuterRim(cloud, top.points, top.plane, options.top.bridged_rim_alpha_m) : top.rim;
     const double min_arc = bridged ? options.axis.min_bridged_arc_rad : options.axis.min_arc_rad;
     axis = AxisFromRim(cloud, rim, top, min_arc, options, rng);
     if (axis && BodyAgrees(cloud, points, top, table, options.axis.body_share, options, *axis)) {
-      RefineAxis(cloud, points, top, options, *axis);
+      if (options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
       return axis;
     }
   }
   if (!options.axis_from_body) return std::nullopt;
   axis = AxisOfThinRing(cloud, points, top, table, options, rng);
-  if (axis) RefineAxis(cloud, points, top, options, *axis);
+  if (axis && options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
   return axis;
 }
 

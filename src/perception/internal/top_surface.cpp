@@ -102,7 +102,9 @@ std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates
     if (!plane) break;
     const Indices inliers = Near(cloud, left, *plane, options.top.plane_distance_m);
     const double share = static_cast<double>(inliers.size()) / static_cast<double>(fullest);
-    if (inliers.size() < MinPlanePoints(options) || (top && share < options.top_plane_share)) break;
+    if ((options.slab_tops && inliers.size() < MinPlanePoints(options)) ||
+        (top && (!options.higher_tops || share < options.top_plane_share)))
+      break;
     const double height = MeanHeight(cloud, inliers, table);
     if (!top || height > top_height + options.top.plane_separation * options.top.plane_distance_m) {
       top = plane;
@@ -125,8 +127,9 @@ void Describe(const PointCloud& cloud, const std::optional<Eigen::Vector3d>& axi
   const PlanarFrame frame =
       MakePlanarFrame(top.plane, top.center_C, axis.value_or(Eigen::Vector3d::Zero()));
   const auto flat = Flatten(frame, points);
-  const Rectangle box =
-      axis ? RectangleAlong(flat, Eigen::Vector2d::UnitX()) : MinAreaRectangle(flat);
+  const Rectangle box = axis                     ? RectangleAlong(flat, Eigen::Vector2d::UnitX())
+                        : options.rectangle_axes ? MinAreaRectangle(flat)
+                                                 : PrincipalRectangle(flat);
   top.major_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
   Eigen::Index main = 0;  // its sign tells the axis from its opposite
   top.major_C.cwiseAbs().maxCoeff(&main);
@@ -232,7 +235,7 @@ std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices&
       UpwardPoints(cloud, segment, table.normal, options.top.normal_angle_rad);
   const auto min_upward =
       static_cast<std::size_t>(options.top.min_upward_share * static_cast<double>(segment.size()));
-  if (candidates.size() >= std::max(MinPlanePoints(options), min_upward)) {
+  if (!options.slab_tops || candidates.size() >= std::max(MinPlanePoints(options), min_upward)) {
     if (const auto plane = TopPlane(cloud, candidates, table, options, rng)) {
       TopSurface top;
       top.plane = *plane;
@@ -241,6 +244,7 @@ std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices&
       if (top.major_m > 0.0 && top.rim.size() >= kMinCorners) return top;
     }
   }
+  if (!options.slab_tops) return std::nullopt;
   return SlabTop(cloud, segment, table, options);
 }
 

@@ -61,7 +61,8 @@ Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickR
   task.open_state = robot.hand().IndexAtGap(request.opening_m);
   task.closed_state = robot.hand().IndexAtGap(request.closed_gap_m);
   task.base_W = robot.links().front().X_PB.translation();
-  const double below = Lowest(scene.target_W, scene.table_z_m) - scene.table_z_m;
+  double below = Lowest(scene.target_W, scene.table_z_m) - scene.table_z_m;
+  if (below < options.standing_m) below = 0.0;
   const double hand = std::min(collider.LowestOfHand(request.X_WH, task.open_state),
                                collider.LowestOfHand(request.X_WH, task.closed_state));
   const double drop = std::max(0.0, std::min(below, hand - scene.table_z_m - kHandClearance_m));

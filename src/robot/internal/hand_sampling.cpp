@@ -28,6 +28,8 @@ struct Parts {
   std::vector<int> fingertips;               // geoms that may hold an object
   std::vector<int> thumb_tips, finger_tips;  // last segments among them
   int thumb_root = -1;                       // body
+  /// Sites at the tips that a tool centre lies between, the thumb's first; may be empty.
+  std::vector<int> tip_sites, power_sites;
 };
 
 bool IsLeaf(const mjModel& m, int body) {
@@ -42,6 +44,8 @@ Parts FindParts(const Mjcf& mjcf, int hand_body) {
   parts.driven = mjcf.Tuple("hand_joints", mjOBJ_JOINT);
   parts.fingertips = mjcf.Tuple("fingertips", mjOBJ_GEOM);
   parts.thumb_root = m.jnt_bodyid[parts.driven.front()];
+  parts.tip_sites = mjcf.TupleIfAny("tip_grasp_tips", mjOBJ_SITE);
+  parts.power_sites = mjcf.TupleIfAny("power_grasp_tips", mjOBJ_SITE);
   for (int j = 0; j < m.njnt; ++j) {
     const bool driven =
         std::find(parts.driven.begin(), parts.driven.end(), j) != parts.driven.end();
@@ -162,6 +166,18 @@ double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
   return low;
 }
 
+/// Midway between the thumb's tip and the middle of the others. The dissertation's center of
+/// gravity of three tips would lie a sixth of the opening nearer to the fingers, and what is to be
+/// held would not be in the middle of the hand.
+Eigen::Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
+  const auto at = [&mjcf](int site) {
+    return Eigen::Vector3d(mjcf.data().site_xpos + 3 * static_cast<std::ptrdiff_t>(site));
+  };
+  Eigen::Vector3d fingers = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i < sites.size(); ++i) fingers += at(sites[i]);
+  return 0.5 * (at(sites.front()) + fingers / static_cast<double>(sites.size() - 1));
+}
+
 HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
   const mjModel& m = mjcf.model();
   const core::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
@@ -176,6 +192,14 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
   state.gap_m = std::max(0.0, Gap(mjcf, parts));
   state.thumb_pad_H = X_HW * Pads::Mean_W(mjcf, pads.thumb);
   state.finger_pad_H = X_HW * Pads::Mean_W(mjcf, pads.fingers);
+  // Without sites at its tips a hand's tool centres move as the middle of its pads does.
+  state.tip_center_H = state.power_center_H = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
+  if (parts.tip_sites.size() > 1) {
+    state.tip_center_H = X_HW * TipCenter_W(mjcf, parts.tip_sites);
+  }
+  if (parts.power_sites.size() > 1) {
+    state.power_center_H = X_HW * TipCenter_W(mjcf, parts.power_sites);
+  }
   return state;
 }
 

@@ -120,6 +120,13 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
   return found;
 }
 
+std::vector<int> Mjcf::TupleIfAny(std::string_view name, mjtObj type) const {
+  for (int id = 0; id < Count(*model_, mjOBJ_TUPLE); ++id) {
+    if (Suffix(Name(mjOBJ_TUPLE, id)) == name) return Tuple(name, type);
+  }
+  return {};
+}
+
 std::vector<int> Mjcf::Tuple(std::string_view name, mjtObj type) const {
   const int id = Require(mjOBJ_TUPLE, name);
   const int* types = model_->tuple_objtype + model_->tuple_adr[id];

@@ -27,6 +27,8 @@ class Mjcf {
   int Require(mjtObj type, std::string_view name) const;
   /// Ids of the elements of a tuple. @throws core::InputError if missing, empty or of another type.
   std::vector<int> Tuple(std::string_view name, mjtObj type) const;
+  /// The same; empty if there is no such tuple.
+  std::vector<int> TupleIfAny(std::string_view name, mjtObj type) const;
   /// A custom numeric. @throws core::InputError if it is missing or of another size.
   Eigen::VectorXd Numeric(std::string_view name, int size) const;
 

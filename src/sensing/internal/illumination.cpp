@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sensing/internal/reflection.h"
+
 namespace rangegrasp::sensing::internal {
 namespace {
 
@@ -10,6 +12,13 @@ constexpr float kFarAway_m = 20.0f;
 // A ray to the camera starts this far from the surface, so that it does not meet where it starts:
 // above the error of single-precision points (0.2 um at 2 m), below the thickness of all things.
 constexpr float kLiftOff_m = 1e-4f;
+
+double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {
+  if (!mesh.print) return mesh.surface.albedo;
+  const auto& [a, b, c] = mesh.uv[hit.triangle];
+  const Eigen::Vector2f uv = (1.0f - hit.second - hit.third) * a + hit.second * b + hit.third * c;
+  return uv.allFinite() ? PrintAlbedo(mesh.print->At(uv)) : mesh.surface.albedo;
+}
 
 }  // namespace
 
@@ -38,6 +47,7 @@ void Illumination::MeetSurface(const ProfilePose& pose, const LaserRay& ray, con
   const Eigen::Vector3d point_P(ray.x_m, ray.slope * z_m, z_m);
   spot.point_W = ray_W.origin_W + ray_W.direction_W * spot.hit.distance_m;
   spot.to_laser_W = -ray_W.direction_W;
+  spot.albedo = AlbedoAt(meshes_[spot.hit.mesh], spot.hit);
   spot.to_camera_W = (pose.camera_W.cast<float>() - spot.point_W).normalized();
   if (!camera_.InView(point_P)) return;
   const float facing = spot.hit.normal_W.dot(spot.to_camera_W);
@@ -48,7 +58,7 @@ void Illumination::MeetSurface(const ProfilePose& pose, const LaserRay& ray, con
   spot.state = SampleState::kMeasured;
   spot.axial_m = camera_.AxialDistance(point_P.x(), point_P.z());
   spot.column_px = camera_.Column(point_P.x(), point_P.z());
-  spot.brightness = meshes_[spot.hit.mesh].surface.albedo * static_cast<double>(facing);
+  spot.brightness = spot.albedo * static_cast<double>(facing);
 }
 
 void Illumination::HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots) {

@@ -26,6 +26,7 @@ struct Spot {
   SampleState state = SampleState::kOutOfView;            ///< kMeasured: the camera sees it
   double column_px = 0.0;
   double axial_m = 0.0;
+  double albedo = 0.0;
   double brightness = 0.0;  ///< Lambert's law: albedo, and the cosine towards the camera
 };
 

@@ -149,6 +149,9 @@ void RayCaster::FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) con
       if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       hit.distance_m = packet.ray.tfar[i];
       hit.mesh = packet.hit.geomID[i];
+      hit.triangle = packet.hit.primID[i];
+      hit.second = packet.hit.u[i];
+      hit.third = packet.hit.v[i];
       hit.normal_W =
           Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
       if (hit.normal_W.dot(part[i].direction_W) > 0.0f) hit.normal_W = -hit.normal_W;

@@ -23,6 +23,10 @@ struct Hit {
 
   float distance_m = 0.0f;
   std::uint32_t mesh = kNone;
+  std::uint32_t triangle = 0;
+  /// Barycentric, of the triangle's second and third corner.
+  float second = 0.0f;
+  float third = 0.0f;
   Eigen::Vector3f normal_W = Eigen::Vector3f::Zero();  ///< unit, on the side the ray came from
 
   bool found() const { return mesh != kNone; }

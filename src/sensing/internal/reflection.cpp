@@ -1,6 +1,8 @@
 #include "sensing/internal/reflection.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace rangegrasp::sensing::internal {
 namespace {
@@ -11,6 +13,8 @@ constexpr double kDarkAlbedo = 0.05;
 constexpr double kFairAlbedo = 0.10;
 constexpr double kDarkLoss = 0.5;
 constexpr double kBlackLoss = 0.9;
+constexpr double kInkAlbedo = 0.04;
+constexpr double kPaperAlbedo = 0.85;
 
 Blob Sum(std::span<const Glint> group) {
   Blob blob;
@@ -51,13 +55,27 @@ double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_
 
 double ClarityLoss(double clarity) { return clarity; }
 
-double DropoutProbability(const LineScannerOptions& options, const sim::OpticalSurface& surface,
-                          const Encounter& encounter) {
-  const double kept = (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
-                      (1.0 - AlbedoLoss(surface.albedo)) *
-                      (1.0 - GlossLoss(options, surface.gloss, encounter.mirror_offset_rad)) *
-                      (1.0 - ClarityLoss(surface.clarity));
-  return 1.0 - kept;
+double SampleLoss(double albedo, double clarity) {
+  return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - ClarityLoss(clarity));
+}
+
+double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter) {
+  return 1.0 - (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
+                   (1.0 - GlossLoss(options, gloss, encounter.mirror_offset_rad));
+}
+
+double PrintAlbedo(std::uint8_t red) {
+  // IEC 61966-2-1.
+  static const std::array<double, 256> albedo = [] {
+    std::array<double, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double s = static_cast<double>(i) / 255.0;
+      const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+      table[i] = kInkAlbedo + (kPaperAlbedo - kInkAlbedo) * linear;
+    }
+    return table;
+  }();
+  return albedo[red];
 }
 
 Blob BrightestBlob(std::span<Glint> glints, double width_px) {

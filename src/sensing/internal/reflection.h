@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -24,9 +25,14 @@ double AlbedoLoss(double albedo);
 double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad);
 /// The clarity itself: that share of the light goes through or is mirrored away inside.
 double ClarityLoss(double clarity);
-/// All causes, independent of each other.
-double DropoutProbability(const LineScannerOptions& options, const sim::OpticalSurface& surface,
-                          const Encounter& encounter);
+/// Loss of a single sample: for darkness and clarity, independent of each other.
+double SampleLoss(double albedo, double clarity);
+/// Loss of a whole patch of a surface: for grazing light and gloss, likewise.
+double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter);
+
+/// Diffuse albedo at 635 nm of a printed color with this red channel (sRGB): linear from the 4 %
+/// that the darkest inks and coatings send back to the 85 % of white board. Estimates.
+double PrintAlbedo(std::uint8_t red);
 
 /// Light of a part of the line as the camera sees it.
 struct Glint {

@@ -6,21 +6,43 @@
 #include <cmath>
 
 #include "core/quantile.h"
+#include "core/units.h"
 #include "sim/internal/kinematics.h"
+#include "sim/internal/names.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
 
-double EqualityError(const mjData* data) {
-  double error = 0.0;
-  for (int row = 0; row < data->ne; ++row) error = std::max(error, std::abs(data->efc_pos[row]));
-  return error;
+// The lever of points that an equality joins: their error as a share of it is like that of a joint
+// as a share of its range.
+constexpr double kLever_m = 0.1;
+// Within half a degree, or 5 mm of a slide, a joint is at its range's end.
+constexpr double kNearEnd_rad = 0.0087;
+constexpr double kNearEnd_m = 0.005;
+// Of the patch that a fingertip touches with: the arm of its friction against spinning.
+constexpr double kPatch_m = 0.005;
+constexpr double kPercentile = 0.95;  // of penetration_p95_m
+
+// What the errors of each equality are shares of. The ranges are those before a ratchet narrows
+// them.
+std::vector<double> LeversOf(const mjModel* model) {
+  std::vector<double> levers(static_cast<std::size_t>(model->neq), kLever_m);
+  for (int i = 0; i < model->neq; ++i) {
+    if (model->eq_type[i] != mjEQ_JOINT) continue;
+    const mjtNum* range = model->jnt_range + 2 * model->eq_obj1id[i];
+    if (range[1] > range[0]) levers[static_cast<std::size_t>(i)] = range[1] - range[0];
+  }
+  return levers;
 }
 
-constexpr double kPercentile = 0.95;  // of penetration_p95_m
-// A drive is at its limit from this share of it on: the engine cuts its torque there, so that it
-// never exceeds it.
-constexpr double kAtLimit = 1.0 - 1e-9;
+double EqualityShare(const mjData* data, const std::vector<double>& levers) {
+  double share = 0.0;
+  for (int row = 0; row < data->ne; ++row) {
+    const auto equality = static_cast<std::size_t>(data->efc_id[row]);
+    share = std::max(share, std::abs(data->efc_pos[row]) / levers[equality]);
+  }
+  return share;
+}
 
 // Names the first figure that is out of bounds; one that is no number is.
 void Check(const char* figure, double value, double bound, std::string& failed) {
@@ -42,7 +64,9 @@ AuditRecorder::AuditRecorder(const World& world, const HandGeoms& hand, const Ar
       hand_(&hand),
       servo_(&servo),
       target_(target),
-      warnings_before_(world.WarningCount()) {}
+      warnings_before_(world.WarningCount()),
+      levers_(LeversOf(world.model())),
+      at_limit_(servo.joints().size(), 0) {}
 
 double AuditRecorder::Energy() const {
   const mjModel* model = world_->model();
@@ -57,12 +81,30 @@ double AuditRecorder::Energy() const {
   return energy - mass * mju_dot3(model->opt.gravity, data->xipos + 3 * body);
 }
 
-void AuditRecorder::Step(bool holding) {
-  const double torque_ratio = servo_->TorqueRatio(world_->model(), world_->data());
-  audit_.torque_ratio = std::max(audit_.torque_ratio, torque_ratio);
-  if (torque_ratio >= kAtLimit) audit_.torque_limit_s += world_->physics().timestep_s;
+void AuditRecorder::LookAtJoints() {
+  const mjModel* model = world_->model();
+  bool drive_at_limit = false;
+  for (std::size_t i = 0; i < at_limit_.size(); ++i) {
+    const int joint = servo_->joints()[i];
+    const double q = world_->data()->qpos[model->jnt_qposadr[joint]];
+    const mjtNum* range = model->jnt_range + 2 * joint;
+    const double near = model->jnt_type[joint] == mjJNT_SLIDE ? kNearEnd_m : kNearEnd_rad;
+    const bool at_end = model->jnt_limited[joint] && (q < range[0] + near || q > range[1] - near);
+    const bool at_limit = servo_->AtLimit(model, world_->data(), i);
+    drive_at_limit = drive_at_limit || at_limit;
+    if (at_end || at_limit) at_limit_[i] = 1;
+  }
+  if (drive_at_limit) audit_.drive_limit_s += world_->physics().timestep_s;
+}
+
+void AuditRecorder::Step(bool holding, const JointCommand* free_motion) {
+  LookAtJoints();
+  if (free_motion) {
+    const double error = servo_->TrackingError(world_->model(), world_->data(), *free_motion);
+    audit_.tracking_error_rad = std::max(audit_.tracking_error_rad, error);
+  }
   if (!holding) return;
-  audit_.equality_error_rad = std::max(audit_.equality_error_rad, EqualityError(world_->data()));
+  audit_.equality_share = std::max(audit_.equality_share, EqualityShare(world_->data(), levers_));
   const Touch touch =
       TouchOf(world_->model(), world_->data(), *hand_, world_->object_body(target_));
   if (touch.hand) penetration_.push_back(touch.deepest_m);
@@ -73,6 +115,25 @@ void AuditRecorder::BeginRest() {
   rest_start_s_ = world_->time_s();
   rest_energy_ = Energy();
   slid_at_rest_ = false;
+  rest_contacts_.clear();
+  const core::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
+  for (const ContactPoint& contact :
+       ContactsOf(world_->model(), world_->data(), *hand_, world_->object_body(target_))) {
+    const Eigen::Vector3d point_H = X_HW * contact.point_W;
+    rest_contacts_.push_back(
+        {point_H, X_HW.linear() * contact.normal_W, rest_pose_.inverse() * point_H});
+  }
+  thickness_m_ = Thickness();
+}
+
+double AuditRecorder::Thickness() const {
+  double thickness_m = 0.0;
+  for (const RestingContact& a : rest_contacts_) {
+    for (const RestingContact& b : rest_contacts_) {
+      thickness_m = std::max(thickness_m, std::abs(a.normal_H.dot(b.point_H - a.point_H)));
+    }
+  }
+  return thickness_m;
 }
 
 void AuditRecorder::RestStep(bool slides) {
@@ -81,12 +142,18 @@ void AuditRecorder::RestStep(bool slides) {
 }
 
 void AuditRecorder::EndRest() {
-  const core::Pose X = PoseInHand(*world_, *hand_, target_);
   const double rest_s = world_->time_s() - rest_start_s_;
   if (rest_s <= 0.0) return;
-  audit_.creep_m_s = (X.translation() - rest_pose_.translation()).norm() / rest_s;
-  audit_.creep_rad_s =
-      Eigen::AngleAxisd(rest_pose_.linear().transpose() * X.linear()).angle() / rest_s;
+  const core::Pose X_HO = PoseInHand(*world_, *hand_, target_);
+  const Eigen::AngleAxisd turned(X_HO.linear() * rest_pose_.linear().transpose());
+  audit_.creep_rad_s = turned.angle() / rest_s;
+  for (const RestingContact& contact : rest_contacts_) {
+    const double way_m = (X_HO * contact.point_O - contact.point_H).norm();
+    const double spin_rad = std::abs(turned.angle() * turned.axis().dot(contact.normal_H));
+    audit_.creep_m_s = std::max(audit_.creep_m_s, (way_m + kPatch_m * spin_rad) / rest_s);
+    // std::max would drop what is no number.
+    if (!std::isfinite(way_m)) audit_.creep_m_s = way_m;
+  }
 }
 
 Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
@@ -96,19 +163,32 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
     audit.penetration_p95_m = core::QuantileOf(penetration_, kPercentile);
     audit.penetration_max_m = *std::max_element(penetration_.begin(), penetration_.end());
   }
+  if (thickness_m_ > 0.0) audit.penetration_share = audit.penetration_max_m / thickness_m_;
   audit.warnings = world_->WarningCount() - warnings_before_;
   std::string& failed = audit.failed;
   if (audit.warnings > 0) failed = "engine warnings: " + world_->Warnings();
-  Check("torque_ratio", audit.torque_ratio, bounds.torque_ratio, failed);
   if (!held_after_lift) return audit;
+  Check("drive_limit_s", audit.drive_limit_s, bounds.drive_limit_s, failed);
+  Check("tracking_error_rad", audit.tracking_error_rad, bounds.tracking_error_rad, failed);
   Check("penetration_p95_m", audit.penetration_p95_m, bounds.penetration_p95_m, failed);
   Check("penetration_max_m", audit.penetration_max_m, bounds.penetration_max_m, failed);
-  Check("equality_error_rad", audit.equality_error_rad, bounds.equality_error_rad, failed);
-  Check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_J, failed);
+  Check("penetration_share", audit.penetration_share, bounds.penetration_share, failed);
+  Check("equality_share", audit.equality_share, bounds.equality_share, failed);
+  const double weight_N = world_->ObjectMass(target_) * core::kGravity;
+  Check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N, failed);
   if (!held_after_carry || slid_at_rest_) return audit;
   Check("creep_m_s", audit.creep_m_s, bounds.creep_m_s, failed);
-  Check("creep_rad_s", audit.creep_rad_s, bounds.creep_rad_s, failed);
   return audit;
+}
+
+std::vector<std::string> AuditRecorder::JointsAtLimits() const {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < at_limit_.size(); ++i) {
+    if (!at_limit_[i]) continue;
+    const char* name = mj_id2name(world_->model(), mjOBJ_JOINT, servo_->joints()[i]);
+    names.emplace_back(name ? Suffix(name) : "");
+  }
+  return names;
 }
 
 }  // namespace rangegrasp::sim::internal

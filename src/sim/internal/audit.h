@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/frames.h"
@@ -19,19 +20,30 @@ class AuditRecorder {
 
   /// After each step. Penetration and equality errors count while `holding`: from the closed hand
   /// to its release.
-  void Step(bool holding);
+  /// @param free_motion  what the arm was commanded to, where it moves freely; else null
+  void Step(bool holding, const JointCommand* free_motion);
   /// The rest after the lift: creep and energy are taken between these two calls.
   void BeginRest();
   void RestStep(bool slides);
   void EndRest();
 
-  /// What was gathered, with the first figure that is out of bounds. What describes a hold is
-  /// reported but has no bound where the object was not held after the lift; creep neither where it
-  /// was lost in the carry.
+  /// What was gathered, with the first figure that is out of bounds (struct Audit says which have
+  /// one).
   Audit Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry) const;
+  /// Joints of the arm that came near their range's ends, or whose drives were at their limits.
+  std::vector<std::string> JointsAtLimits() const;
 
  private:
+  /// A contact of the hand with the target when the rest began, in the hand and in the object.
+  struct RestingContact {
+    Eigen::Vector3d point_H;
+    Eigen::Vector3d normal_H;
+    Eigen::Vector3d point_O;
+  };
+
   double Energy() const;  ///< of the target, kinetic and potential [J]
+  void LookAtJoints();
+  double Thickness() const;  ///< of what the resting contacts hold; 0 if they are on one side [m]
 
   const World* world_;
   const HandGeoms* hand_;
@@ -40,7 +52,11 @@ class AuditRecorder {
   int warnings_before_;
   std::vector<double> penetration_;
   Audit audit_;
+  std::vector<double> levers_;  // by equality
+  std::vector<char> at_limit_;  // by the arm's joints
   core::Pose rest_pose_ = core::Pose::Identity();
+  std::vector<RestingContact> rest_contacts_;
+  double thickness_m_ = 0.0;
   double rest_start_s_ = 0.0;
   double rest_energy_ = 0.0;
   bool slid_at_rest_ = false;

@@ -1,8 +1,13 @@
 #include "sim/internal/contacts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "core/error.h"
+#include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 #include "sim/internal/visual.h"
 
@@ -35,12 +40,28 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
   thumb_.assign(n, 0);
   for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips"))
     tip_[static_cast<std::size_t>(geom)] = 1;
+  pad_.assign(n, 0);
+  if (TryFind(model, mjOBJ_TUPLE, "grip_sensors") >= 0) {
+    touch_sensors_ = TupleOf(model, mjOBJ_SENSOR, "grip_sensors");
+  }
+  std::set<int> pad_bodies;
+  for (const int sensor : touch_sensors_) {
+    if (model->sensor_type[sensor] != mjSENS_TOUCH) {
+      throw core::InputError(fmt::format("tuple \"grip_sensors\": sensor \"{}\" is no touch sensor",
+                                         mj_id2name(model, mjOBJ_SENSOR, sensor)));
+    }
+    pad_bodies.insert(model->site_bodyid[model->sensor_objid[sensor]]);
+  }
   const int thumb = model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
+  for (int body = 0; body < model->nbody; ++body) {
+    thumb_body_.push_back(InSubtree(model, body, thumb));
+  }
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!Collides(model, geom) || !InSubtree(model, model->geom_bodyid[geom], body_)) continue;
     all_.push_back(geom);
     hand_[static_cast<std::size_t>(geom)] = 1;
-    thumb_[static_cast<std::size_t>(geom)] = InSubtree(model, model->geom_bodyid[geom], thumb);
+    pad_[static_cast<std::size_t>(geom)] = pad_bodies.contains(model->geom_bodyid[geom]);
+    thumb_[static_cast<std::size_t>(geom)] = IsThumbBody(model->geom_bodyid[geom]);
   }
 }
 
@@ -54,6 +75,21 @@ double HandGeoms::Gap(const mjModel* model, mjData* data) const {
     }
   }
   return gap;
+}
+
+std::vector<ContactPoint> ContactsOf(const mjModel* model, const mjData* data,
+                                     const HandGeoms& hand, int object_body) {
+  std::vector<ContactPoint> contacts;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    if (contact.efc_address < 0) continue;
+    for (const int side : {0, 1}) {
+      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != object_body) continue;
+      if (!hand.IsHand(contact.geom[1 - side])) continue;
+      contacts.push_back({Vec3(contact.pos), Vec3(contact.frame)});
+    }
+  }
+  return contacts;
 }
 
 Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body) {

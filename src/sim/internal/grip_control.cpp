@@ -31,8 +31,9 @@ void GripControl::Preshape(double from_rad, double to_rad) {
   commanded_rad_ = from_rad;
 }
 
-void GripControl::Close() {
+void GripControl::Close(bool firm) {
   mode_ = Mode::kClosing;
+  first_force_N_ = firm ? drive_.max_force_N : drive_.first_force_N;
   stalled_s_ = 0.0;
   force_N_ = 0.0;
 }
@@ -55,7 +56,7 @@ double GripControl::Tick(const HandReading& reading) {
     case Mode::kClosing:
       return TickClosing(reading);
     case Mode::kGripping:
-      return TickGripping(reading.slides);
+      return TickGripping(reading.slips);
     case Mode::kOpening:
       break;
   }
@@ -67,7 +68,7 @@ double GripControl::TickClosing(const HandReading& reading) {
   const bool both_sides = reading.thumb_N > kFelt_N && reading.fingers_N > kFelt_N;
   if (both_sides || Stalls(reading.speed_rad_s)) {
     mode_ = Mode::kGripping;
-    force_N_ = std::min(options_.initial_force_N, torque_Nm / drive_.torque_per_force_Nm_N);
+    force_N_ = std::min(first_force_N_, torque_Nm / drive_.torque_per_force_Nm_N);
     gripping_s_ = since_slip_s_ = 0.0;
   }
   return torque_Nm;
@@ -78,18 +79,19 @@ bool GripControl::Stalls(double speed_rad_s) {
   return stalled_s_ > kStallTime_s;
 }
 
-double GripControl::TickGripping(bool slides) {
-  if (force_N_ < options_.initial_force_N) {
-    force_N_ = std::min(options_.initial_force_N, force_N_ + kForceRate_N_s * timestep_s_);
+double GripControl::TickGripping(bool slips) {
+  if (force_N_ < first_force_N_) {
+    force_N_ = std::min(first_force_N_, force_N_ + kForceRate_N_s * timestep_s_);
   } else {
     gripping_s_ += timestep_s_;
     since_slip_s_ += timestep_s_;
-    if (options_.slip_control && slides && Gripping() && since_slip_s_ >= kSlipPeriod_s) {
+    if (options_.slip_control && slips && Gripping() && since_slip_s_ >= kSlipPeriod_s) {
       force_N_ += options_.slip_gain_N;
+      ++slips_heard_;
       since_slip_s_ = 0.0;
     }
   }
-  force_N_ = std::clamp(force_N_, options_.min_force_N, options_.max_force_N);
+  force_N_ = std::clamp(force_N_, options_.min_force_N, drive_.max_force_N);
   return force_N_ * drive_.torque_per_force_Nm_N;
 }
 

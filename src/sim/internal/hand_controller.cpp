@@ -24,8 +24,8 @@ int MotorOf(const mjModel* model) {
   return motors[0];
 }
 
-// The scene's own where it says them.
-HandDrive DriveOf(const mjModel* model, int motor) {
+// The scene's own where it says them; forces that the options state go before it.
+HandDrive DriveOf(const mjModel* model, int motor, const HandControlOptions& options) {
   HandDrive drive;
   const auto calibration = NumericOf(model, "grip_torque_per_force");
   if (!calibration.empty()) drive.torque_per_force_Nm_N = calibration[0];
@@ -33,6 +33,18 @@ HandDrive DriveOf(const mjModel* model, int motor) {
   if (!backlash.empty()) drive.backlash_rad = backlash[0];
   const double damping = -model->actuator_biasprm[motor * mjNBIAS + 2];
   if (damping > 0.0) drive.damping_Nm_s = damping;
+  const auto force = NumericOf(model, "grip_force");
+  if (!force.empty() && force.size() != 2) {
+    throw core::InputError(
+        "numeric \"grip_force\" must hold two values: the first grip and the strongest one [N]");
+  }
+  if (!force.empty()) {
+    drive.first_force_N = force[0];
+    drive.max_force_N = force[1];
+  }
+  drive.max_force_N = options.max_force_N.value_or(drive.max_force_N);
+  drive.first_force_N =
+      std::min(options.initial_force_N.value_or(drive.first_force_N), drive.max_force_N);
   return drive;
 }
 
@@ -44,7 +56,7 @@ HandController::HandController(World& world, const HandGeoms& hand,
       hand_(&hand),
       joints_(TupleOf(world.model(), mjOBJ_JOINT, "hand_joints")),
       motor_(MotorOf(world.model())),
-      drive_(DriveOf(world.model(), motor_)),
+      drive_(DriveOf(world.model(), motor_, options)),
       control_(options, drive_, world.physics().timestep_s) {
   for (const int joint : joints_) open_limit_.push_back(world.model()->jnt_range[2 * joint]);
   target_angle_ = Angle();
@@ -93,13 +105,11 @@ void HandController::Open() {
 }
 
 void HandController::FeelPressure(HandReading& reading) const {
-  const mjData* data = world_->data();
-  for (int i = 0; i < data->ncon; ++i) {
-    for (const int geom : data->contact[i].geom) {
-      if (geom < 0 || !hand_->IsTip(geom)) continue;
-      (hand_->IsThumb(geom) ? reading.thumb_N : reading.fingers_N) +=
-          NormalForce(world_->model(), data, i);
-    }
+  const mjModel* model = world_->model();
+  for (const int sensor : hand_->touch_sensors()) {
+    const int body = model->site_bodyid[model->sensor_objid[sensor]];
+    const double pressure_N = world_->data()->sensordata[model->sensor_adr[sensor]];
+    (hand_->IsThumbBody(body) ? reading.thumb_N : reading.fingers_N) += pressure_N;
   }
 }
 
@@ -112,9 +122,9 @@ void HandController::RatchetJoints() {
   }
 }
 
-void HandController::Tick(bool slides) {
-  HandReading reading{Angle(), Speed(), 0.0, 0.0, slides};
-  if (control_.Closing()) FeelPressure(reading);
+void HandController::Tick(bool slips) {
+  HandReading reading{Angle(), Speed(), 0.0, 0.0, slips};
+  FeelPressure(reading);
   world_->data()->ctrl[motor_] = control_.Tick(reading);
   if (control_.Ratchets()) RatchetJoints();
 }

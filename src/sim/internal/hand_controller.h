@@ -17,15 +17,16 @@ class HandController {
   HandController(World& world, const HandGeoms& hand, const HandControlOptions& options);
 
   void Preshape(double gap_m);  ///< moves to the angle with at least this gap
-  void Close() { control_.Close(); }
+  void Close(bool firm) { control_.Close(firm); }
   void Open();
-  void Tick(bool slides);  ///< once before each step
+  void Tick(bool slips);  ///< once before each step. @param slips  what the pads hear
 
   bool Preshaped() const;
   bool Gripping() const { return control_.Gripping(); }
   bool FullyClosed() const;  ///< at the end of its range
   bool FullyOpen() const;
   double force_N() const { return control_.force_N(); }
+  int slips_heard() const { return control_.slips_heard(); }
 
  private:
   double Angle() const;

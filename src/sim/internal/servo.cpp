@@ -9,6 +9,8 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
+constexpr double kRounding = 1e-9;
+
 Eigen::VectorXd VelocityAt(const core::JointTrajectory& trajectory, std::size_t sample) {
   const auto& q = trajectory.positions;
   if (sample == 0 || sample + 1 >= q.size()) return Eigen::VectorXd::Zero(q[0].size());
@@ -49,14 +51,21 @@ void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& c
   }
 }
 
-double ArmServo::TorqueRatio(const mjModel* model, const mjData* data) const {
-  double ratio = 0.0;
-  for (const int joint : joints_) {
-    const double limit = model->jnt_actfrcrange[2 * joint + 1];
-    if (limit <= 0.0) continue;
-    ratio = std::max(ratio, std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) / limit);
+bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) const {
+  const int joint = joints_[i];
+  // The engine cuts the torque there, so that it never exceeds it.
+  const double limit = (1.0 - kRounding) * model->jnt_actfrcrange[2 * joint + 1];
+  return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
+}
+
+double ArmServo::TrackingError(const mjModel* model, const mjData* data,
+                               const JointCommand& command) const {
+  double error = 0.0;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const double position = data->qpos[model->jnt_qposadr[joints_[i]]];
+    error = std::max(error, std::abs(position - command.position[static_cast<Eigen::Index>(i)]));
   }
-  return ratio;
+  return error;
 }
 
 }  // namespace rangegrasp::sim::internal

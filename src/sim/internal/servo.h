@@ -22,8 +22,11 @@ class ArmServo {
  public:
   explicit ArmServo(const mjModel* model);
   void Command(const mjModel* model, mjData* data, const JointCommand& command) const;
-  /// Maximum of |torque| / limit over the arm's joints.
-  double TorqueRatio(const mjModel* model, const mjData* data) const;
+  const std::vector<int>& joints() const { return joints_; }
+  /// Whether the drive of joint number i gives all that it has.
+  bool AtLimit(const mjModel* model, const mjData* data, std::size_t i) const;
+  /// Maximum over the joints of how far each is from its command [rad, m].
+  double TrackingError(const mjModel* model, const mjData* data, const JointCommand& command) const;
 
  private:
   std::vector<int> joints_, actuators_;

@@ -70,6 +70,45 @@ void AppendGeom(const mjModel* model, const mjData* data, int geom,
                    mesh_W);
 }
 
+// The 2-D texture of a geom that is a mesh with texture coordinates; -1 for none.
+int TextureOf(const mjModel* model, int geom) {
+  const int material = model->geom_matid[geom];
+  if (material < 0 || model->geom_type[geom] != mjGEOM_MESH) return -1;
+  if (model->mesh_texcoordadr[model->geom_dataid[geom]] < 0) return -1;
+  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+  return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
+}
+
+std::shared_ptr<const Print> PrintOf(const mjModel* model, int texture) {
+  auto print = std::make_shared<Print>();
+  print->width = model->tex_width[texture];
+  print->height = model->tex_height[texture];
+  const auto channels = static_cast<std::size_t>(model->tex_nchannel[texture]);
+  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
+  print->red.resize(static_cast<std::size_t>(print->width) *
+                    static_cast<std::size_t>(print->height));
+  for (std::uint8_t& red : print->red) {
+    red = *texel;
+    texel += channels;
+  }
+  return print;
+}
+
+// Of the triangles of a geom's mesh, in their order.
+void AppendUv(const mjModel* model, int geom, std::vector<std::array<Eigen::Vector2f, 3>>& uv) {
+  const int mesh = model->geom_dataid[geom];
+  const float* coordinates = model->mesh_texcoord + 2 * model->mesh_texcoordadr[mesh];
+  const int* face = model->mesh_facetexcoord + 3 * model->mesh_faceadr[mesh];
+  const float* repeat = model->mat_texrepeat + 2 * model->geom_matid[geom];
+  for (int f = 0; f < model->mesh_facenum[mesh]; ++f) {
+    auto& corners = uv.emplace_back();
+    for (Eigen::Vector2f& corner : corners) {
+      const float* at = coordinates + 2 * *face++;
+      corner = {at[0] * repeat[0], at[1] * repeat[1]};
+    }
+  }
+}
+
 bool IsObject(const mjModel* model, int body) {
   const int root = model->body_rootid[body];
   return model->body_jntnum[root] > 0 && model->jnt_type[model->body_jntadr[root]] == mjJNT_FREE;
@@ -109,30 +148,41 @@ geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments)
   return geometry::Tessellate(shape, segments);
 }
 
-double TopOfGeom(const mjModel* model, const mjData* data, int geom) {
+double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
+                   const Eigen::Vector3d& direction_W) {
   const core::Pose X_WG = GeomPose(data, geom);
-  const Eigen::Vector3d up_G = X_WG.linear().row(2).transpose();
-  double rise = 0.0;
+  const Eigen::Vector3d direction_G = X_WG.linear().transpose() * direction_W;
+  double reach = 0.0;
   if (model->geom_type[geom] == mjGEOM_MESH) {
     const int mesh = model->geom_dataid[geom];
     const float* v = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
-    rise = -std::numeric_limits<double>::infinity();
+    reach = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, v += 3) {
-      rise = std::max(rise, up_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
+      reach = std::max(reach, direction_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
     }
   } else {
-    rise = Support(model->geom_type[geom], model->geom_size + 3 * geom, up_G);
+    reach = Support(model->geom_type[geom], model->geom_size + 3 * geom, direction_G);
   }
-  return X_WG.translation().z() + rise;
+  return direction_W.dot(X_WG.translation()) + reach;
 }
 
-geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
-  geometry::TriangleMesh mesh_W;
+VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
+  VisualMesh visual;
+  int printed = -1;
+  const Eigen::Vector2f none = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (model->body_rootid[model->geom_bodyid[geom]] != root || !Visible(model, geom)) continue;
-    AppendGeom(model, data, geom, mesh_W);
+    AppendGeom(model, data, geom, visual.mesh_W);
+    const int texture = TextureOf(model, geom);
+    if (texture >= 0 && (printed < 0 || printed == texture)) {
+      if (printed < 0) visual.print = PrintOf(model, texture);
+      printed = texture;
+      AppendUv(model, geom, visual.uv);
+    }
+    visual.uv.resize(visual.mesh_W.triangles.size(), {none, none, none});
   }
-  return mesh_W;
+  if (!visual.print) visual.uv.clear();
+  return visual;
 }
 
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {

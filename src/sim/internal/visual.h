@@ -13,10 +13,12 @@ bool Collides(const mjModel* model, int geom);
 /// infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
 /// Highest point of a geom [m].
-double TopOfGeom(const mjModel* model, const mjData* data, int geom);
+double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
+                   const Eigen::Vector3d& direction_W);
 
-/// Visible geoms (groups 0 to 2, not transparent) below a root body, in W.
-geometry::TriangleMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
+/// Visible geoms (groups 0 to 2, not transparent) below a root body, in W, with the first texture
+/// that one of them has; what has another one has no print.
+VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
 /// Visible geoms of everything that is no object (no tree with a free joint), without the body that
 /// holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
 /// of the blue laminate.

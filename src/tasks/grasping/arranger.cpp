@@ -16,8 +16,11 @@ namespace {
 // trials of laser_single needs it (seed 1); a scene where all of these fail is out of the sensor's
 // view.
 constexpr int kMaxDraws = 50;
+// A drop that shows how an object comes to rest starts with its lowest point this high, as from a
+// hand.
+constexpr double kDropHeight_m = 0.05;
 // Objects are put down this far above the table, so that none begins inside it.
-constexpr double kDrop_m = 0.0005;
+constexpr double kPutDown_m = 0.0005;
 // An object may creep into place, but not turn further than this: it would fall into another pose.
 constexpr double kMaxTurn_rad = 0.1;
 
@@ -37,6 +40,15 @@ bool InView(const sim::World& world, int target, const core::Pose& X_WS,
     }
   }
   return true;
+}
+
+// Uniform over all rotations (Shoemake 1992).
+Eigen::Quaterniond RandomRotation(core::Rng& rng) {
+  const double u = rng.Uniform();
+  const double v = rng.Uniform(0.0, 2.0 * core::kPi);
+  const double w = rng.Uniform(0.0, 2.0 * core::kPi);
+  return {std::sqrt(1.0 - u) * std::sin(v), std::sqrt(1.0 - u) * std::cos(v),
+          std::sqrt(u) * std::sin(w), std::sqrt(u) * std::cos(w)};
 }
 
 class SingleArranger : public Arranger {
@@ -61,11 +73,10 @@ class SingleArranger : public Arranger {
     Arrangement trial{
         sim::World(options_.scene, {ObjectModelOf(options_, target)}, options_.physics), 0, "", 0};
     trial.world.SetArm(robot_.home);
-    const auto& poses = resting_poses_.at(target);
     for (int draw = 0; draw < kMaxDraws; ++draw) {
-      const sim::RestingPose& pose = poses[rng.Index(poses.size())];
-      if (!PutDown(pose, rng, trial)) continue;
-      trial.pose_class = pose.label;
+      const auto rest = Drop(resting_poses_.at(target), rng, trial);
+      if (!rest || !PutDown(*rest->face, rng, trial)) continue;
+      trial.pose_class = rest->pose->label;
       trial.redraws = draw;
       return trial;
     }
@@ -73,8 +84,21 @@ class SingleArranger : public Arranger {
   }
 
  private:
-  // At a random place and yaw; whether it rests there in that pose and in view.
-  bool PutDown(const sim::RestingPose& pose, core::Rng& rng, Arrangement& trial) const {
+  // Drops the target onto the table, turned at random. @return how it came to rest; nullopt for a
+  // pose that is left out.
+  std::optional<sim::AtRest> Drop(const std::vector<sim::RestingPose>& poses, core::Rng& rng,
+                                  Arrangement& trial) const {
+    const Eigen::Matrix3d R_WO = RandomRotation(rng).toRotationMatrix();
+    core::Pose X_WO = core::MakePose(R_WO, robot_.X_WWorkspace.translation());
+    trial.world.PlaceObject(trial.target, X_WO);
+    X_WO.translation().z() += kDropHeight_m - trial.world.ObjectBottom(trial.target);
+    trial.world.PlaceObject(trial.target, X_WO);
+    trial.world.Settle();
+    return sim::FaceAtRest(poses, trial.world.ObjectPose(trial.target).linear());
+  }
+
+  // At a random place and yaw; whether it rests there on that face and in view.
+  bool PutDown(const sim::RestingFace& face, core::Rng& rng, Arrangement& trial) const {
     const double radius = robot_.workspace_radius_m * std::sqrt(rng.Uniform());
     const double angle = rng.Uniform(0.0, 2.0 * core::kPi);
     const double yaw = rng.Uniform(0.0, 2.0 * core::kPi);
@@ -82,8 +106,8 @@ class SingleArranger : public Arranger {
         robot_.X_WWorkspace *
         Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0);
     core::Pose X_WO = core::MakePose(
-        (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * pose.R_WO).toRotationMatrix(),
-        Eigen::Vector3d(place.x(), place.y(), pose.height_m + kDrop_m));
+        (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * face.R_WO).toRotationMatrix(),
+        Eigen::Vector3d(place.x(), place.y(), face.height_m + kPutDown_m));
     trial.world.PlaceObject(trial.target, X_WO);
     // The centre of mass, not the body's origin, comes to the drawn place.
     const Eigen::Vector3d shift = place - trial.world.ObjectCenterOfMass(trial.target);

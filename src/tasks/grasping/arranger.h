@@ -29,8 +29,9 @@ class Arranger {
   virtual std::optional<Arrangement> Arrange(const std::string& target, core::Rng& rng) const = 0;
 };
 
-/// Alone on the table: a resting pose (each class of poses as likely as the others), place in the
-/// workspace disc and yaw are drawn until the object rests in the scanner's view.
+/// Alone on the table: the resting pose is the one that a simulated drop from 50 mm, turned at
+/// random, ends in; place in the workspace disc and yaw are drawn, and all of it again until the
+/// object rests in the scanner's view.
 /// The arguments must outlive it. @throws core::InputError if an object has no resting pose.
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner);

@@ -29,9 +29,7 @@ class DissertationDetector : public Detector {
     if (observer_) observer_(scene, grasps, observation);
     detected.segments = static_cast<int>(scene.segments.size());
     detected.detection = grasp::DetectionFrom(scene, grasps);
-    for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-      detected.kept.push_back(scene.SampleOf(i));
-    }
+    detected.kept = scene.cloud.size();
     return detected;
   }
 

@@ -19,8 +19,7 @@ namespace rangegrasp::tasks::grasping {
 /// What a detector hands over, with what a record tells of how it came to it.
 struct Detected {
   grasp::Detection detection;
-  /// Samples that the detector took for parts of objects, after its filters.
-  std::vector<geometry::SampleId> kept;
+  std::size_t kept = 0;  ///< samples that it took for parts of objects, after its filters
   int segments = 0;
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };

@@ -11,19 +11,32 @@ constexpr double kDeliveryRadius_m = 0.15;
 // "More than half", of the object's samples and of the target's.
 constexpr double kHalf = 0.5;
 
+// The target's samples that lie clear of the table.
+std::ptrdiff_t VisibleSamples(const Sensed& sensed, const TargetTruth& target) {
+  std::ptrdiff_t visible = 0;
+  for (std::size_t v = 0; v < sensed.truth.size(); ++v) {
+    const auto& points_W = sensed.observation.views[v].image.points_C;  // in a trial, C is W
+    for (std::size_t i = 0; i < points_W.size(); ++i) {
+      // False for a sample that was not measured.
+      const bool clear = target.table_W.Distance(points_W[i]) > target.clearance_m;
+      visible += clear && sensed.truth[v].label[i] == target.label ? 1 : 0;
+    }
+  }
+  return visible;
+}
+
 }  // namespace
 
-DetectionVerdict JudgeDetection(const Detected& detected,
-                                const std::vector<sensing::ScanTruth>& truth,
-                                std::uint32_t target_label) {
+DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
+                                const TargetTruth& target) {
   DetectionVerdict verdict;
-  const auto is_target = [&](const geometry::SampleId& id) {
-    return truth[id.view].label[id.sample] == target_label;
-  };
-  if (detected.detection.objects.empty()) return verdict;
-  const auto& samples = detected.detection.objects.front().samples;
-  const auto hits = std::count_if(samples.begin(), samples.end(), is_target);
-  const auto visible = std::count_if(detected.kept.begin(), detected.kept.end(), is_target);
+  if (detection.objects.empty()) return verdict;
+  const auto& samples = detection.objects.front().samples;
+  const auto hits =
+      std::count_if(samples.begin(), samples.end(), [&](const geometry::SampleId& id) {
+        return sensed.truth[id.view].label[id.sample] == target.label;
+      });
+  const std::ptrdiff_t visible = VisibleSamples(sensed, target);
   if (samples.empty() || visible == 0) return verdict;
   verdict.share_of_object = static_cast<double>(hits) / static_cast<double>(samples.size());
   verdict.share_of_target = static_cast<double>(hits) / static_cast<double>(visible);

@@ -5,9 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "sensing/scan_truth.h"
+#include "geometry/plane.h"
+#include "grasp/detection.h"
 #include "sim/execute.h"
-#include "tasks/grasping/detector.h"
+#include "tasks/grasping/sensor.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -31,16 +32,23 @@ constexpr std::array<std::string_view, 10> WordsOf(Outcome) {
 
 /// What the judge makes of a detection, from the labels that it alone knows.
 struct DetectionVerdict {
-  bool segmented = false;     ///< the first object holds more than half of the target's samples
+  /// The first object holds more than half of the target's samples that a detector could use:
+  /// those of the raw observation that lie clear of the table. What a filter eats counts against
+  /// the detection.
+  bool segmented = false;
   bool right_target = false;  ///< more than half of the first object's samples are the target's
   double share_of_object = 0.0;
   double share_of_target = 0.0;
 };
-/// @param truth         one a view
-/// @param target_label  of the target in it
-DetectionVerdict JudgeDetection(const Detected& detected,
-                                const std::vector<sensing::ScanTruth>& truth,
-                                std::uint32_t target_label);
+/// What the judge knows of a trial.
+struct TargetTruth {
+  std::uint32_t label = 0;  ///< of the target, in the truth of each view
+  geometry::Plane table_W;  ///< normal up
+  double clearance_m =
+      0.0;  ///< samples lower above the table do not count: preselection's distance
+};
+DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
+                                const TargetTruth& target);
 
 /// What an execution is worth (docs/architecture.md, definitions): delivered, not_lifted, dropped,
 /// misplaced or invalid_physics.

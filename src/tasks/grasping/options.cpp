@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "core/additions.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/units.h"
@@ -18,25 +19,50 @@ using core::kDeg;
 using core::kMm;
 using core::YamlMap;
 
+/// One key a switch, as its table states it.
+template <typename Switches>
+void ReadAdditions(YamlMap& map, Switches& switches) {
+  for (const auto& row : core::AdditionsTable<Switches>()) {
+    map.Read(std::string(row.key), switches.*row.on, std::string(row.doc));
+  }
+}
+
+template <typename Switches>
+void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
+  for (const auto& row : core::AdditionsTable<Switches>()) {
+    keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
+  }
+}
+
 void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
   map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
-  map.Read("static_friction_offset", options.static_friction_offset, -0.5, 0.5,
-           "added to every static coefficient of the glove");
-  map.Read("kinetic_only", options.kinetic_only,
-           "the kinetic coefficient in place of the static one, always");
+  map.Read(
+      "friction", options.friction,
+      "of the glove on each object: drawn from its range in each trial; the middle, the low or "
+      "the high end; or the kinetic coefficient in place of the static one");
   map.Read("glove_friction", options.glove_friction, 0.0, 2.0,
            "one coefficient for the glove on everything, in place of the table of pairs");
   map.Finish();
 }
 
-void ReadHand(YamlMap map, sim::HandControlOptions& options) {
-  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0, "first grip at the finger tips");
-  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip");
+void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& options) {
+  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0,
+           "first grip at the finger tips; without it the hand's own");
+  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip; likewise");
+  map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
+                 "faces that lean by more than this are gripped with the strongest force at once");
   map.Read("slip_control", options.slip_control, "grips harder while the load slips");
-  if (options.initial_force_N > options.max_force_N) {
+  map.ReadScaled("slip_threshold_mm_s", options.slip_threshold_m_s, kMm, 0.1, 1000.0,
+                 "slower sliding along the distal pads is not heard");
+  map.ReadScaled("slip_delay_ms", options.slip_delay_s, 1e-3, 0.0, 1000.0,
+                 "from a slide to the controller");
+  map.ReadScaled("slip_noise_mm_s", options.slip_noise_m_s, kMm, 0.0, 1000.0,
+                 "standard deviation of what is heard");
+  if (options.initial_force_N && options.max_force_N &&
+      *options.initial_force_N > *options.max_force_N) {
     map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
              fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
-                         options.initial_force_N, options.max_force_N));
+                         *options.initial_force_N, *options.max_force_N));
   }
   map.Finish();
 }
@@ -53,9 +79,9 @@ void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
+  map.Read("isolated_outliers", options.preprocess.isolated_outliers,
+           "of the outliers only those that are isolated; off: the test exactly as printed");
   map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
-  map.Read("adapt_lengths", options.adapt_lengths,
-           "measure noise and spacing and adapt lengths to them; off: as published");
   ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
              "neighborhood that a normal is estimated from");
   ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
@@ -63,27 +89,25 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
              "points this far above the table's plane belong to objects");
   auto& features = options.features;
-  map.Read("ridge_tops", features.ridge_tops, "a lying cylinder's or roof's ridge is a top");
   map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
-           "share of an object's highest points that its top plane must hold");
-  map.Read("axis_from_body", features.axis_from_body,
-           "find the axis of thin-lipped vessels from their walls");
-  map.Read("merge_fragments", features.merge_fragments, "join segments of one object");
-  map.Read("complete_by_symmetry", features.complete_by_symmetry,
-           "mirror the surface of objects that are not rotational");
+           "with higher_tops: share of the fullest plane's points that a higher one must hold");
   map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
-           "share of points that may lie in the sphere of an open object");
+           "with open_strays: share of points that may lie in the sphere of an open object");
   map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
-                 "objects that are narrower both ways are left out");
+                 "with drop_needles: objects that are narrower both ways are left out");
+  ReadAdditions<perception::PreprocessAdditions>(map, options.preprocess);
+  ReadAdditions<perception::SegmentAdditions>(map, options.segment);
+  ReadAdditions<perception::FeatureAdditions>(map, options.features);
   map.Finish();
 }
 
 void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
-  map.Read("refine", options.refine,
-           "slide, turn, deepen and pitch candidates and rank them; off: as published");
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "the hand stays this far above the table");
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Read("preshape", options.preshape,
+           "the hand opens a little wider than the object; off: fully");
+  ReadAdditions<grasp::GraspAdditions>(map, options);
   map.Finish();
 }
 
@@ -109,6 +133,24 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
 
 }  // namespace
 
+void SetMethod(MethodKind method, Options& options) {
+  const bool on = method == MethodKind::kImproved;
+  core::SwitchAll<perception::PreprocessAdditions>(on, options.perception.preprocess);
+  core::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
+  core::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
+  core::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
+  options.method = method;
+}
+
+std::vector<AdditionKey> AdditionKeys() {
+  std::vector<AdditionKey> keys;
+  AddKeys<perception::PreprocessAdditions>("perception.", keys);
+  AddKeys<perception::SegmentAdditions>("perception.", keys);
+  AddKeys<perception::FeatureAdditions>("perception.", keys);
+  AddKeys<grasp::GraspAdditions>("grasp.", keys);
+  return keys;
+}
+
 Options ReadOptions(YamlMap& map) {
   Options o;
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
@@ -116,6 +158,9 @@ Options ReadOptions(YamlMap& map) {
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
   map.ReadPath("sensor", o.sensor, "file of the line scanner");
   map.Read("detector", o.detector, "what finds objects and grasps");
+  map.Read("method", o.method,
+           "all switches below that go beyond the dissertation at once: on or off");
+  SetMethod(o.method, o);
   map.Read("mover", o.mover, "what plans the arm's motions");
   map.ReadPath("reference", o.reference, "published table, printed beside the own one");
   o.object_folder = (map.file().parent_path() / "../models/objects").lexically_normal();
@@ -129,7 +174,7 @@ Options ReadOptions(YamlMap& map) {
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
-  ReadHand(map.Child("hand", "the hand's controller"), o.hand);
+  ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning);

@@ -28,6 +28,11 @@ constexpr std::array<std::string_view, 1> WordsOf(DetectorKind) { return {"disse
 enum class MoverKind { kPlanned };
 constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"}; }
 
+/// The dissertation's method as it was published, or with what this program adds to it. Sets every
+/// switch of core/additions.h; keys of single switches win over it.
+enum class MethodKind { kImproved, kPublished };
+constexpr std::array<std::string_view, 2> WordsOf(MethodKind) { return {"improved", "published"}; }
+
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
   std::filesystem::path scene;
@@ -39,6 +44,7 @@ struct Options {
 
   ArrangerKind arranger = ArrangerKind::kSingle;
   DetectorKind detector = DetectorKind::kDissertation;
+  MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
 
   /// A resting pose that tips over at a smaller tilt is left out: it would not stand long on a real
@@ -51,6 +57,9 @@ struct Options {
 
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
+  /// Faces that lean by more than this are gripped with the strongest force at once: once they
+  /// slide, kinetic friction does not hold them any more. 90 deg: never.
+  double firm_from_rad = 20.0 * core::kDeg;
   sim::AuditBounds audit;
   perception::PerceptionOptions perception;
   grasp::GraspOptions grasp;
@@ -60,6 +69,16 @@ struct Options {
 /// Reads all keys of a grasping experiment but the common ones, to the end of the map.
 /// @throws core::InputError naming file, line, key, value and the nearest valid key.
 Options ReadOptions(core::YamlMap& map);
+
+/// Sets all switches of the method's additions.
+void SetMethod(MethodKind method, Options& options);
+
+/// What the improved method adds to the published one: a key of experiment files and what it does.
+struct AdditionKey {
+  std::string path;  ///< "perception.ridge_tops"
+  std::string doc;
+};
+std::vector<AdditionKey> AdditionKeys();
 
 /// The MJCF of one of the experiment's objects.
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object);

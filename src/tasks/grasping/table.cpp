@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/csv.h"
 #include "core/words.h"
 #include "experiment/statistics.h"
+#include "tasks/grasping/friction_curve.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -22,7 +24,13 @@ using Rate = std::optional<double>;
 
 struct Published {
   Rate detection, grasp;
+  std::optional<int> trials;
 };
+
+/// All of a family of comparisons together are wrong by chance this often.
+constexpr double kSignificance = 0.05;
+/// Of a published row: more are a mistake in the file.
+constexpr double kMaxTrials = 1e6;
 
 // A rate in per cent; nothing where the cell is empty.
 Rate PublishedRate(const core::CsvTable& csv, std::size_t row, const char* name) {
@@ -35,6 +43,20 @@ Rate PublishedRate(const core::CsvTable& csv, std::size_t row, const char* name)
   return *percent / 100.0;
 }
 
+// How many trials a row stands for; nothing where the table does not say.
+std::optional<int> PublishedTrials(const core::CsvTable& csv, std::size_t row) {
+  const auto& header = csv.header();
+  const auto found = std::find(header.begin(), header.end(), "trials");
+  if (found == header.end()) return std::nullopt;
+  const auto column = static_cast<std::size_t>(found - header.begin());
+  const auto trials = csv.OptionalNumber(row, column);
+  if (!trials) return std::nullopt;
+  if (!(*trials >= 1.0 && *trials == std::floor(*trials) && *trials <= kMaxTrials)) {
+    csv.Fail(row, column, "must be a whole number of trials, 1 or more");
+  }
+  return static_cast<int>(*trials);
+}
+
 // By title, and "overall".
 std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   std::map<std::string, Published> published;
@@ -44,7 +66,8 @@ std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   for (std::size_t row = 0; row < csv.rows(); ++row) {
     const bool overall = csv.Cell(row, csv.Column("object")) == "overall";
     published[overall ? "overall" : csv.Cell(row, csv.Column("name"))] = {
-        PublishedRate(csv, row, "detection_rate"), PublishedRate(csv, row, "grasping_rate")};
+        PublishedRate(csv, row, "detection_rate"), PublishedRate(csv, row, "grasping_rate"),
+        PublishedTrials(csv, row)};
   }
   return published;
 }
@@ -75,12 +98,45 @@ Rate MeanOf(const std::vector<Row>& rows, Rate Row::*rate) {
   return sum / n;
 }
 
+int Rounded(double x) { return static_cast<int>(std::lround(x)); }
+
 void AddPublished(const std::map<std::string, Published>& published, const std::string& name,
                   Row& row) {
   const auto found = published.find(name);
   if (found == published.end()) return;
   row.published_detection_rate = found->second.detection;
   row.published_grasp_rate = found->second.grasp;
+  row.published_trials = found->second.trials;
+  if (!row.published_trials || !row.published_detection_rate || !row.published_grasp_rate) return;
+  // The rates are of whole objects: 77.77 % of 9 detected are 7.
+  row.published_detected = Rounded(*row.published_detection_rate * *row.published_trials);
+  row.published_delivered = Rounded(*row.published_grasp_rate * row.published_detected);
+}
+
+void Compare(Row& row) {
+  if (!row.published_trials) return;
+  row.detection_p_below = experiment::FisherExactLower(
+      row.detected, row.trials, row.published_detected, *row.published_trials);
+  row.grasp_p_below = experiment::FisherExactLower(row.delivered, row.detected,
+                                                   row.published_delivered, row.published_detected);
+}
+
+/// The overall row stands for the counts of all rows, if all have them.
+void ComparePooled(Table& table) {
+  int compared = 0;
+  int trials = 0;
+  for (Row& row : table.rows) {
+    Compare(row);
+    if (!row.published_trials) continue;
+    ++compared;
+    trials += *row.published_trials;
+    table.overall.published_detected += row.published_detected;
+    table.overall.published_delivered += row.published_delivered;
+  }
+  if (compared > 0) table.p_threshold = kSignificance / compared;
+  if (compared == 0 || compared < static_cast<int>(table.rows.size())) return;
+  table.overall.published_trials = trials;
+  Compare(table.overall);
 }
 
 std::map<std::string, double> MaxAudit(const std::vector<Record>& records) {
@@ -122,6 +178,7 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
   table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
   table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
   AddPublished(published, "overall", table.overall);
+  ComparePooled(table);
   table.pooled_detection_rate = RateOf(table.overall.detected, table.overall.trials);
   table.pooled_grasp_rate = RateOf(table.overall.delivered, table.overall.detected);
   table.stage_seconds = experiment::StageTimes(records);
@@ -129,7 +186,18 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
   return table;
 }
 
+bool IsBelowPublished(const Table& table, const Row& row) {
+  const auto below = [&](const Rate& p) { return p && *p < table.p_threshold; };
+  return below(row.detection_p_below) || below(row.grasp_p_below);
+}
+
 namespace {
+
+// A p-value, marked where it is below the threshold.
+std::string PText(const Table& table, const Rate& p) {
+  if (!p) return "-";
+  return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
+}
 
 std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : "-"; }
 
@@ -142,29 +210,56 @@ std::string Failures(const Row& row) {
   return core::Join(words);
 }
 
-std::vector<std::string> CellsOf(const Row& row, const std::string& number) {
+std::vector<std::string> CellsOf(const Table& table, const Row& row, const std::string& number) {
   return {number,
           row.title.empty() ? row.object : row.title,
           fmt::format("{}", row.trials),
           Percent(row.detection_rate),
           IntervalText(row.detected, row.trials),
           Percent(row.published_detection_rate),
+          PText(table, row.detection_p_below),
           Percent(row.grasp_rate),
           IntervalText(row.delivered, row.detected),
           Percent(row.published_grasp_rate),
+          PText(table, row.grasp_p_below),
           Failures(row)};
+}
+
+// Without published counts there are no p-values.
+void DropComparison(Grid& grid) {
+  for (auto column = grid.header.size(); column-- > 0;) {
+    if (grid.header[column] != "p") continue;
+    const auto at = static_cast<std::ptrdiff_t>(column);
+    grid.header.erase(grid.header.begin() + at);
+    grid.left.erase(grid.left.begin() + at);
+    for (auto& row : grid.rows) row.erase(row.begin() + at);
+  }
+}
+
+std::string ComparisonLine(const Table& table) {
+  std::vector<std::string> below;
+  for (const Row& row : table.rows) {
+    if (IsBelowPublished(table, row)) below.push_back(row.title.empty() ? row.object : row.title);
+  }
+  return fmt::format(
+      "p: Fisher's exact test, one-sided, of a lower rate than the published one; significantly "
+      "below (* p < {:.4f} = 0.05 / rows): {}",
+      table.p_threshold, below.empty() ? "none" : core::Join(below));
 }
 
 Grid GridOf(const Table& table) {
   Grid grid;
-  grid.header = {"no.",       "object",     "trials", "detection %", "95 %",
-                 "published", "grasping %", "95 %",   "published",   "failures"};
+  grid.header = {"no.", "object",     "trials", "detection %", "95 %", "published",
+                 "p",   "grasping %", "95 %",   "published",   "p",    "failures"};
   grid.left.assign(grid.header.size(), false);
   grid.left[1] = grid.left.back() = true;
   grid.total = true;
   int number = 0;
-  for (const Row& row : table.rows) grid.rows.push_back(CellsOf(row, fmt::format("{}", ++number)));
-  grid.rows.push_back(CellsOf(table.overall, ""));
+  for (const Row& row : table.rows) {
+    grid.rows.push_back(CellsOf(table, row, fmt::format("{}", ++number)));
+  }
+  grid.rows.push_back(CellsOf(table, table.overall, ""));
+  if (table.p_threshold == 0.0) DropComparison(grid);
   return grid;
 }
 
@@ -215,28 +310,37 @@ ordered_json IntervalJson(int k, int n) {
   return {low, high};
 }
 
-ordered_json RowJson(const Row& row) {
-  return {{"object", row.object},
-          {"title", row.title},
-          {"trials", row.trials},
-          {"detected", row.detected},
-          {"delivered", row.delivered},
-          {"detection_rate", Json(row.detection_rate)},
-          {"detection_interval", IntervalJson(row.detected, row.trials)},
-          {"grasp_rate", Json(row.grasp_rate)},
-          {"grasp_interval", IntervalJson(row.delivered, row.detected)},
-          {"published_detection_rate", Json(row.published_detection_rate)},
-          {"published_grasp_rate", Json(row.published_grasp_rate)},
-          {"outcomes", row.outcomes}};
+ordered_json RowJson(const Table& table, const Row& row) {
+  ordered_json json = {{"object", row.object},
+                       {"title", row.title},
+                       {"trials", row.trials},
+                       {"detected", row.detected},
+                       {"delivered", row.delivered},
+                       {"detection_rate", Json(row.detection_rate)},
+                       {"detection_interval", IntervalJson(row.detected, row.trials)},
+                       {"grasp_rate", Json(row.grasp_rate)},
+                       {"grasp_interval", IntervalJson(row.delivered, row.detected)},
+                       {"published_detection_rate", Json(row.published_detection_rate)},
+                       {"published_grasp_rate", Json(row.published_grasp_rate)},
+                       {"outcomes", row.outcomes}};
+  if (!row.published_trials) return json;
+  json["published_trials"] = *row.published_trials;
+  json["published_detected"] = row.published_detected;
+  json["published_delivered"] = row.published_delivered;
+  json["detection_p_below"] = Json(row.detection_p_below);
+  json["grasp_p_below"] = Json(row.grasp_p_below);
+  json["below_published"] = IsBelowPublished(table, row);
+  return json;
 }
 
 std::string JsonOf(const Table& table) {
   ordered_json json;
   json["rows"] = ordered_json::array();
-  for (const Row& row : table.rows) json["rows"].push_back(RowJson(row));
-  json["overall"] = RowJson(table.overall);
+  for (const Row& row : table.rows) json["rows"].push_back(RowJson(table, row));
+  json["overall"] = RowJson(table, table.overall);
   json["overall"]["pooled_detection_rate"] = Json(table.pooled_detection_rate);
   json["overall"]["pooled_grasp_rate"] = Json(table.pooled_grasp_rate);
+  if (table.p_threshold > 0.0) json["p_threshold"] = table.p_threshold;
   json["audit_worst"] = table.audit_max;
   json["stage_seconds"] = ordered_json::object();
   for (const auto& time : table.stage_seconds) {
@@ -251,8 +355,17 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   const Table table = BuildTable(stamp, records);
   experiment::Report report;
   report.sections.push_back({"", GridOf(table)});
+  const auto objects = core::Split(experiment::Need(stamp.identity, "groups"), ',');
+  const FrictionCurve curve = FrictionCurveOf(records);
+  if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
+    report.sections.push_back(
+        {"Delivered of detected by the glove's static friction on the object", by_friction});
+  }
   report.notes = {PooledLine(table), TimesLine(table)};
-  report.json = JsonOf(table);
+  if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
+  auto json = ordered_json::parse(JsonOf(table));
+  json["friction_curve"] = ordered_json::parse(JsonOf(curve, objects));
+  report.json = json.dump();
   report.csv = CsvGridOf(table);
   return report;
 }

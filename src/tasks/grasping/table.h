@@ -25,6 +25,13 @@ struct Row {
   std::optional<double> grasp_rate;  ///< delivered / detected; likewise
   std::optional<double> published_detection_rate;
   std::optional<double> published_grasp_rate;
+  /// Of the published table, where it says how many trials a row has: its rates times these.
+  std::optional<int> published_trials;
+  int published_detected = 0;
+  int published_delivered = 0;
+  /// Fisher's exact test, one-sided: how likely so low a count is if the rate is the published one.
+  std::optional<double> detection_p_below;
+  std::optional<double> grasp_p_below;
 };
 
 /// A table as the dissertation prints it (e.g. 5.2), beside its published figures.
@@ -35,10 +42,17 @@ struct Table {
   std::optional<double> pooled_grasp_rate;
   std::vector<experiment::StageTime> stage_seconds;
   std::map<std::string, double> audit_max;  ///< largest figure over all executed trials
+  /// Below this a row is significantly below its published one: 0.05 over the number of rows that
+  /// are compared (Bonferroni). 0 where none is.
+  double p_threshold = 0.0;
 };
 
+/// Whether a p-value of the row is below the table's threshold.
+bool IsBelowPublished(const Table& table, const Row& row);
+
 /// Stamp::data of a grasping run: "title.<object>", and the text of the published table (columns
-/// object, name, detection_rate, grasping_rate in per cent; a row "overall").
+/// object, name, detection_rate, grasping_rate in per cent, and, if rows are to be compared by
+/// Fisher's test, trials; a row "overall").
 inline constexpr const char* kTitlePrefix = "title.";
 inline constexpr const char* kReference = "reference";
 

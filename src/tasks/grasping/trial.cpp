@@ -20,10 +20,12 @@ core::Rng Stream(const TrialSpec& spec, std::string_view stage) {
 ordered_json JsonOf(const sim::Audit& a) {
   return {{"penetration_p95_m", a.penetration_p95_m},
           {"penetration_max_m", a.penetration_max_m},
+          {"penetration_share", a.penetration_share},
           {"creep_m_s", a.creep_m_s},
           {"creep_rad_s", a.creep_rad_s},
-          {"equality_error_rad", a.equality_error_rad},
-          {"torque_ratio", a.torque_ratio},
+          {"equality_share", a.equality_share},
+          {"drive_limit_s", a.drive_limit_s},
+          {"tracking_error_rad", a.tracking_error_rad},
           {"energy_gain_j", a.energy_gain_J},
           {"warnings", a.warnings},
           {"failed", a.failed}};
@@ -40,9 +42,16 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
           {"tilt_in_hand_rad", log.tilt_in_hand_rad},
           {"slip_in_hand_m", log.slip_in_hand_m},
           {"grip_force_n", log.grip_force_N},
+          {"slips_heard", log.slips_heard},
+          {"tracking_error_m", log.tracking_error_m},
+          {"joints_at_limits", log.joints_at_limits},
+          {"stopped_by_contact", log.stopped_by_contact},
           {"simulated_s", log.simulated_s},
           {"grasp",
-           {{"pitch_rad", grasp.pitch_rad}, {"width_m", grasp.width_m}, {"score", grasp.score}}},
+           {{"pitch_rad", grasp.pitch_rad},
+            {"width_m", grasp.width_m},
+            {"contact_angle_rad", grasp.contact_angle_rad},
+            {"score", grasp.score}}},
           {"audit", JsonOf(log.audit)}};
 }
 
@@ -96,7 +105,10 @@ class TrialRun {
     auto arranged = ArrangeTrial(cell_, spec_);
     Timed("arrange");
     if (!arranged) return End(Outcome::kCrashed, "no arrangement came to rest in view");
+    core::Rng friction = Stream(spec_, "friction");
+    arranged->world.DrawFriction(friction);
     data_["pose_class"] = arranged->pose_class;
+    data_["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
     data_["redraws"] = arranged->redraws;
 
     Begin("scan");
@@ -122,7 +134,7 @@ class TrialRun {
     core::Rng rng = Stream(spec_, "perceive");
     Detected detected = detector_.Detect(observation, rng);
     result_.seconds.insert(result_.seconds.end(), detected.seconds.begin(), detected.seconds.end());
-    data_["object_points"] = detected.kept.size();
+    data_["object_points"] = detected.kept;
     data_["segments"] = detected.segments;
     data_["objects"] = detected.detection.objects.size();
     data_["candidates"] = detected.detection.grasps.size();
@@ -133,7 +145,9 @@ class TrialRun {
   // The judge's verdict on the detection; false if the trial ends here.
   bool Accept(const Detected& detected, const Sensed& sensed, const Arrangement& arranged) {
     const auto verdict =
-        JudgeDetection(detected, sensed.truth, static_cast<std::uint32_t>(arranged.target) + 1);
+        JudgeDetection(detected.detection, sensed,
+                       {static_cast<std::uint32_t>(arranged.target) + 1, cell_.TablePlane(),
+                        cell_.options.perception.preprocess.table_clearance_m});
     if (!verdict.right_target || !verdict.segmented) {
       const bool none = detected.detection.objects.empty();
       End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
@@ -155,10 +169,13 @@ class TrialRun {
                const grasp::DetectedGrasp& grasp) {
     Begin("execute");
     data_["grasp_type"] = core::Word(grasp.type);
-    const sim::GraspProgram program{plan.reach, plan.approach, plan.lift,      plan.carry,
-                                    plan.lower, plan.retreat,  grasp.opening_m};
+    const sim::GraspProgram program{
+        plan.reach,      plan.approach,
+        plan.lift,       plan.carry,
+        plan.lower,      plan.retreat,
+        grasp.opening_m, grasp.contact_angle_rad > cell_.options.firm_from_rad};
     const auto log = sim::Execute(arranged.world, arranged.target, program, cell_.options.hand,
-                                  cell_.options.audit, observer_);
+                                  cell_.options.audit, Stream(spec_, "execute"), observer_);
     Timed("execute");
     Begin("score");
     data_["log"] = JsonOf(log, grasp);
@@ -171,10 +188,19 @@ class TrialRun {
   const sim::ExecutionObserver& observer_;
   core::Stopwatch watch_;
   experiment::Result result_;
-  ordered_json data_ = {
-      {"pose_class", ""}, {"redraws", 0},     {"scan_points", 0},  {"object_points", 0},
-      {"segments", 0},    {"objects", 0},     {"candidates", 0},   {"free_candidates", 0},
-      {"plans", 0},       {"grasp_type", ""}, {"detected", false}, {"log", ordered_json::object()}};
+  ordered_json data_ = {{"pose_class", ""},
+                        {"friction", nullptr},
+                        {"redraws", 0},
+                        {"scan_points", 0},
+                        {"object_points", 0},
+                        {"segments", 0},
+                        {"objects", 0},
+                        {"candidates", 0},
+                        {"free_candidates", 0},
+                        {"plans", 0},
+                        {"grasp_type", ""},
+                        {"detected", false},
+                        {"log", ordered_json::object()}};
 };
 
 }  // namespace
@@ -187,6 +213,11 @@ Cell::Cell(Options o)
       sensor(MakeLineScanner(scanner, robot.X_WScanner)),
       detector(MakeDetector(options, robot)),
       mover(MakeMover(options, robot)) {}
+
+geometry::Plane Cell::TablePlane() const {
+  const Eigen::Vector3d up_W = robot.X_WWorkspace.linear().col(2);
+  return {up_W, -up_W.dot(robot.X_WWorkspace.translation())};
+}
 
 std::string TrialId(const TrialSpec& spec) {
   return fmt::format("{}-{:04}", spec.object, spec.index);

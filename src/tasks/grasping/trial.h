@@ -5,6 +5,7 @@
 #include <string>
 
 #include "experiment/record.h"
+#include "geometry/plane.h"
 #include "robot/robot.h"
 #include "sensing/line_scanner_options.h"
 #include "tasks/grasping/arranger.h"
@@ -22,6 +23,8 @@ struct Cell {
   explicit Cell(Options options);
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
+
+  geometry::Plane TablePlane() const;  ///< in W, as the scene's model has it
 
   Options options;
   robot::Robot robot;
@@ -48,9 +51,9 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec)
 Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec);
 
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
-/// outcome. The result's data: pose_class, redraws, scan_points, object_points, segments, objects,
-/// candidates, free_candidates, plans, grasp_type, detected, log (what the simulation measured,
-/// with the audit).
+/// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, grasp_type,
+/// detected, log (what the simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,

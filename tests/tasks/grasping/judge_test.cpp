@@ -12,23 +12,46 @@ namespace {
 constexpr std::uint32_t kTarget = 1;
 constexpr std::uint32_t kOther = 2;
 
+const TargetTruth kTruth{kTarget, {Eigen::Vector3d::UnitZ(), 0.0}, 0.004};
+
+void AddSamples(std::size_t count, std::uint32_t label, double height_m, Sensed& sensed) {
+  sensed.observation.views.resize(1);
+  sensed.truth.resize(1);
+  auto& points = sensed.observation.views[0].image.points_C;
+  points.insert(points.end(), count, Eigen::Vector3d(0.0, 0.0, height_m));
+  sensed.truth[0].label.insert(sensed.truth[0].label.end(), count, label);
+}
+
+// The first samples are the first object's.
+grasp::Detection FirstObjectOf(std::size_t samples) {
+  grasp::Detection detection;
+  detection.objects.resize(1);
+  for (std::uint32_t i = 0; i < samples; ++i) detection.objects[0].samples.push_back({0, i});
+  return detection;
+}
+
 // A detection whose first object holds `target_in` samples of the target and `other_in` others,
-// while `target_out` samples of the target are in another object.
+// while `target_out` samples of the target are elsewhere: in another object or eaten by a filter.
 DetectionVerdict Judge(std::size_t target_in, std::size_t other_in, std::size_t target_out) {
-  std::vector<sensing::ScanTruth> truth(1);
-  auto& labels = truth[0].label;
-  labels.assign(target_in, kTarget);
-  labels.insert(labels.end(), other_in, kOther);
-  const std::size_t in = labels.size();
-  labels.insert(labels.end(), target_out, kTarget);
-  labels.push_back(kTarget);  // one that the detector's filters ate
-  Detected detected;
-  detected.detection.objects.resize(2);
-  for (std::uint32_t i = 0; i + 1 < labels.size(); ++i) {
-    detected.detection.objects[i < in ? 0 : 1].samples.push_back({0, i});
-    detected.kept.push_back({0, i});
-  }
-  return JudgeDetection(detected, truth, kTarget);
+  Sensed sensed;
+  AddSamples(target_in, kTarget, 0.1, sensed);
+  AddSamples(other_in, kOther, 0.1, sensed);
+  AddSamples(target_out, kTarget, 0.1, sensed);
+  return JudgeDetection(FirstObjectOf(target_in + other_in), sensed, kTruth);
+}
+
+// 835 samples of which a filter ate 536: what is left is one object, and no detection.
+TEST(JudgeDetection, WhatAFilterAteCountsAgainstIt) { EXPECT_FALSE(Judge(299, 0, 536).segmented); }
+
+// Samples so near to the table that the preselection takes them for it, and those that were not
+// measured, count neither way.
+TEST(JudgeDetection, SamplesAtTheTableDoNotCount) {
+  Sensed sensed;
+  AddSamples(60, kTarget, 0.1, sensed);
+  AddSamples(100, kTarget, 0.0039, sensed);
+  AddSamples(100, kTarget, std::numeric_limits<double>::quiet_NaN(), sensed);
+  AddSamples(40, kTarget, 0.0041, sensed);
+  EXPECT_DOUBLE_EQ(JudgeDetection(FirstObjectOf(60), sensed, kTruth).share_of_target, 0.6);
 }
 
 TEST(JudgeDetection, NeedsMoreThanHalfOfTheObjectAndOfTheTarget) {
@@ -57,7 +80,7 @@ TEST(JudgeDetection, StatesTheShares) {
 }
 
 TEST(JudgeDetection, NoObjectIsNoDetection) {
-  const auto verdict = JudgeDetection(Detected{}, {}, kTarget);
+  const auto verdict = JudgeDetection({}, {}, kTruth);
   EXPECT_FALSE(verdict.right_target);
   EXPECT_FALSE(verdict.segmented);
 }
@@ -124,14 +147,18 @@ TEST(JudgeExecution, WhatIsNoNumberIsNoSuccess) {
 }
 
 TEST(JudgeDetection, LooksUpEverySampleInItsOwnView) {
-  std::vector<sensing::ScanTruth> truth(2);
-  truth[0].label = {kOther, kOther};
-  truth[1].label = {kTarget, kOther};
-  Detected detected;
-  detected.detection.objects.resize(1);
-  detected.detection.objects[0].samples = {{1, 0}};
-  detected.kept = {{0, 0}, {0, 1}, {1, 0}, {1, 1}};
-  const auto verdict = JudgeDetection(detected, truth, kTarget);
+  Sensed sensed;
+  sensed.truth.resize(2);
+  sensed.truth[0].label = {kOther, kOther};
+  sensed.truth[1].label = {kTarget, kOther};
+  sensed.observation.views.resize(2);
+  for (auto& view : sensed.observation.views) {
+    view.image.points_C.assign(2, Eigen::Vector3d(0.0, 0.0, 0.1));
+  }
+  grasp::Detection detection;
+  detection.objects.resize(1);
+  detection.objects[0].samples = {{1, 0}};
+  const auto verdict = JudgeDetection(detection, sensed, kTruth);
   EXPECT_DOUBLE_EQ(verdict.share_of_object, 1.0);
   EXPECT_DOUBLE_EQ(verdict.share_of_target, 1.0);
 }

@@ -104,23 +104,22 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
       Write(good_ +
             "trials_per_object: 3\nseed: 7\ntrial_limit_s: 90\nmax_plans: 5\nmin_tipping_deg: 12\n"
             "workspace_margin_mm: 200\n"
-            "physics: {timestep_ms: 1, static_friction_offset: -0.15, kinetic_only: true, "
+            "physics: {timestep_ms: 1, friction: high, "
             "glove_friction: 0.4}\n"
             "hand: {initial_force_n: 30, max_force_n: 60, slip_control: false}\n"
             "perception: {segmentation: region_growing, filter: false, smooth: false, "
             "normal_radius_mm: 6, plane_distance_mm: 3, table_clearance_mm: 5}\n"
-            "grasp: {refine: false, table_clearance_mm: 6, max_candidates: 9}\n"
+            "grasp: {preshape: false, pitches: false, table_clearance_mm: 6, max_candidates: 9}\n"
             "planning: {approach_mm: 150, lift_mm: 250}\n"));
   EXPECT_EQ(e.trials_per_object, 3);
   EXPECT_EQ(e.max_plans, 5);
   EXPECT_DOUBLE_EQ(e.workspace_margin_m, 0.2);
   EXPECT_NEAR(e.min_tipping_rad, 0.20943951, 1e-8);
   EXPECT_DOUBLE_EQ(e.physics.timestep_s, 0.001);
-  EXPECT_DOUBLE_EQ(e.physics.static_friction_offset, -0.15);
-  EXPECT_TRUE(e.physics.kinetic_only);
+  EXPECT_EQ(e.physics.friction, sim::FrictionChoice::kHigh);
   EXPECT_EQ(e.physics.glove_friction, 0.4);
-  EXPECT_DOUBLE_EQ(e.hand.initial_force_N, 30.0);
-  EXPECT_DOUBLE_EQ(e.hand.max_force_N, 60.0);
+  EXPECT_EQ(e.hand.initial_force_N, 30.0);
+  EXPECT_EQ(e.hand.max_force_N, 60.0);
   EXPECT_FALSE(e.hand.slip_control);
   EXPECT_EQ(e.perception.segment.method, perception::SegmentMethod::kRegionGrowing);
   EXPECT_FALSE(e.perception.preprocess.filter);
@@ -128,7 +127,8 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_DOUBLE_EQ(e.perception.preprocess.normal_radius_m, 0.006);
   EXPECT_DOUBLE_EQ(e.perception.preprocess.plane_distance_m, 0.003);
   EXPECT_DOUBLE_EQ(e.perception.preprocess.table_clearance_m, 0.005);
-  EXPECT_FALSE(e.grasp.refine);
+  EXPECT_FALSE(e.grasp.preshape);
+  EXPECT_FALSE(e.grasp.pitches);
   EXPECT_DOUBLE_EQ(e.grasp.table_clearance_m, 0.006);
   EXPECT_EQ(e.grasp.max_candidates, 9);
   EXPECT_DOUBLE_EQ(e.planning.approach_m, 0.15);

@@ -116,6 +116,57 @@ TEST_F(TableTest, EveryFormatNamesEveryObject) {
   }
 }
 
+// Fisher's tea tasting turned round: 5 of 10 where 10 of 10 are published. The chance of at most 5
+// of one sample's 10 among 15 of 20 is C(10,5) C(10,10) / C(20,15) = 252 / 15504.
+TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
+  auto stamp = stamp_;
+  stamp.identity["groups"] = "box,mug";
+  stamp.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),100,100,10\n2,Mug,90,77.77,"
+      "10\noverall,,95.00,88.9,\n";
+  std::vector<Record> records;
+  for (int i = 0; i < 10; ++i) {
+    records.push_back(Trial("box", i, true, i < 5 ? "delivered" : "dropped"));
+    records.push_back(Trial("mug", i, true, "delivered"));
+  }
+  const Table table = BuildTable(stamp, records);
+  EXPECT_DOUBLE_EQ(table.p_threshold, 0.025);
+  EXPECT_NEAR(*table.rows[0].grasp_p_below, 252.0 / 15504.0, 1e-12);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection_p_below, 1.0);
+  EXPECT_TRUE(IsBelowPublished(table, table.rows[0]));
+  // 77.77 % of 9 detected are 7.
+  EXPECT_EQ(table.rows[1].published_detected, 9);
+  EXPECT_EQ(table.rows[1].published_delivered, 7);
+  EXPECT_FALSE(IsBelowPublished(table, table.rows[1]));
+  // Overall: the counts of all rows, 15 of 20 against 17 of 19.
+  EXPECT_EQ(table.overall.published_trials, 20);
+  EXPECT_DOUBLE_EQ(*table.overall.grasp_p_below, experiment::FisherExactLower(15, 20, 17, 19));
+
+  const auto report = ReportOf(stamp, records);
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_TRUE(json["rows"][0]["below_published"].get<bool>());
+  EXPECT_FALSE(json["rows"][1]["below_published"].get<bool>());
+  EXPECT_EQ(json["rows"][1]["published_delivered"], 7);
+  EXPECT_DOUBLE_EQ(json["p_threshold"].get<double>(), 0.025);
+  EXPECT_EQ(report.sections[0].grid.rows[0][10], "0.0163 *");
+  EXPECT_NE(report.notes.back().find("Box (cuboid)"), std::string::npos);
+}
+
+TEST_F(TableTest, WithoutPublishedCountsNothingIsCompared) {
+  const auto report = ReportOf(stamp_, results_);
+  const auto& header = report.sections[0].grid.header;
+  EXPECT_EQ(std::count(header.begin(), header.end(), "p"), 0);
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_FALSE(json.contains("p_threshold"));
+  EXPECT_FALSE(json["rows"][0].contains("grasp_p_below"));
+}
+
+TEST_F(TableTest, PublishedTrialsMustBeACount) {
+  auto stamp = stamp_;
+  stamp.data["reference"] = "object,name,detection_rate,grasping_rate,trials\n1,Box,90,20,1.5\n";
+  EXPECT_THROW(BuildTable(stamp, {}), core::InputError);
+}
+
 TEST_F(TableTest, AReferenceThatIsNoneIsToldWithItsLine) {
   auto stamp = stamp_;
   stamp.data["reference"] = "object,name,detection_rate,grasping_rate\n1,Box,190,20\n";

@@ -1,0 +1,69 @@
+#include "experiment/results.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "core/error.h"
+#include "core/number.h"
+#include "experiment/store.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+constexpr std::string_view kSeedPrefix = "seed-";
+
+std::optional<std::uint64_t> SeedOf(const std::filesystem::path& folder) {
+  const std::string name = folder.filename().string();
+  if (!name.starts_with(kSeedPrefix) || !Store::Exists(folder)) return std::nullopt;
+  return core::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
+}
+
+// Seed and number of cases are all that runs of several seeds may differ in.
+void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
+  const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
+  const auto cases =
+      std::stoull(Need(pooled.identity, "cases")) + std::stoull(Need(stamp.identity, "cases"));
+  Stamp alike = stamp;
+  alike.identity["seed"] = pooled.identity.at("seed");
+  alike.identity["cases"] = pooled.identity.at("cases");
+  CheckSameRun(alike, pooled, folder);
+  pooled.identity["seed"] = seeds;
+  pooled.identity["cases"] = std::to_string(cases);
+}
+
+}  // namespace
+
+std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed) {
+  return folder / (std::string(kSeedPrefix) + std::to_string(seed));
+}
+
+std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder) {
+  if (Store::Exists(folder) || !std::filesystem::is_directory(folder)) return {folder};
+  std::map<std::uint64_t, std::filesystem::path> by_seed;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (const auto seed = SeedOf(entry.path())) by_seed[*seed] = entry.path();
+  }
+  if (by_seed.empty()) return {folder};
+  std::vector<std::filesystem::path> stores;
+  for (const auto& [seed, store] : by_seed) stores.push_back(store);
+  return stores;
+}
+
+Results ReadResults(const std::filesystem::path& folder) {
+  Results results;
+  for (const auto& path : StoresIn(folder)) {
+    const Store store = Store::Open(path);
+    const Stamp stamp = store.ReadStamp();
+    if (results.stamp.identity.empty()) {
+      results.stamp = stamp;
+    } else {
+      Join(stamp, path.string(), results.stamp);
+    }
+    const auto records = store.ReadAll();
+    results.records.insert(results.records.end(), records.begin(), records.end());
+  }
+  return results;
+}
+
+}  // namespace rangegrasp::experiment

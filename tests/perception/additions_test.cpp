@@ -1,0 +1,191 @@
+#include "perception/additions.h"
+
+#include <gtest/gtest.h>
+
+#include "perception/analytic.h"
+#include "perception/internal/open_sphere.h"
+#include "perception/internal/planar.h"
+#include "perception/internal/rotation_axis.h"
+#include "perception/internal/top_surface.h"
+#include "perception/point_filter.h"
+#include "perception/segment.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::Indices;
+using testing::Analytic;
+using testing::Given;
+
+geometry::Plane At(double z) { return {Vector3d::UnitZ(), -z}; }
+
+FeatureOptions AsPublished() {
+  FeatureOptions options;
+  core::SwitchAll<FeatureAdditions>(false, options);
+  return options;
+}
+
+/// The published features with one of their additions.
+FeatureOptions With(bool FeatureAdditions::*on) {
+  FeatureOptions options = AsPublished();
+  options.*on = true;
+  return options;
+}
+
+Indices All(const geometry::PointCloud& cloud) {
+  Indices all(cloud.size());
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) all[i] = i;
+  return all;
+}
+
+// Eq. 5.5 as printed: the floor of a bowl holds more points than its rim.
+TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
+  Analytic bowl;
+  bowl.AddDisc({0.0, 0.0, 0.02}, 0.05);
+  bowl.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.052);
+  const auto height = [&](const FeatureOptions& options) {
+    core::Rng rng(1);
+    return FindTopSurface(bowl.cloud, All(bowl.cloud), At(0.0), options, rng)->center_C.z();
+  };
+  EXPECT_NEAR(height(AsPublished()), 0.02, 1e-9);
+  EXPECT_NEAR(height(With(&FeatureAdditions::higher_tops)), 0.06, 1e-9);
+}
+
+// A steep roof has no point whose normal is near the table's: the text knows no top of it.
+TEST(SlabTops, AloneGiveASteepRoofATop) {
+  Analytic roof;
+  const Vector3d slope(0.0, std::cos(core::Deg(60.0)), -std::sin(core::Deg(60.0)));
+  for (int i = 0; i < 60; ++i) {
+    for (int k = 0; k < 25; ++k) {
+      roof.Add(Vector3d(0.002 * i, 0.0, 0.052) + 0.002 * k * slope,
+               Vector3d(0.0, std::sin(core::Deg(60.0)), std::cos(core::Deg(60.0))));
+    }
+  }
+  core::Rng rng(1);
+  EXPECT_FALSE(FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), AsPublished(), rng));
+  const auto top =
+      FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), With(&FeatureAdditions::slab_tops), rng);
+  ASSERT_TRUE(top);
+  EXPECT_GT(top->center_C.z(), 0.045);
+}
+
+// An L that is seen of a rectangle: the least rectangle round it keeps its sides, the covariance
+// turns towards what was seen.
+TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
+  Analytic shape;
+  shape.AddRectangle({0.0, 0.0, 0.05}, {0.04, 0.0, 0.0}, {0.0, 0.006, 0.0});
+  shape.AddRectangle({-0.03, 0.03, 0.05}, {0.01, 0.0, 0.0}, {0.0, 0.022, 0.0});
+  const auto tilt = [&](const FeatureOptions& options) {
+    core::Rng rng(1);
+    const auto top = FindTopSurface(shape.cloud, All(shape.cloud), At(0.0), options, rng);
+    return std::abs(top->major_C.y());
+  };
+  EXPECT_GT(tilt(AsPublished()), std::sin(core::Deg(10.0)));
+  EXPECT_LT(tilt(With(&FeatureAdditions::rectangle_axes)), 1e-9);
+}
+
+// Points about an ellipse: its axes are known, its covariance is diag(a^2, b^2) / 2 in them.
+TEST(PrincipalRectangle, LiesAlongTheLongAxisOfAnEllipse) {
+  for (const double turn : {0.0, 0.4, 1.2, 2.5}) {
+    const Eigen::Vector2d axis(std::cos(turn), std::sin(turn));
+    const Eigen::Vector2d across(-axis.y(), axis.x());
+    std::vector<Eigen::Vector2d> points;
+    for (int k = 0; k < 360; ++k) {
+      const double t = core::Deg(k);
+      points.push_back(Eigen::Vector2d(0.1, 0.2) + 0.05 * std::cos(t) * axis +
+                       0.03 * std::sin(t) * across);
+    }
+    const Rectangle box = PrincipalRectangle(points);
+    EXPECT_NEAR(std::abs(box.axis.dot(axis)), 1.0, 1e-12);
+    EXPECT_NEAR(box.length_m, 0.10, 1e-12);
+    EXPECT_NEAR(box.width_m, 0.06, 1e-12);
+    EXPECT_NEAR((box.center - Eigen::Vector2d(0.1, 0.2)).norm(), 0.0, 1e-12);
+  }
+}
+
+// A quarter of a lid lies on a circle like the whole of it.
+TEST(ArcRule, AloneRefusesAQuarterOfALid) {
+  Analytic quarter;
+  for (double r = 0.002; r <= 0.0401; r += 0.002) {
+    const int n = static_cast<int>(std::ceil(r * core::kPi / 2.0 / 0.002)) + 1;
+    for (int k = 0; k < n; ++k) {
+      const double t = core::kPi / 2.0 * k / std::max(1, n - 1);
+      quarter.Add({r * std::cos(t), r * std::sin(t), 0.1}, Vector3d::UnitZ());
+    }
+  }
+  // Only its arc is asked: a top whose rim the arc is.
+  TopSurface top;
+  top.plane = At(0.1);
+  top.points = All(quarter.cloud);
+  for (const auto i : top.points) {
+    if (quarter.cloud.points[i].head<2>().norm() > 0.0399) top.rim.push_back(i);
+  }
+  const auto found = [&](const FeatureOptions& options) {
+    core::Rng rng(1);
+    return FindRotationAxis(quarter.cloud, All(quarter.cloud), top, At(0.0), options, rng)
+        .has_value();
+  };
+  EXPECT_TRUE(found(AsPublished()));
+  EXPECT_FALSE(found(With(&FeatureAdditions::arc_rule)));
+}
+
+// Eq. 5.9 as printed: one point in the sphere closes an object.
+TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
+  Analytic cup;
+  const Indices rim = cup.AddDisc({0.0, 0.0, 0.1}, 0.04, 0.030);
+  Indices all = rim;
+  all.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
+  cup.Add({0.0, 0.001, 0.1}, Vector3d::UnitZ());
+  TopSurface top;
+  top.plane = At(0.1);
+  top.center_C = {0.0, 0.0, 0.1};
+  top.points = rim;
+  top.rim = rim;
+  EXPECT_TRUE(IsOpen(cup.cloud, rim, top, AsPublished()));
+  EXPECT_FALSE(IsOpen(cup.cloud, all, top, AsPublished()));
+  EXPECT_TRUE(IsOpen(cup.cloud, all, top, With(&FeatureAdditions::open_strays)));
+}
+
+TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {
+  SegmentOptions options;
+  core::SwitchAll<SegmentAdditions>(false, options);
+  EXPECT_EQ(MeshAlpha(0.0005, options), 0.0005);
+  EXPECT_EQ(MeshAlpha(0.05, options), 0.05) << "d_max as it is (section 5.1.2)";
+  // A patch of 25 points and one of 441.
+  geometry::Points points;
+  for (int x = 0; x < 21; ++x) {
+    for (int y = 0; y < 21; ++y) points.emplace_back(0.002 * x, 0.002 * y, 0.0);
+  }
+  for (int x = 0; x < 5; ++x) {
+    for (int y = 0; y < 5; ++y) points.emplace_back(0.2 + 0.002 * x, 0.002 * y, 0.0);
+  }
+  EXPECT_EQ(SegmentByMesh(points, options).size(), 2u);
+  options.drop_small_segments = true;
+  EXPECT_EQ(SegmentByMesh(points, options).size(), 1u);
+}
+
+// A grid with two stragglers, the far one of which hides the near one from the first pass; and the
+// test as printed, that takes points of the surface, too.
+TEST(OutlierFilterOptions, SinglePassAndPrintedTest) {
+  geometry::Points points;
+  core::Rng rng(3);
+  for (int x = 0; x < 30; ++x) {
+    for (int y = 0; y < 30; ++y) {
+      const double dx = rng.Uniform(-0.0004, 0.0004);
+      points.emplace_back(0.002 * x + dx, 0.002 * y + rng.Uniform(-0.0004, 0.0004), 0.0);
+    }
+  }
+  points.emplace_back(0.03, 0.03, 0.5);
+  points.emplace_back(0.03, 0.03, 0.02);
+  const auto removed = [&](const OutlierFilterOptions& options) {
+    return points.size() - CompressionRateFilter(points, options).size();
+  };
+  EXPECT_EQ(removed({.isolated_only = true, .repeated = true}), 2u);
+  EXPECT_EQ(removed({.isolated_only = true, .repeated = false}), 1u);
+  EXPECT_GT(removed({.isolated_only = false, .repeated = false}), 20u)
+      << "of 902, points of the grid; the dissertation removed 38 of 22,377";
+}
+
+}  // namespace
+}  // namespace rangegrasp::perception::internal
