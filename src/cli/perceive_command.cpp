@@ -16,6 +16,7 @@
 #include "geometry/mesh_file.h"
 #include "grasp/grasp.h"
 #include "image/png.h"
+#include "perception/find_table.h"
 #include "perception/perceive.h"
 #include "robot/robot.h"
 
@@ -28,7 +29,7 @@ struct PerceiveArguments {
   std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
   std::string scene;
   std::vector<double> crop;
-  double noise_mm = 0.5;
+  std::optional<double> noise_mm;
   std::uint64_t seed = 1;
   bool json = false;
 };
@@ -66,23 +67,89 @@ geometry::Points UsedPoints(const geometry::Points& points, const std::vector<do
     };
     if (crop.empty() || (within(0) && within(1) && within(2))) used.push_back(p);
   }
+  if (used.empty()) {
+    throw core::InputError(fmt::format(
+        "--crop: the crop left 0 points of {}; its numbers are metres in the cloud's frame",
+        points.size()));
+  }
   return used;
 }
 
-// The defaults are those of a laser scanner with 2 mm between points and 0.5 mm noise; all lengths
-// that stand for spacing and noise grow with the noise that the caller states.
 perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   perception::PerceptionOptions options;
   options.segment.method =
       core::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
-  const double scale = std::max(1.0, arguments.noise_mm / 0.5);
-  perception::ScaleLengths(scale, options);
+  if (arguments.noise_mm) options.noise_m = *arguments.noise_mm * core::kMm;
   if (!arguments.up.empty()) {
     const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
     if (up.norm() == 0.0) throw core::InputError("--up must not be 0,0,0");
     options.preprocess.up_C = up.normalized();
   }
   return options;
+}
+
+// Something larger stands on no table and is in no hand.
+constexpr double kMaxObject_m = 0.6;
+// An object with more of the points is the table or the room.
+constexpr double kMaxShare = 1.0 / 3.0;
+// Points of a tabletop that are further apart come from a file in another unit.
+constexpr double kMaxSpacing_m = 0.05;
+// The same of points that are nearer than any sensor's to each other.
+constexpr double kMinSpacing_m = 2e-5;
+
+// What makes the result doubtful, in words.
+std::vector<std::string> Warnings(const perception::Scene& scene) {
+  std::vector<std::string> warnings;
+  if (scene.sampling.spacing_m > kMaxSpacing_m) {
+    warnings.push_back(
+        fmt::format("the points are {:.1f} m apart: try --unit mm", scene.sampling.spacing_m));
+  }
+  const double spacing_m = scene.sampling.spacing_m;
+  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
+    warnings.push_back(
+        fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * core::kMmPerM));
+  }
+  if (scene.objects.empty()) {
+    warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
+                                   scene.cloud.size(), scene.points_C.size()));
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const double size_m = object.size_m.maxCoeff();
+    const double share =
+        static_cast<double>(object.points.size()) / static_cast<double>(scene.points_C.size());
+    if (size_m > kMaxObject_m) {
+      warnings.push_back(
+          fmt::format("object {} is {:.2f} m long: larger than what a hand or a "
+                      "table could hold; try --crop or --up",
+                      i + 1, size_m));
+    }
+    if (share > kMaxShare) {
+      warnings.push_back(
+          fmt::format("object {} has {:.0f} % of all points: more than an object "
+                      "on a table; try --crop or --up",
+                      i + 1, 100.0 * share));
+    }
+  }
+  return warnings;
+}
+
+// What to try where no table was found: a cloud in another unit has none, nor has one whose table
+// is looked for from below.
+std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
+                   const perception::PerceptionOptions& options, core::Rng& rng) {
+  std::string advice;
+  if (perception::MeasureSampling(points, options.sampling).spacing_m > kMaxSpacing_m) {
+    advice += "; try --unit mm";
+  }
+  if (options.preprocess.up_C) {
+    auto other = options.preprocess;
+    other.up_C = -*other.up_C;
+    if (perception::FindTable(points, origin, other, rng)) {
+      advice += "; try --up with the other sign";
+    }
+  }
+  return advice;
 }
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -99,10 +166,16 @@ ordered_json Json(const grasp::Grasp& grasp) {
           {"score", grasp.score},           {"collides", grasp.collides}};
 }
 
-ordered_json Json(const perception::Scene& scene,
+ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& scene,
                   const std::vector<std::vector<grasp::Grasp>>& grasps) {
   ordered_json json;
   const auto& table = scene.table;
+  json["cloud"] = arguments.cloud;
+  json["unit"] = arguments.unit;
+  json["frame"] = "cloud";  // of all places and directions here, in metres
+  json["noise_m"] = scene.sampling.noise_m;
+  json["spacing_m"] = scene.sampling.spacing_m;
+  json["gap_m"] = scene.sampling.gap_m;
   json["table"] = {{"normal", Json(table.plane.normal)},
                    {"offset_m", table.plane.offset_m},
                    {"points", table.points.size()}};
@@ -119,6 +192,7 @@ ordered_json Json(const perception::Scene& scene,
     for (const auto& grasp : grasps[i]) item["grasps"].push_back(Json(grasp));
     json["objects"].push_back(item);
   }
+  json["warnings"] = Warnings(scene);
   json["seconds"] = ordered_json::object();
   for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
   return json;
@@ -128,8 +202,10 @@ std::string Text(const perception::Scene& scene,
                  const std::vector<std::vector<grasp::Grasp>>& grasps) {
   const auto& n = scene.table.plane.normal;
   std::string text =
-      fmt::format("table: {} points, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
-                  scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
+      fmt::format("noise {:.2f} mm, points {:.2f} mm apart\n",
+                  scene.sampling.noise_m * core::kMmPerM, scene.sampling.spacing_m * core::kMmPerM);
+  text += fmt::format("table: {} points, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
+                      scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const auto free = std::count_if(grasps[i].begin(), grasps[i].end(),
@@ -167,7 +243,8 @@ void Perceive(const PerceiveArguments& arguments) {
   try {
     scene = perception::Perceive(points, origin, options, rng);
   } catch (const core::InputError& e) {
-    throw core::InputError(arguments.cloud + ": " + e.what());
+    throw core::InputError(arguments.cloud + ": " + e.what() +
+                           Advice(points, origin, options, rng));
   }
   const auto hand_file = arguments.scene.empty() ? core::DataFolder() / "scenes/tabletop.xml"
                                                  : std::filesystem::path(arguments.scene);
@@ -177,7 +254,8 @@ void Perceive(const PerceiveArguments& arguments) {
     grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
                                        grasp::GraspOptions{}));
   }
-  const std::string json = Json(scene, grasps).dump(2) + "\n";
+  const std::string json = Json(arguments, scene, grasps).dump(2) + "\n";
+  for (const std::string& warning : Warnings(scene)) spdlog::warn("{}", warning);
   WriteResult(arguments.json ? json : Text(scene, grasps));
   if (arguments.out.empty()) return;
   const std::filesystem::path folder(arguments.out);
@@ -211,7 +289,7 @@ void AddPerceiveCommand(CLI::App& app) {
       ->check(CLI::IsMember({"m", "cm", "mm"}));
   command
       ->add_option("--noise-mm", arguments->noise_mm,
-                   "the sensor's noise (default: a laser's 0.5; stereo at 1 m: 2 to 3)")
+                   "the sensor's noise, where it is known better than it can be measured")
       ->check(CLI::Range(0.0, 50.0));
   command
       ->add_option("--segmentation", arguments->segmentation,

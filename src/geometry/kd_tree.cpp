@@ -82,25 +82,24 @@ bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
   return a.index < b.index;
 }
 
-/// The k nearest, kept as a heap with the farthest on top; ties go to the smaller index.
+/// The k nearest in order, ties by index: k is small, and a list is then faster than a heap.
 class NearestSet {
  public:
   NearestSet(std::size_t k, std::vector<KdTree::Neighbor>& out) : k_(k), out_(out) {}
   bool full() const { return out_.size() == k_; }
-  double worstDist() const {
-    // One step up, so that branches at exactly the worst distance are still entered for ties.
-    return full() ? std::nextafter(out_.front().squared_distance, kInfinity) : kInfinity;
-  }
+  double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
     const KdTree::Neighbor candidate{index, squared_distance};
     if (!full()) {
       out_.push_back(candidate);
-      std::push_heap(out_.begin(), out_.end(), Before);
-    } else if (Before(candidate, out_.front())) {
-      std::pop_heap(out_.begin(), out_.end(), Before);
-      out_.back() = candidate;
-      std::push_heap(out_.begin(), out_.end(), Before);
+    } else if (!Before(candidate, out_.back())) {
+      return true;
     }
+    std::size_t at = out_.size() - 1;
+    for (; at > 0 && Before(candidate, out_[at - 1]); --at) out_[at] = out_[at - 1];
+    out_[at] = candidate;
+    // One step up, so that branches at exactly the worst distance are still entered for ties.
+    if (full()) worst_ = std::nextafter(out_.back().squared_distance, kInfinity);
     return true;
   }
 
@@ -108,6 +107,7 @@ class NearestSet {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t k_;
   std::vector<KdTree::Neighbor>& out_;
+  double worst_ = kInfinity;
 };
 
 PointSpan CheckFinite(PointSpan points) {
@@ -150,7 +150,6 @@ void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k,
   if (k == 0) return;
   NearestSet set(k, out);
   impl_->Search(query, set);
-  std::sort_heap(out.begin(), out.end(), Before);
 }
 
 void KdTree::Within(const Eigen::Vector3d& query, double radius_m,

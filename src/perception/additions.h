@@ -9,14 +9,19 @@
 namespace rangegrasp::perception {
 
 struct PreprocessAdditions {
+  /// Measures noise and spacing and adapts the lengths that stand for one of them; off: the
+  /// published lengths, those of the dissertation's scanner.
+  bool adapt_lengths = true;
   bool robust_table = true;
   bool repeated_filter = true;
   bool neighborhood_normals = true;
 };
-constexpr std::array<core::Addition<PreprocessAdditions>, 3> AdditionsOf(
+constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
     const PreprocessAdditions*) {
   using A = PreprocessAdditions;
   return {{
+      {"adapt_lengths", &A::adapt_lengths,
+       "noise and spacing are measured and lengths adapted to them; off: the published lengths"},
       {"robust_table", &A::robust_table,
        "the table is looked for again without the hull's vertices, and as the fullest plane, where "
        "stray points hide it"},

@@ -2,17 +2,19 @@
 
 #include "core/units.h"
 #include "perception/additions.h"
+#include "perception/sampling.h"
 
 namespace rangegrasp::perception {
 
 // Defaults that stand in the dissertation name their equation or section. The others are this
-// program's own; their comments say what they trade off. Lengths were set for a scanner with 2 mm
-// between points and 0.5 mm noise (ScaleLengths adapts those that stand for spacing or noise).
+// program's own; their comments say what they trade off. An AdaptiveLength stands for noise or
+// spacing and says how much of it; all other lengths are an object's or a hand's and stay.
 
 /// Top surfaces (section 5.1.3, eq. 5.5) and their rims.
 struct TopSurfaceOptions {
-  int plane_draws = 100;            ///< eq. 5.5
-  double plane_distance_m = 0.002;  ///< of a plane's points: as of the table's (section 5.1.1)
+  int plane_draws = 100;  ///< eq. 5.5
+  AdaptiveLength plane_distance_m{
+      0.002, {.noises = 2.5}};  ///< of a plane's points: as of the table's (section 5.1.1)
   /// A point may be of the top surface if its normal is within this (45 deg) of the table's: its
   /// main component is along the table's normal (section 5.1.3).
   double normal_angle_rad = 0.785;
@@ -26,14 +28,14 @@ struct TopSurfaceOptions {
   /// one of its own.
   double plane_separation = 2.0;
   /// Depth of the highest points that stand in for a plane: what a plane's inliers span.
-  double slab_m = 0.004;
+  AdaptiveLength slab_m{0.004, {.noises = 5.0, .spacings = 1.35}};
   /// A slab this many times as long as wide is a fold; less is the lip of something.
   double fold_elongation = 4.0;
   /// alpha of the 2-D alpha shape of the rim: three point spacings. Smaller: holes between points;
   /// larger: the mouth of a cup closes.
-  double rim_alpha_m = 0.006;
+  AdaptiveLength rim_alpha_m{0.006, {.noises = 3.0, .gaps = 1.3}};
   /// The second try of a rim whose ring has gaps (lost points) of up to twice this.
-  double bridged_rim_alpha_m = 0.030;
+  AdaptiveLength bridged_rim_alpha_m{0.030, {.gaps = 6.5}};
 };
 
 /// How a ridge is told from a plane, the lip of a cup and a shoulder.
@@ -68,8 +70,8 @@ struct RidgeOptions {
 
 /// Circles through rim points (eq. 5.6, 5.7).
 struct CircleFitOptions {
-  int draws = 100;             ///< as of the planes (eq. 5.5)
-  double distance_m = 0.002;   ///< eq. 5.6
+  int draws = 100;  ///< as of the planes (eq. 5.5)
+  AdaptiveLength distance_m{0.002, {.noises = 2.5, .spacings = 0.67}};  ///< eq. 5.6
   double max_radius_m = 0.15;  ///< a wider circle is no tabletop object's
   int refits = 3;              ///< to the inliers, by least squares; ends where nothing is gained
   /// A refit that holds less than this share of the points before it lies worse. Not 1: a draw can
@@ -83,9 +85,10 @@ struct AxisOptions {
   double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
   /// Of the points that agree and whose normals pass the axis, too (see max_tangential). A round
   /// wall has 0.67 and more, since normals at its outline are turned towards the sensor; the sides
-  /// of a square column have a third. 0: as published.
+  /// of a square column have a third.
   double normal_share = 0.62;
-  double section_m = 0.004;  ///< thickness of the section planes: two rows of points
+  /// Thickness of the section planes: two rows of points.
+  AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
   double min_arc_rad = core::Deg(115.0);
   /// The same (240 deg) for a rim with bridged gaps, whose straight sides count for few points.
@@ -97,9 +100,9 @@ struct AxisOptions {
   /// it.
   double lying_body_share = 0.88;
   /// A body is not under the table; by so much its circle may be too large.
-  double max_sunk_m = 0.006;
+  AdaptiveLength max_sunk_m{0.006, {.noises = 3.0, .gaps = 1.3}};
   /// The same for the body about an axis from its rim: the narrow side of a bottle is round, too,
-  /// but not so far. A round one's seen side has 110 deg and more. 0: as published.
+  /// but not so far. A round one's seen side has 110 deg and more.
   double min_body_arc_rad = core::Deg(90.0);
   int min_body_points = 20;  ///< fewer say nothing about the body
   /// Normals nearer to the axis than this cosine (45 deg) are of caps, floors and lips.
@@ -123,9 +126,10 @@ struct AxisOptions {
   /// How far round the circle the rim of such a lid goes: half a disc's goes 180 deg and a bin or
   /// two at its corners.
   double min_lid_arc_rad = core::Deg(205.0);
-  double lid_distance_m = 0.006;  ///< of the lid's rim from the body's circle: it is rounded
-  double ring_share = 0.35;       ///< a top is a thin ring if it fills less than this of its circle
-  double max_wall_m = 0.010;      ///< of a cup, with its lip
+  /// Of the lid's rim from the body's circle: it is rounded.
+  AdaptiveLength lid_distance_m{0.006, {.noises = 3.0, .gaps = 1.3}};
+  double ring_share = 0.35;   ///< a top is a thin ring if it fills less than this of its circle
+  double max_wall_m = 0.010;  ///< of a cup, with its lip
   /// In the place of body_share there: a handle in front of the body and normals at its edges count
   /// against it, while the ring already is the better witness.
   double ring_body_share = 0.6;
@@ -144,18 +148,25 @@ struct MergeOptions {
   double min_own_body = 0.5;
 
   // Fragments (see fragments.h).
-  double fragment_gap_m = 0.012;      ///< the widest gap that is taken for lost points
-  double footprint_margin_m = 0.005;  ///< round a footprint: two and a half point spacings
-  double height_margin_m = 0.003;     ///< of "not above the top": noise and smoothing
-  double within_share = 0.7;          ///< of a fragment's points over the footprint that it is in
-  double above_share = 0.9;           ///< of a cap's points over the footprint that it is above
-  double max_cap_area = 0.6;          ///< of a cap's footprint, as a share of the host's
-  double min_fill = 0.5;  ///< of a host's footprint; an emptier one (a box's rim) holds nothing
-  double cell_m = 0.006;  ///< of the grid that the fill is counted on: three point spacings
-  int min_pairs = 8;      ///< of points across the gap; fewer happen between any two neighbors
-  double min_continuing = 0.5;     ///< share of the pairs whose surfaces continue each other
-  double max_in_front_m = 0.0015;  ///< of the other side's tangent plane: three times the noise
-  double max_sideways = 0.5;       ///< share of a gap across the sensor's viewing plane (30 deg)
+  AdaptiveLength fragment_gap_m{
+      0.012, {.noises = 6.0, .gaps = 2.6}};  ///< the widest gap that is taken for lost points
+  AdaptiveLength footprint_margin_m{
+      0.005, {.spacings = 1.7}};  ///< round a footprint: two and a half point spacings
+  AdaptiveLength height_margin_m{0.003,
+                                 {.noises = 3.0}};  ///< of "not above the top": noise and smoothing
+  double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
+  double above_share = 0.9;   ///< of a cap's points over the footprint that it is above
+  double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's
+  double min_fill = 0.5;      ///< of a host's footprint; an emptier one (a box's rim) holds nothing
+  AdaptiveLength cell_m{
+      0.006, {.gaps = 1.3}};  ///< of the grid that the fill is counted on: three point spacings
+  int min_pairs = 8;          ///< of points across the gap; fewer happen between any two neighbors
+  double min_continuing = 0.5;  ///< share of the pairs whose surfaces continue each other
+  AdaptiveLength max_in_front_m{
+      0.0015,
+      {.noises = 3.0,
+       .spacings = 0.5}};     ///< of the other side's tangent plane: three times the noise
+  double max_sideways = 0.5;  ///< share of a gap across the sensor's viewing plane (30 deg)
 };
 
 /// The unseen sides (section 5.1.4).
@@ -164,7 +175,7 @@ struct CompletionOptions {
   double mirror_share = 0.85;   ///< of the mirrored points that must be in unseen space
   /// An image point is free only if what was measured lies this far behind it: cells of directions
   /// are 4 mm wide and surfaces slope.
-  double free_margin_m = 0.006;
+  AdaptiveLength free_margin_m{0.006, {.noises = 4.0, .spacings = 2.0}};
   double min_inclination_rad = 0.21;  ///< a top turned further (12 deg) has an upper edge
   double max_top_share = 0.6;  ///< of the body's rectangle; a smaller top is turned by half about
 
@@ -172,13 +183,17 @@ struct CompletionOptions {
   double min_elongation = 1.2;
   /// The end of a rectangle's side: the outermost point that has this share of all points, and at
   /// least so many, within the band below it. What lies further out is mixed points.
-  double end_band_m = 0.002;
+  AdaptiveLength end_band_m{0.002, {.spacings = 0.67}};
   double end_share = 0.002;
   int min_end_points = 4;
 
-  double wall_step_m = 0.005;     ///< between the posts of a wall, and between the points on one
-  double wall_outline_m = 0.003;  ///< points this near an outline's side say how high its wall is
-  double cell_m = 0.006;          ///< of the grid that the fill is counted on: three point spacings
+  double wall_step_m = 0.005;  ///< between the posts of a wall, and between the points on one
+  AdaptiveLength wall_outline_m{
+      0.003,
+      {.noises = 2.0,
+       .spacings = 1.0}};  ///< points this near an outline's side say how high its wall is
+  AdaptiveLength cell_m{
+      0.006, {.gaps = 1.3}};  ///< of the grid that the fill is counted on: three point spacings
   /// An outline that is filled less than this is not convex and gets several hulls.
   double min_fill = 0.75;
   double slice_m = 0.020;       ///< thickness of those hulls
@@ -192,13 +207,19 @@ struct CompletionOptions {
   double min_floor_cosine = 0.8;     ///< of a floor's normals with the axis (37 deg)
   int min_floor_points = 10;         ///< fewer are mixed points in the cavity
   double min_axis_cosine = 0.3;      ///< bounds the length of a leaning body (73 deg)
-  double attached_m = 0.003;     ///< a handle starts this far outside the circles: past their noise
-  double link_m = 0.006;         ///< three point spacings: points this near are of one attachment
+  AdaptiveLength attached_m{
+      0.003,
+      {.noises = 4.0,
+       .spacings = 1.0}};  ///< a handle starts this far outside the circles: past their noise
+  AdaptiveLength link_m{
+      0.006,
+      {.noises = 3.0,
+       .gaps = 1.3}};            ///< three point spacings: points this near are of one attachment
   int min_attached_points = 15;  ///< fewer are stray points
 
   // What a part stands on.
   /// Points this low stand on the table: those of the table's clearance are not in the cloud.
-  double on_table_m = 0.012;
+  AdaptiveLength on_table_m{0.012, {.noises = 10.0, .spacings = 4.0}};
   int min_support_points = 15;  ///< of other parts under a footprint; fewer are stray points
 };
 

@@ -93,6 +93,14 @@ std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>
   return best;
 }
 
+/// Every so manieth point, so that about `count` are left.
+Points Thinned(PointSpan points, std::size_t count) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  Points thinned;
+  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
+  return thinned;
+}
+
 Points Near(PointSpan points, const Plane& plane, double distance_m) {
   Points near;
   for (const Eigen::Vector3d& p : points) {
@@ -101,20 +109,23 @@ Points Near(PointSpan points, const Plane& plane, double distance_m) {
   return near;
 }
 
+/// `other` with its normal on the side of the plane's.
+Plane TurnedLike(const Plane& plane, const Plane& other) {
+  const bool turned = other.normal.dot(plane.normal) < 0.0;
+  return turned ? Plane{-other.normal, -other.offset_m} : other;
+}
+
 /// Preselects, draws hypotheses and refits (section 5.1.1); then refits once to the points near the
 /// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
 /// The normal keeps its side.
 std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
                              core::Rng& rng) {
-  const auto turned_like = [&](const Plane& other) {
-    const bool turned = other.normal.dot(plane.normal) < 0.0;
-    return turned ? Plane{-other.normal, -other.offset_m} : other;
-  };
-  const auto fit = geometry::FitPlaneRansac(Near(points, plane, options.preselection_m),
-                                            {options.plane_draws, options.plane_distance_m}, rng);
+  const auto fit = geometry::FitPlaneRansac(
+      Near(Thinned(points, options.table.ranking_points), plane, options.preselection_m),
+      {options.plane_draws, options.plane_distance_m}, rng);
   if (!fit) return std::nullopt;
   const auto refit = geometry::FitPlane(Near(points, fit->plane, options.plane_distance_m));
-  return turned_like(refit ? *refit : fit->plane);
+  return TurnedLike(plane, refit ? *refit : fit->plane);
 }
 
 struct Support {
@@ -155,7 +166,7 @@ Points Peel(const Points& points, const TriangleMesh& hull) {
 /// Section 5.1.1: the deepest plane of the hull.
 std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sensor_origin,
                                    const PreprocessOptions& options, core::Rng& rng) {
-  Points rest(points.begin(), points.end());
+  Points rest = Thinned(points, options.table.hull_points);
   const int peelings = options.robust_table ? options.table.peelings : 0;
   for (int peeling = 0; peeling <= peelings; ++peeling) {
     const TriangleMesh hull = geometry::ConvexHull(rest);
@@ -207,6 +218,9 @@ void Check(const PreprocessOptions& options) {
 /// A cloud that is flat has no hull: all of it is the table.
 std::optional<Plane> FlatCloud(PointSpan points, const Eigen::Vector3d& sensor_origin,
                                const PreprocessOptions& options) {
+  const Points some = Thinned(points, options.table.ranking_points);
+  const auto few = geometry::FitPlane(some);
+  if (!few || CountSupport(some, *few, options).on < some.size()) return std::nullopt;
   const auto plane = geometry::FitPlane(points);
   if (!plane) return std::nullopt;
   const Plane up = TowardsSensor(*plane, sensor_origin);
@@ -226,10 +240,13 @@ std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor
     plane = DominantPlane(points_C, sensor_origin_C, options, rng);
   }
   if (!plane) return std::nullopt;
-  Table table;
-  table.plane = *plane;
+  return TableOn(*plane, points_C, options);
+}
+
+Table TableOn(const Plane& plane, PointSpan points_C, const PreprocessOptions& options) {
+  Table table{plane, {}};
   for (std::size_t i = 0; i < points_C.size(); ++i) {
-    if (plane->Distance(points_C[i]) <= options.table_clearance_m) {
+    if (plane.Distance(points_C[i]) <= options.table_clearance_m) {
       table.points.push_back(static_cast<std::uint32_t>(i));
     }
   }

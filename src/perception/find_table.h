@@ -28,4 +28,8 @@ namespace rangegrasp::perception {
 std::optional<Table> FindTable(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
                                const PreprocessOptions& options, core::Rng& rng);
 
+/// The table of a plane: all points less than table_clearance_m above it.
+Table TableOn(const geometry::Plane& plane, geometry::PointSpan points_C,
+              const PreprocessOptions& options);
+
 }  // namespace rangegrasp::perception

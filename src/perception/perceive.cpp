@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "core/error.h"
@@ -31,6 +33,14 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
   return above;
 }
 
+/// What there was instead of a table.
+std::string NoTable(geometry::PointSpan points, const PreprocessOptions& options, core::Rng& rng) {
+  const auto best =
+      geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
+  return fmt::format("no table (best plane: {} points of {})", best ? best->inliers.size() : 0,
+                     points.size());
+}
+
 /// Fills the scene's source and outliers from the points above the table.
 void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene& scene) {
   if (!options.filter || above.size() < 2) {
@@ -38,12 +48,29 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
     return;
   }
   std::vector<bool> kept(above.size(), false);
-  const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter};
+  const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter,
+                                        options.filter_unit_m, options.filter_keep_m};
   for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above), as_options)) {
     kept[k] = true;
   }
   for (std::size_t k = 0; k < above.size(); ++k) {
     (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
+  }
+}
+
+/// The table shows noise that neighborhoods do not: what is the same over a neighborhood.
+void AdaptToTable(Scene& scene, PerceptionOptions& options) {
+  const double distance_m = options.preprocess.plane_distance_m;
+  const double clearance_m = options.preprocess.table_clearance_m;
+  const NoisyPlane fit = FitNoisy(scene.table.plane, scene.points_C,
+                                  options.preprocess.preselection_m, options.sampling);
+  scene.sampling.noise_m = std::max(scene.sampling.noise_m, fit.noise_m);
+  AdaptLengths(scene.sampling, options);
+  // The plane as it was found lies below a table that is thicker than the search took it to be.
+  const bool thicker = options.preprocess.plane_distance_m > distance_m;
+  if (thicker || options.preprocess.table_clearance_m > clearance_m) {
+    scene.table =
+        TableOn(thicker ? fit.plane : scene.table.plane, scene.points_C, options.preprocess);
   }
 }
 
@@ -77,23 +104,47 @@ std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& meas
 
 }  // namespace
 
-void ScaleLengths(double factor, PerceptionOptions& options) {
-  if (!(factor > 0.0)) throw std::invalid_argument("ScaleLengths: the factor must be positive");
+void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
   PreprocessOptions& p = options.preprocess;
-  for (double* length : {&p.preselection_m, &p.plane_distance_m, &p.table_clearance_m,
-                         &p.smooth_radius_m, &p.normal_radius_m}) {
-    *length *= factor;
-  }
   SegmentOptions& s = options.segment;
-  for (double* length : {&s.alpha_m, &s.min_alpha_m, &s.max_alpha_m}) *length *= factor;
   FeatureOptions& f = options.features;
-  for (double* length : {&f.top.plane_distance_m, &f.top.rim_alpha_m, &f.top.bridged_rim_alpha_m,
-                         &f.circle.distance_m, &f.axis.section_m, &f.merge.fragment_gap_m}) {
-    *length *= factor;
+  MergeOptions& m = f.merge;
+  CompletionOptions& c = f.completion;
+  for (AdaptiveLength* length : {&p.preselection_m,
+                                 &p.plane_distance_m,
+                                 &p.table_clearance_m,
+                                 &p.filter_unit_m,
+                                 &p.filter_keep_m,
+                                 &p.smooth_radius_m,
+                                 &p.normal_radius_m,
+                                 &s.min_alpha_m,
+                                 &s.max_alpha_m,
+                                 &f.top.plane_distance_m,
+                                 &f.top.slab_m,
+                                 &f.top.rim_alpha_m,
+                                 &f.top.bridged_rim_alpha_m,
+                                 &f.circle.distance_m,
+                                 &f.axis.section_m,
+                                 &f.axis.max_sunk_m,
+                                 &f.axis.lid_distance_m,
+                                 &m.fragment_gap_m,
+                                 &m.footprint_margin_m,
+                                 &m.height_margin_m,
+                                 &m.cell_m,
+                                 &m.max_in_front_m,
+                                 &c.free_margin_m,
+                                 &c.end_band_m,
+                                 &c.wall_outline_m,
+                                 &c.cell_m,
+                                 &c.attached_m,
+                                 &c.link_m,
+                                 &c.on_table_m}) {
+    length->AdaptTo(sampling);
   }
+  s.min_points.AdaptTo(sampling);
 }
 
-Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& options,
+Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& given,
                core::Rng& rng, const std::optional<Workspace>& workspace) {
   core::Stopwatch watch;
   internal::MeasuredPoints measured = internal::Gather(observation, workspace);
@@ -104,11 +155,19 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   Scene scene;
   scene.points_C = std::move(measured.points_C);
   scene.samples = std::move(measured.samples);
+  PerceptionOptions options = given;
+  if (options.preprocess.adapt_lengths) {
+    scene.sampling = MeasureSampling(scene.points_C, options.sampling);
+    if (options.noise_m) scene.sampling.noise_m = *options.noise_m;
+    AdaptLengths(scene.sampling, options);
+  }
+  scene.seconds.emplace_back("sampling", watch.Restart());
   // All sensors stand on one side of the table, and so does their middle.
   auto table =
       FindTable(scene.points_C, geometry::Centroid(measured.places_C), options.preprocess, rng);
-  if (!table) throw core::InputError("no table plane was found in the scan");
+  if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
+  if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
   const Indices above =
       AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());

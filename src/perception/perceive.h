@@ -7,6 +7,7 @@
 #include "geometry/observation.h"
 #include "perception/feature_options.h"
 #include "perception/preprocess_options.h"
+#include "perception/sampling.h"
 #include "perception/scene.h"
 #include "perception/segment.h"
 
@@ -16,12 +17,14 @@ struct PerceptionOptions {
   PreprocessOptions preprocess;
   SegmentOptions segment;
   FeatureOptions features;
+  SamplingOptions sampling;
+  /// The sensor's noise where it is known [m]; else it is measured.
+  std::optional<double> noise_m;
 };
 
-/// Multiplies every length that stands for point spacing or noise: the defaults are those of a
-/// laser scanner with 2 mm between points and 0.5 mm noise. @throws std::invalid_argument unless
-/// factor > 0.
-void ScaleLengths(double factor, PerceptionOptions& options);
+/// Sets every length that stands for noise or spacing, and was not given, to what the sampling
+/// asks for.
+void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 
 /// A round part of the table: points further than radius_m from the z axis of its frame are left
 /// out (the arm, its pedestal and the table's rim stand there).

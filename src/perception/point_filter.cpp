@@ -13,8 +13,6 @@ using geometry::KdTree;
 using geometry::Points;
 using geometry::PointSpan;
 
-/// Eq. 4.8 is in the dissertation's unit of length.
-constexpr double kMillimetresPerMetre = 1000.0;
 /// Every pass but the last removes a point, and far outliers hide nearer ones in a few layers: a
 /// bound on time, not on what is found.
 constexpr int kMaxPasses = 20;
@@ -79,16 +77,17 @@ class Filter {
   /// Counts only as far as the answer needs: from N_a >= N_k d_a / d_k on a point is not isolated,
   /// and an isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
   bool Removes(std::uint32_t i, const CompressionRate& rate) {
+    if (nearest_m_[i] < options_.keep_m) return false;
     const Eigen::Vector3d& p = points_[i];
     const std::size_t n_k =
         nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
     if (!options_.isolated_only) {
-      return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k);
+      return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k, options_.unit_m);
     }
-    if (OutlierBeta(rate, n_k) <= 1.0) return false;
+    if (OutlierBeta(rate, n_k, options_.unit_m) <= 1.0) return false;
     const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
     const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
-    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k);
+    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, options_.unit_m);
   }
 
   /// A point whose nearest neighbor goes is at least as far from it as that was from its own
@@ -134,16 +133,16 @@ CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_
   return rate;
 }
 
-double OutlierAlpha(const CompressionRate& rate, std::size_t n_a) {
-  return std::pow(kMillimetresPerMetre * rate.d_a_m / static_cast<double>(n_a), rate.tau);
+double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m) {
+  return std::pow(rate.d_a_m / unit_m / static_cast<double>(n_a), rate.tau);
 }
 
-double OutlierBeta(const CompressionRate& rate, std::size_t n_k) {
-  return kMillimetresPerMetre * rate.d_k_m / static_cast<double>(n_k);
+double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m) {
+  return rate.d_k_m / unit_m / static_cast<double>(n_k);
 }
 
-bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
-  return OutlierAlpha(rate, n_a) < OutlierBeta(rate, n_k);
+bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k, double unit_m) {
+  return OutlierAlpha(rate, n_a, unit_m) < OutlierBeta(rate, n_k, unit_m);
 }
 
 bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {

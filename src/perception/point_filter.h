@@ -15,15 +15,16 @@ CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_
 
 /// alpha = (d_a / N_a)^tau, eq. 4.8; n_a counts the points within d_a, the point itself among them.
 /// A length to the power of tau has no unit of its own: the value depends on the unit of length,
-/// and the dissertation's is the millimetre, so d_a is taken in mm here.
-double OutlierAlpha(const CompressionRate& rate, std::size_t n_a);
-/// beta = d_k / N_k, eq. 4.9, in mm as eq. 4.8; n_k counts the points within d_k, itself among
-/// them.
-double OutlierBeta(const CompressionRate& rate, std::size_t n_k);
+/// and the dissertation's is the millimetre, about half of its scanner's spacing.
+double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m = 0.001);
+/// beta = d_k / N_k, eq. 4.9, in the unit of eq. 4.8; n_k counts the points within d_k, itself
+/// among them.
+double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m = 0.001);
 
 /// The outlier test, eq. 4.8 and 4.9: alpha = (d_a / N_a)^tau < beta = d_k / N_k; counts within
 /// spheres of d_a and d_k.
-bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k);
+bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k,
+               double unit_m = 0.001);
 
 /// d_a / N_a > d_k / N_k: fewer points in the large sphere than even a straight line of points as
 /// dense as the small sphere would have. On a surface N grows with the square of the radius.
@@ -33,6 +34,8 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k);
 struct OutlierFilterOptions {
   bool isolated_only = true;
   bool repeated = true;
+  double unit_m = 0.001;  ///< the unit of length of eq. 4.8
+  double keep_m = 0.0;    ///< a point with a neighbor nearer than this is no outlier
 };
 
 /// Positions of the points that the compression-rate filter keeps, ascending. Removed are the

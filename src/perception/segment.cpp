@@ -25,7 +25,7 @@ std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_
   }
   if (!options.drop_small_segments) return segments;
   std::erase_if(segments, [&options](const Indices& segment) {
-    return segment.size() < static_cast<std::size_t>(std::max(options.min_points, 0));
+    return segment.size() < static_cast<std::size_t>(std::max<int>(options.min_points, 0));
   });
   return segments;
 }
@@ -42,7 +42,7 @@ void Check(const SegmentOptions& options) {
 double MeshAlpha(double d_max_m, const SegmentOptions& options) {
   if (options.alpha_m > 0.0) return options.alpha_m;
   if (!options.bounded_alpha) return d_max_m;
-  return std::clamp(d_max_m, options.min_alpha_m, options.max_alpha_m);
+  return std::clamp<double>(d_max_m, options.min_alpha_m, options.max_alpha_m);
 }
 
 std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {

@@ -6,6 +6,7 @@
 
 #include "geometry/point_cloud.h"
 #include "perception/additions.h"
+#include "perception/sampling.h"
 
 namespace rangegrasp::perception {
 
@@ -22,10 +23,10 @@ struct SegmentOptions : SegmentAdditions {
   double alpha_m = 0.0;
   /// With bounded_alpha: bounds on an alpha taken from d_max: one and a half to five point
   /// spacings, so that an even scan does not fall apart and one straggler cannot join everything.
-  double min_alpha_m = 0.003;
-  double max_alpha_m = 0.010;
-  /// With drop_small_segments: smaller ones are. 12 mm square at 2 mm between points.
-  int min_points = 40;
+  AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
+  AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
+  /// With drop_small_segments: smaller ones are. 18 mm square of the dissertation's scanner.
+  AdaptiveCount min_points{40, 3.4e-4, 8};
   /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
   /// that the scan samples evenly, far enough for the next row of points and its diagonals.
   double neighborhood = 3.0;

@@ -274,7 +274,7 @@ std::vector<TriangleMesh> MixedScene() {
 TEST(Perceive, KeepsItsPromisesAboutAScene) {
   const Scene scene = See(MixedScene(), 5);
   EXPECT_EQ(scene.objects.size(), 5u);
-  const char* const names[] = {"table",    "filter",       "smooth",  "normals",
+  const char* const names[] = {"sampling", "table",        "filter",  "smooth",    "normals",
                                "segments", "top surfaces", "merging", "completion"};
   ASSERT_EQ(scene.seconds.size(), std::size(names));
   for (std::size_t i = 0; i < std::size(names); ++i) EXPECT_EQ(scene.seconds[i].first, names[i]);

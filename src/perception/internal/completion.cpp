@@ -105,24 +105,27 @@ Points Walls(const ObjectContext& context, const Points& points, double base_m) 
   return walls;
 }
 
-/// Every point, and its projection to the base.
-Points WithShadow(const geometry::Plane& table, const Points& points, double base_m) {
-  Points all = points;
-  all.reserve(2 * points.size());
-  for (const auto& p : points) {
-    all.push_back(p - std::max(0.0, table.Distance(p) - base_m) * table.normal);
+/// The hull of the points and of their projections to the base. Only the corners of the footprint
+/// are projected: the others' projections lie between those, in one plane with them, where the
+/// hull's exact predicates are slow.
+geometry::TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double base_m) {
+  Points solid = points;
+  const auto flat = Flatten(frame, points);
+  for (const auto corner : HullPositions(flat)) {
+    const double height_m = (points[corner] - frame.origin).dot(frame.n);
+    solid.push_back(points[corner] - std::max(0.0, height_m - base_m) * frame.n);
   }
-  return all;
+  return geometry::ConvexHull(solid);
 }
 
 /// The points in slices along the longest axis of their footprint, each with the edge of the next.
 std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
-                           const Points& solid, const CompletionOptions& options) {
+                           const Points& points, const CompletionOptions& options) {
   const Rectangle box = MinAreaRectangle(flat);
   const auto count = static_cast<std::size_t>(std::ceil(box.length_m / options.slice_m));
   std::vector<Points> slices(std::max<std::size_t>(1, count));
   const auto n = static_cast<double>(slices.size());
-  for (const auto& p : solid) {
+  for (const auto& p : points) {
     const double s = (frame.Flat(p) - box.center).dot(box.axis) / box.length_m + 0.5;
     const auto k = static_cast<std::size_t>(std::clamp(s, 0.0, kBelowOne) * n);
     slices[k].push_back(p);
@@ -142,11 +145,10 @@ geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& 
   const auto flat = Flatten(frame, points);
   const double fill =
       FilledArea(flat, options.cell_m) / std::max(ConvexPolygon::Around(flat).Area(), kMinArea_m2);
-  const Points solid = WithShadow(context.table, points, base_m);
-  if (fill >= options.min_fill) return geometry::ConvexHull(solid);
+  if (fill >= options.min_fill) return HullDownTo(frame, points, base_m);
   geometry::TriangleMesh mesh;
-  for (const auto& slice : Slices(frame, flat, solid, options)) {
-    if (slice.size() >= 4) geometry::Append(geometry::ConvexHull(slice), mesh);
+  for (const auto& slice : Slices(frame, flat, points, options)) {
+    if (!slice.empty()) geometry::Append(HullDownTo(frame, slice, base_m), mesh);
   }
   return mesh;
 }

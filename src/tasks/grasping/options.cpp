@@ -67,18 +67,27 @@ void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& optio
   map.Finish();
 }
 
+// A length that adapts to the sensor unless the file gives it.
+void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength& length,
+                double low_mm, double high_mm, const std::string& doc) {
+  double value_m = length;
+  map.ReadScaled(key, value_m, kMm, low_mm, high_mm,
+                 doc + "; more for a sensor that is noisier or coarser, unless given");
+  if (map.Has(key)) length = value_m;
+}
+
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
            "of the outliers only those that are isolated; off: the test exactly as printed");
   map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
-  map.ReadScaled("normal_radius_mm", options.preprocess.normal_radius_m, kMm, 1.0, 50.0,
-                 "neighborhood that a normal is estimated from");
-  map.ReadScaled("plane_distance_mm", options.preprocess.plane_distance_m, kMm, 0.2, 50.0,
-                 "inliers of the table's plane lie this close");
-  map.ReadScaled("table_clearance_mm", options.preprocess.table_clearance_m, kMm, 0.0, 50.0,
-                 "points this far above the table's plane belong to objects");
+  ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
+             "neighborhood that a normal is estimated from");
+  ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
+             "inliers of the table's plane lie this close");
+  ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
+             "points this far above the table's plane belong to objects");
   auto& features = options.features;
   map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
            "with higher_tops: share of the fullest plane's points that a higher one must hold");
