@@ -100,7 +100,8 @@ bool RobotCollider::HeldHits(const core::Pose& X_WH, const Contacts& contacts) c
   if (!contacts.may_touch_table && IsBelowTable(held)) return true;
   if (HitsAny(held, workcell_)) return true;
   for (std::size_t i = 0; i < obstacles_.size(); ++i) {
-    if (!contacts.held_ignores[i] && Hit(held, obstacles_[i])) return true;
+    const bool ignored = !contacts.held_ignores.empty() && contacts.held_ignores[i];
+    if (!ignored && Hit(held, obstacles_[i])) return true;
   }
   return std::any_of(placed_.begin(), placed_.end() - 1,
                      [&](const std::vector<PlacedSolid>& link) { return HitsAny(held, link); });

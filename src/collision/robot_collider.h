@@ -21,7 +21,7 @@ struct Contacts {
   bool hand_margin = true;
   Target target = Target::kObstacle;
   core::Pose X_HT = core::Pose::Identity();  ///< kHeld: the frame of the target in the hand
-  std::vector<char> held_ignores;            ///< kHeld: one an obstacle
+  std::vector<char> held_ignores;            ///< kHeld: one an obstacle; empty: none is
   bool may_touch_table = false;              ///< the hand and what it holds; the arm must not
 };
 

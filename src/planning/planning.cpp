@@ -140,7 +140,7 @@ struct Planner::Impl {
   std::optional<core::JointTrajectory> FreeCarry(const BranchBuilder& builder, const Task& task,
                                                  Branch& branch, core::Rng& rng) {
     if (branch.lift.empty()) return {};
-    const Stage stage = builder.CarryStage(branch);
+    const Stage stage = builder.CarryStage();
     const Eigen::VectorXd& q_lift = branch.lift.back();
     robot::IkOptions ik;
     ik.max_solutions = static_cast<std::size_t>(options.ik_solutions);

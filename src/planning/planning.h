@@ -104,7 +104,8 @@ struct PlanResult {
 ///
 /// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
 /// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
-/// allows, where it was seen to stand on something else. What it touches at the grasp is no obstacle to its lift.
+/// allows, where it was seen to stand on something else. What it touches at the grasp is no obstacle
+/// to its lift until they have parted; after that nothing that was perceived may be touched.
 ///
 /// Samples come from rng alone and the number of iterations bounds a query, so that the same
 /// arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.

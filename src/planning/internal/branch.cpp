@@ -107,15 +107,12 @@ Stage BranchBuilder::HeldStage() const {
   stage.contacts.target = Target::kHeld;
   stage.contacts.X_HT = task_.X_WH.inverse();
   stage.contacts.may_touch_table = true;
-  stage.contacts.held_ignores = check_.collider().TouchedByTarget(task_.X_WH, stage.contacts.X_HT);
   return stage;
 }
 
-Stage BranchBuilder::CarryStage(const Branch& branch) const {
+Stage BranchBuilder::CarryStage() const {
   Stage stage = HeldStage();
   stage.contacts.may_touch_table = false;
-  stage.contacts.held_ignores =
-      check_.collider().TouchedByTarget(robot_.HandPose(branch.lift.back()), stage.contacts.X_HT);
   stage.up_H = task_.X_WH.linear().transpose() * Eigen::Vector3d::UnitZ();
   stage.min_upright = std::cos(options_.carry_tilt_rad);
   return stage;
@@ -141,7 +138,20 @@ bool BranchBuilder::Approach(Branch& branch) const {
 bool BranchBuilder::Lift(Branch& branch) const {
   const core::Pose X_WLifted = Shifted(task_.X_WH, task_.lift_m * Eigen::Vector3d::UnitZ());
   auto path = robot::StraightLine(robot_, branch.q_grasp, X_WLifted, options_.step_m);
-  if (!path || !check_.PathFree(*path, HeldStage(), options_.resolution_rad)) return false;
+  if (!path) return false;
+  // What leans on the object, or what it stands on, touches it at first; once they have parted it
+  // is in the way like all else. What still touches it at the end of the lift blocks the carry.
+  Stage stage = HeldStage();
+  std::vector<char>& ignored = stage.contacts.held_ignores;
+  ignored = check_.collider().TouchedByTarget(task_.X_WH, stage.contacts.X_HT);
+  for (std::size_t i = 1; i < path->size(); ++i) {
+    if (!check_.PathFree({(*path)[i - 1], (*path)[i]}, stage, options_.resolution_rad)) {
+      return false;
+    }
+    const auto touched =
+        check_.collider().TouchedByTarget(robot_.HandPose((*path)[i]), stage.contacts.X_HT);
+    for (std::size_t k = 0; k < ignored.size(); ++k) ignored[k] = ignored[k] && touched[k];
+  }
   branch.lift = std::move(*path);
   return true;
 }
@@ -178,7 +188,7 @@ std::vector<core::Pose> BranchBuilder::ArcPoses(double yaw_rad, const core::Pose
 }
 
 bool BranchBuilder::CarryOnArc(Branch& branch) const {
-  const Stage stage = CarryStage(branch);
+  const Stage stage = CarryStage();
   for (double yaw_rad : DeliveryYaws(task_, options_.carry_yaws)) {
     auto path = robot::FollowPoses(robot_, branch.lift.back(),
                                    ArcPoses(yaw_rad, robot_.HandPose(branch.lift.back())));

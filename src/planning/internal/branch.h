@@ -56,11 +56,11 @@ class BranchBuilder {
 
   /// With the hand open, before the grasp and away from it.
   Stage ReachStage() const;
-  /// With the object in the hand at the end of the lift.
-  Stage CarryStage(const Branch& branch) const;
+  /// With the object in the hand; nothing that was perceived may be touched.
+  Stage CarryStage() const;
 
  private:
-  Stage HeldStage() const;
+  Stage HeldStage() const;  ///< likewise, but for the table
   std::vector<core::Pose> ArcPoses(double yaw_rad, const core::Pose& X_WLifted) const;
 
   const robot::Robot& robot_;
