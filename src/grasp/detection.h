@@ -41,6 +41,9 @@ struct Detection {
   geometry::Plane table_C;              ///< normal away from the table; z = 0 where none was found
   std::vector<DetectedObject> objects;  ///< in the order in which they should be taken
   std::vector<DetectedGrasp> grasps;    ///< best first
+  /// What else a motion must keep clear of: what was measured and belongs to no object, and space
+  /// that was not seen. Closed surfaces.
+  std::vector<geometry::TriangleMesh> obstacles_C;
 };
 
 /// What the dissertation's method hands over.

@@ -1,10 +1,18 @@
 #include "tasks/grasping/detector.h"
 
 #include "core/stopwatch.h"
+#include "grasp/obstacles.h"
 #include "perception/perceive.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
+
+// Where the sensors stood.
+geometry::Points PlacesOf(const geometry::Observation& observation) {
+  geometry::Points places_C;
+  for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
+  return places_C;
+}
 
 class DissertationDetector : public Detector {
  public:
@@ -29,6 +37,11 @@ class DissertationDetector : public Detector {
     if (observer_) observer_(scene, grasps, observation);
     detected.segments = static_cast<int>(scene.segments.size());
     detected.detection = grasp::DetectionFrom(scene, grasps);
+    if (!scene.objects.empty()) {
+      detected.detection.obstacles_C =
+          grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
+    }
+    detected.seconds.emplace_back("obstacles", watch.Restart());
     detected.kept = scene.cloud.size();
     return detected;
   }

@@ -15,6 +15,8 @@ planning::PlanningScene SceneFrom(const grasp::Detection& detection) {
   for (std::size_t i = 1; i < detection.objects.size(); ++i) {
     scene.obstacles_W.push_back(detection.objects[i].surface_C);
   }
+  scene.obstacles_W.insert(scene.obstacles_W.end(), detection.obstacles_C.begin(),
+                           detection.obstacles_C.end());
   return scene;
 }
 

@@ -111,7 +111,10 @@ void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
   map.Finish();
 }
 
-void ReadPlanning(YamlMap map, planning::PlanOptions& options) {
+void ReadPlanning(YamlMap map, planning::PlanOptions& options, grasp::ObstacleOptions& obstacles) {
+  map.Read("leftover_obstacles", obstacles.leftovers,
+           "motions keep clear of measured points that belong to no object");
+  map.Read("unseen_obstacles", obstacles.unseen, "and of the space behind objects but the target");
   map.ReadScaled("approach_mm", options.approach_m, kMm, 20.0, 400.0,
                  "straight approach before the grasp");
   map.ReadScaled("lift_mm", options.lift_m, kMm, 100.0, 400.0, "height of the lift");
@@ -179,7 +182,7 @@ Options ReadOptions(YamlMap& map) {
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
-  ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning);
+  ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);
   map.Finish();
   return o;
 }

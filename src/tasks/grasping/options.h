@@ -9,6 +9,7 @@
 
 #include "core/yaml_map.h"
 #include "grasp/grasp.h"
+#include "grasp/obstacles.h"
 #include "perception/perceive.h"
 #include "planning/planning.h"
 #include "sim/execute.h"
@@ -66,6 +67,7 @@ struct Options {
   sim::AuditBounds audit;
   perception::PerceptionOptions perception;
   grasp::GraspOptions grasp;
+  grasp::ObstacleOptions obstacles;
   planning::PlanOptions planning;
 };
 

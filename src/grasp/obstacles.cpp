@@ -1,0 +1,153 @@
+#include "grasp/obstacles.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "geometry/hull.h"
+#include "geometry/kd_tree.h"
+#include "geometry/union_find.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::Points;
+
+/// Shadows start this far behind the surface that throws them: the surface itself is an obstacle
+/// already, and what leans on it need not be moved through its noise.
+constexpr double kBehind_m = 0.002;
+/// Where a shadow's ray hardly goes down, it ends here: beyond a table.
+constexpr double kMaxShadow_m = 2.0;
+
+/// Points above the table's clearance that no object holds.
+Points LeftoverPoints(const perception::Scene& scene) {
+  std::vector<char> known(scene.points_C.size(), 0);
+  for (const auto i : scene.table.points) known[i] = 1;
+  for (const auto& object : scene.objects) {
+    for (const auto i : object.points) known[scene.source[i]] = 1;
+  }
+  Points leftover;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (!known[i]) leftover.push_back(scene.points_C[i]);
+  }
+  return leftover;
+}
+
+Points DirectionsFrom(const Vector3d& place_C, const Points& points) {
+  Points directions;
+  directions.reserve(points.size());
+  for (const Vector3d& p : points) directions.push_back((p - place_C).normalized());
+  return directions;
+}
+
+/// Drops the points that are seen beside an object's.
+void DropMixed(const perception::Scene& scene, const Points& places_C, double width_m,
+               Points& points) {
+  Points of_objects;
+  for (const auto& object : scene.objects) {
+    for (const auto i : object.points) of_objects.push_back(scene.points_C[scene.source[i]]);
+  }
+  if (of_objects.empty()) return;
+  for (const Vector3d& place_C : places_C) {
+    const Points directions = DirectionsFrom(place_C, of_objects);
+    const geometry::KdTree tree(directions);
+    std::vector<geometry::KdTree::Neighbor> nearest;
+    std::erase_if(points, [&](const Vector3d& p) {
+      const double distance_m = (p - place_C).norm();
+      tree.Within((p - place_C) / distance_m, width_m / distance_m, nearest);
+      return !nearest.empty();
+    });
+  }
+}
+
+/// Groups of points that hang together, in the order of their first points.
+std::vector<Points> GroupsOf(const Points& points, double link_m) {
+  if (points.empty()) return {};
+  const geometry::KdTree tree(points);
+  geometry::UnionFind sets(points.size());
+  std::vector<geometry::KdTree::Neighbor> near;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    tree.Within(points[i], link_m, near);
+    for (const auto& neighbor : near) sets.Unite(i, neighbor.index);
+  }
+  std::map<std::uint32_t, std::size_t> group_of;
+  std::vector<Points> groups;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto [group, fresh] = group_of.try_emplace(sets.Find(i), groups.size());
+    if (fresh) groups.emplace_back();
+    groups[group->second].push_back(points[i]);
+  }
+  return groups;
+}
+
+/// Whether a group is so near to the target that it is a part of it, for all that can be seen: a
+/// corner that lost points have cut off. It goes with the target.
+bool HangsOn(const Points& group, const geometry::KdTree& target, double link_m) {
+  std::vector<geometry::KdTree::Neighbor> near;
+  return std::any_of(group.begin(), group.end(), [&](const Vector3d& p) {
+    target.Within(p, link_m, near);
+    return !near.empty();
+  });
+}
+
+/// The hull of boxes of an edge about the points.
+geometry::TriangleMesh HullAbout(const Points& points, double edge_m) {
+  Points corners;
+  for (const Vector3d& p : points) {
+    for (int k = 0; k < 8; ++k) {
+      corners.push_back(
+          p + 0.5 * edge_m * Vector3d(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0));
+    }
+  }
+  return geometry::ConvexHull(corners);
+}
+
+/// The space between a surface and its shadow on the table, seen from a place.
+geometry::TriangleMesh ShadowOf(const geometry::TriangleMesh& surface_C, const Vector3d& place_C,
+                                const geometry::Plane& table) {
+  Points corners;
+  for (const Vector3d& vertex : surface_C.vertices) {
+    const Vector3d away = (vertex - place_C).normalized();
+    const double down = -away.dot(table.normal);
+    const double height_m = std::max(0.0, table.Distance(vertex));
+    const double way_m = down > 0.0 ? std::min(height_m / down, kMaxShadow_m) : kMaxShadow_m;
+    corners.push_back(vertex + std::min(kBehind_m, way_m) * away);
+    corners.push_back(vertex + way_m * away);
+  }
+  return geometry::ConvexHull(corners);
+}
+
+void AddIfSolid(geometry::TriangleMesh mesh, std::vector<geometry::TriangleMesh>& meshes) {
+  if (!mesh.triangles.empty()) meshes.push_back(std::move(mesh));
+}
+
+}  // namespace
+
+std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, std::size_t target,
+                                                const geometry::Points& places_C,
+                                                const ObstacleOptions& options) {
+  std::vector<geometry::TriangleMesh> obstacles_C;
+  const double gap_m = scene.sampling.gap_m;
+  if (options.leftovers && gap_m > 0.0) {
+    Points leftover = LeftoverPoints(scene);
+    DropMixed(scene, places_C, options.mixed_gaps * gap_m, leftover);
+    const double link_m = options.link_gaps * gap_m;
+    const geometry::KdTree of_target(scene.objects[target].completed_C);
+    for (const Points& group : GroupsOf(leftover, link_m)) {
+      if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
+      if (HangsOn(group, of_target, link_m)) continue;
+      AddIfSolid(HullAbout(group, gap_m), obstacles_C);
+    }
+  }
+  if (!options.unseen) return obstacles_C;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (i == target) continue;
+    for (const Vector3d& place_C : places_C) {
+      AddIfSolid(ShadowOf(scene.objects[i].surface_C, place_C, scene.table.plane), obstacles_C);
+    }
+  }
+  return obstacles_C;
+}
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,121 @@
+#include "grasp/obstacles.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/hull.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kGap_m = 0.004;
+
+geometry::TriangleMesh Box(const Vector3d& low, const Vector3d& high) {
+  geometry::Points corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.emplace_back(k & 1 ? high.x() : low.x(), k & 2 ? high.y() : low.y(),
+                         k & 4 ? high.z() : low.z());
+  }
+  return geometry::ConvexHull(corners);
+}
+
+// The table z = 0 and the target, a box of 40 mm that stands at the origin, seen from above.
+class Obstacles : public ::testing::Test {
+ protected:
+  Obstacles() {
+    scene_.sampling.gap_m = kGap_m;
+    AddObject({-0.02, -0.02, 0.0}, {0.02, 0.02, 0.04});
+  }
+
+  void AddObject(const Vector3d& low, const Vector3d& high) {
+    auto& object = scene_.objects.emplace_back();
+    object.surface_C = Box(low, high);
+    for (double x = low.x(); x <= high.x() + 1e-9; x += kGap_m) {
+      for (double y = low.y(); y <= high.y() + 1e-9; y += kGap_m) {
+        object.completed_C.emplace_back(x, y, high.z());
+        object.points.push_back(static_cast<std::uint32_t>(scene_.source.size()));
+        scene_.source.push_back(static_cast<std::uint32_t>(scene_.points_C.size()));
+        scene_.points_C.emplace_back(x, y, high.z());
+      }
+    }
+  }
+  // So many points in a row, a gap apart.
+  void AddLeftover(const Vector3d& first, int count) {
+    for (int i = 0; i < count; ++i) {
+      scene_.points_C.push_back(first + Vector3d(0.0, i * kGap_m, 0.0));
+    }
+  }
+  std::vector<geometry::TriangleMesh> Found(const ObstacleOptions& options = {}) const {
+    return ObstaclesOf(scene_, 0, {sensor_}, options);
+  }
+
+  const Vector3d sensor_{0.0, 0.0, 1.0};
+  perception::Scene scene_;
+};
+
+TEST_F(Obstacles, ATargetAloneHasNone) { EXPECT_TRUE(Found().empty()); }
+
+TEST_F(Obstacles, WhatBelongsToNoObjectIsOne) {
+  AddLeftover({0.10, 0.0, 0.02}, 5);
+  const auto found = Found();
+  ASSERT_EQ(found.size(), 1u);
+  for (const Vector3d& v : found[0].vertices) {
+    EXPECT_NEAR(v.x(), 0.10, 0.5 * kGap_m + 1e-12);
+    EXPECT_GE(v.y(), -0.5 * kGap_m - 1e-12);
+    EXPECT_LE(v.y(), 4.5 * kGap_m + 1e-12);
+  }
+  ObstacleOptions without;
+  without.leftovers = false;
+  EXPECT_TRUE(Found(without).empty());
+}
+
+TEST_F(Obstacles, PointsOfTheTableAreNone) {
+  AddLeftover({0.10, 0.0, 0.02}, 5);
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    scene_.table.points.push_back(static_cast<std::uint32_t>(scene_.points_C.size() - 5 + i));
+  }
+  EXPECT_TRUE(Found().empty());
+}
+
+TEST_F(Obstacles, OneOrTwoPointsAreNoise) {
+  AddLeftover({0.10, 0.0, 0.02}, 2);
+  EXPECT_TRUE(Found().empty());
+}
+
+TEST_F(Obstacles, WhatHangsOnTheTargetIsTheTargets) {
+  AddLeftover({0.02 + 2.5 * kGap_m, 0.0, 0.04}, 5);
+  EXPECT_TRUE(Found().empty());
+}
+
+// In line with the target's edge as the sensor sees it, and far below it.
+TEST_F(Obstacles, PointsBesideAnEdgeInTheImageAreMixed) {
+  const Vector3d edge(0.021, 0.0, 0.04);
+  scene_.objects[0].completed_C.clear();  // so that it does not hang on it
+  for (const double share : {1.005, 1.010, 1.015, 1.020}) {
+    scene_.points_C.push_back(sensor_ + share * (edge - sensor_));
+  }
+  EXPECT_TRUE(Found().empty());
+}
+
+// An object of 40 mm height beside the target, seen at a slant: its shadow reaches
+// 0.04 * 0.2 / 0.96 m further from the sensor's foot than its edge does, and down to the table.
+TEST_F(Obstacles, BehindAnotherObjectNothingIsKnown) {
+  AddObject({0.20, -0.02, 0.0}, {0.24, 0.02, 0.04});
+  const auto found = Found();
+  ASSERT_EQ(found.size(), 1u);
+  double furthest = 0.0;
+  double lowest = 1.0;
+  for (const Vector3d& v : found[0].vertices) {
+    furthest = std::max(furthest, v.x());
+    lowest = std::min(lowest, v.z());
+  }
+  EXPECT_NEAR(furthest, 0.24 + 0.04 * 0.24 / 0.96, 1e-9);
+  EXPECT_NEAR(lowest, 0.0, 1e-9);
+  ObstacleOptions without;
+  without.unseen = false;
+  EXPECT_TRUE(Found(without).empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::grasp
