@@ -86,7 +86,7 @@ struct AxisOptions {
   /// Of the points that agree and whose normals pass the axis, too (see max_tangential). A round
   /// wall has 0.67 and more, since normals at its outline are turned towards the sensor; the sides
   /// of a square column have a third.
-  double normal_share = 0.62;
+  double normal_share = 0.66;
   /// Thickness of the section planes: two rows of points.
   AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
