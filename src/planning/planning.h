@@ -39,7 +39,7 @@ struct PlanOptions {
   /// What was seen down to less than this above the table stands on it, and is not lowered further:
   /// the lowest points are the table's by the preselection, or lost at grazing light.
   double standing_m = 0.03;
-  double retreat_m = 0.15;           ///< back along the approach axis after release
+  double retreat_m = 0.15;  ///< back along the approach axis after release
   double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
   /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
   /// been checked closer than that: in the approach, the lift, the lowering and the retreat.
@@ -104,8 +104,9 @@ struct PlanResult {
 ///
 /// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
 /// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
-/// allows, where it was seen to stand on something else. What it touches at the grasp is no obstacle
-/// to its lift until they have parted; after that nothing that was perceived may be touched.
+/// allows, where it was seen to stand on something else. What it touches at the grasp is no
+/// obstacle to its lift until they have parted; after that nothing that was perceived may be
+/// touched.
 ///
 /// Samples come from rng alone and the number of iterations bounds a query, so that the same
 /// arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.

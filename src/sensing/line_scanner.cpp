@@ -60,6 +60,7 @@ class Sweep {
   double Slope(double sample) const { return first_slope_ + slope_step_ * sample; }
 
   core::Pose CalibrationError() const;
+  Eigen::Vector3d PatchShift() const;
   Scan EmptyScan() const;
   std::vector<ProfilePose> JitteredPoses() const;
   void CastMainRays(std::span<const ProfilePose> poses);
@@ -81,6 +82,7 @@ class Sweep {
   internal::Illumination illumination_;
   std::uint64_t noise_seed_;
   core::Pose X_WS_known_;  // as calibrated
+  Eigen::Vector3d patch_shift_ = PatchShift();
   double first_slope_;
   double slope_step_;
   std::vector<Spot> spots_;  // one a sample
@@ -99,6 +101,14 @@ core::Pose Sweep::CalibrationError() const {
   const Eigen::Vector3d turn = vector(options_.calibration_sigma_rad);
   const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
   return core::MakePose(rotation.toRotationMatrix(), shift);
+}
+
+Eigen::Vector3d Sweep::PatchShift() const {
+  core::Rng rng(core::DeriveSeed(noise_seed_, "patches"));
+  const double x = rng.Uniform();
+  const double y = rng.Uniform();
+  const double z = rng.Uniform();
+  return {x, y, z};
 }
 
 Scan Sweep::EmptyScan() const {
@@ -224,10 +234,12 @@ bool Sweep::IsPatchLost(const Spot& spot, double loss) const {
   std::uint64_t patch = core::DeriveSeed(noise_seed_, "patch");
   for (int axis = 0; axis < 3; ++axis) {
     const float place = spot.point_W[axis];
-    // Without patches each place is its own.
-    const double cell = options_.dropout_patch_m > 0.0
-                            ? std::floor(static_cast<double>(place) / options_.dropout_patch_m)
-                            : std::round(static_cast<double>(place) / kSinglePlace_m);
+    // Without patches each place is its own. The patches' grid lies anywhere: with a corner in the
+    // origin, rounding would tear the table's plane in two.
+    const double cell =
+        options_.dropout_patch_m > 0.0
+            ? std::floor(static_cast<double>(place) / options_.dropout_patch_m + patch_shift_[axis])
+            : std::round(static_cast<double>(place) / kSinglePlace_m);
     patch = core::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
   }
   return core::Rng(patch).Uniform() < loss;

@@ -103,9 +103,10 @@ class Execution {
     Wait(kLiftSettle_s);
     const bool touched = TouchNow().hand;
     audit_.BeginRest();
+    const double force_N = controller_.force_N();
     for (double t = 0.0; touched && t < kRest_s; t += Period()) {
       Tick();
-      audit_.RestStep(glove_.Slides());
+      audit_.RestStep(glove_.Slides(), controller_.force_N() != force_N);
     }
     audit_.EndRest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();

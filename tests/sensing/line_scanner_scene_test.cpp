@@ -50,8 +50,10 @@ Meshes TableWithObjects() {
 }
 
 Scan ScanOf(const Meshes& meshes, std::uint64_t seed = 1) {
+  LineScannerOptions known;
+  known.calibration_sigma_m = known.calibration_sigma_rad = 0.0;
   core::Rng rng(seed);
-  return ScanScene(meshes, ScannerPose(), {}, rng);
+  return ScanScene(meshes, ScannerPose(), known, rng);
 }
 
 std::vector<Vector3d> Measured(const Scan& scan) {

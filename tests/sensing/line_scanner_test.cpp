@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "core/units.h"
@@ -22,8 +23,16 @@ using Meshes = std::vector<sim::VisualMesh>;
 // In these tests W = S: the laser in the origin looks along z.
 const core::Pose kHead = core::Pose::Identity();
 
-LineScannerOptions Noiseless() {
+// Its pose is known; every sample is lost or kept by itself.
+LineScannerOptions Known() {
   LineScannerOptions options;
+  options.calibration_sigma_m = options.calibration_sigma_rad = 0.0;
+  options.dropout_patch_m = 0.0;
+  return options;
+}
+
+LineScannerOptions Noiseless() {
+  LineScannerOptions options = Known();
   options.centroid_sigma_px = options.speckle_sigma_m = options.quantisation_px = 0.0;
   options.pan_jitter_rad = 0.0;
   return options;
@@ -98,7 +107,7 @@ TEST(LineScanner, SpacingIsThatOfTheRaysOnAWall) {
 class PlaneNoise : public ::testing::TestWithParam<double> {};
 
 TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
-  LineScannerOptions options;
+  LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
   options.pan_range_rad = core::Deg(20.0);
   options.profiles = 60;
@@ -123,7 +132,7 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
 // What the scan says about its own noise, against the truth: the spread of the errors along the
 // rays, in units of noise_m, is one at the fan's middle and at its ends, where rays are longer.
 TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
-  LineScannerOptions options;
+  LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
   options.pan_range_rad = core::Deg(20.0);
   options.profiles = 150;
@@ -213,7 +222,7 @@ TEST(LineScanner, TheCameraDoesNotSeeTheBackOfALitSurface) {
 }
 
 TEST(LineScanner, ASpheresRadiusIsRecovered) {
-  LineScannerOptions options;
+  LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
   const double radius = 0.06;
   const Vector3d center(0.02, -0.01, 1.0);
@@ -280,7 +289,7 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
 }
 
 TEST(LineScanner, WhatIsNotMeasuredIsNaN) {
-  const Scan scan = ScanOf(PlateBeforeWall(0.8), {});
+  const Scan scan = ScanOf(PlateBeforeWall(0.8), Known());
   ForEach(scan, [&](std::size_t i, int, int) {
     EXPECT_EQ(scan.view.image.points_C[i].allFinite(),
               scan.truth.state[i] == SampleState::kMeasured);
@@ -379,7 +388,7 @@ void ExpectDropouts(const Scan& scan, const std::vector<double>& probability) {
 }
 
 TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
-  const LineScannerOptions options;
+  const LineScannerOptions options = Known();
   const double tilt = core::Deg(65.0);
   const Vector3d along(0, std::cos(tilt), std::sin(tilt));
   const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));
@@ -398,12 +407,91 @@ TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
 TEST(LineScanner, DarkAndClearSurfacesDropOutByTheirShares) {
   Meshes dark = Wall(1.0);
   dark[0].surface.albedo = 0.025;
-  const Scan dark_scan = ScanOf(dark, {});
+  const Scan dark_scan = ScanOf(dark, Known());
   ExpectDropouts(dark_scan, std::vector<double>(dark_scan.truth.state.size(), 0.7));
   Meshes clear = Wall(1.0);
   clear[0].surface.clarity = 0.8;
-  const Scan clear_scan = ScanOf(clear, {});
+  const Scan clear_scan = ScanOf(clear, Known());
   ExpectDropouts(clear_scan, std::vector<double>(clear_scan.truth.state.size(), 0.8));
+}
+
+// A glossy wall that blinds the camera everywhere with one half: half of its patches are lost, each
+// as a whole. Of the neighboring samples along the line, a dozen to a patch, nearly all share their
+// fate.
+TEST(LineScanner, PatchesAreLostAsAWhole) {
+  LineScannerOptions options = Noiseless();
+  options.dropout_patch_m = 0.02;
+  Meshes meshes = Wall(1.0);
+  meshes[0].surface.gloss = 0.5;
+  options.saturation_angle_rad = core::kPi;
+  const Scan scan = ScanOf(meshes, options);
+  std::size_t lost = 0, pairs = 0, same = 0;
+  ForEach(scan, [&](std::size_t i, int, int s) {
+    lost += scan.truth.state[i] == SampleState::kDropout ? 1 : 0;
+    if (s == 0) return;
+    ++pairs;
+    same += scan.truth.state[i] == scan.truth.state[i - 1] ? 1 : 0;
+  });
+  const auto all = static_cast<double>(scan.truth.state.size());
+  EXPECT_NEAR(static_cast<double>(lost) / all, 0.5, 0.06);  // about 1,400 patches
+  EXPECT_GT(static_cast<double>(same) / static_cast<double>(pairs), 0.9);
+}
+
+// Left half black, right half white: the dark half loses samples, the white one none.
+TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
+  Meshes meshes = Wall(1.0);
+  meshes[0].surface.albedo = 0.7;
+  auto print = std::make_shared<sim::Print>();
+  print->width = 2;
+  print->height = 1;
+  print->red = {0, 255};
+  meshes[0].print = print;
+  const auto& vertices = meshes[0].mesh_W.vertices;
+  for (const auto& triangle : meshes[0].mesh_W.triangles) {
+    auto& corners = meshes[0].uv.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto x = static_cast<float>(vertices[triangle[k]].x());
+      corners[k] = {(x + 3.0f) / 6.0f, 0.5f};
+    }
+  }
+  const Scan scan = ScanOf(meshes, Known());
+  std::size_t dark = 0, dark_lost = 0, white_lost = 0;
+  ForEach(scan, [&](std::size_t i, int p, int) {
+    const double x = std::tan(internal::PanAngle(Known(), p));
+    const bool lost = scan.truth.state[i] == SampleState::kDropout;
+    if (x > 0.002) white_lost += lost ? 1 : 0;
+    if (x > -0.002) return;
+    ++dark;
+    dark_lost += lost ? 1 : 0;
+  });
+  EXPECT_EQ(white_lost, 0u);
+  const double expected = internal::AlbedoLoss(internal::PrintAlbedo(0));
+  EXPECT_NEAR(static_cast<double>(dark_lost) / static_cast<double>(dark), expected, 0.01);
+}
+
+// Over many scans the known pose is off by the stated root mean squares, and the points with it: a
+// point in the known frame is where it is in the true one.
+TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
+  LineScannerOptions options = Noiseless();
+  options.samples = options.profiles = 4;
+  options.calibration_sigma_m = 0.001;
+  options.calibration_sigma_rad = core::Deg(0.1);
+  double squares_m = 0.0, squares_rad = 0.0;
+  constexpr int kScans = 400;
+  for (int seed = 1; seed <= kScans; ++seed) {
+    const Scan scan = ScanOf(Wall(1.0), options, static_cast<std::uint64_t>(seed));
+    const core::Pose& known = scan.view.X_CV;
+    squares_m += known.translation().squaredNorm();
+    squares_rad += std::pow(Eigen::AngleAxisd(known.linear()).angle(), 2);
+    EXPECT_EQ(scan.view.image.origins_C[0], known.translation());
+    for (const Vector3d& p : scan.view.image.points_C) {
+      EXPECT_NEAR((known.inverse() * p).z(), 1.0, 2e-6);
+    }
+  }
+  // Of three normal components each: the deviation of the mean square is sqrt(2 / 3 / n) of it.
+  const double tolerance = 4.0 * std::sqrt(2.0 / 3.0 / kScans);
+  EXPECT_NEAR(squares_m / kScans / 1e-6, 1.0, tolerance);
+  EXPECT_NEAR(squares_rad / kScans / std::pow(core::Deg(0.1), 2), 1.0, tolerance);
 }
 
 TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
@@ -463,8 +551,8 @@ TEST(LineScanner, TheSameSeedGivesTheSameBytes) {
 }
 
 TEST(LineScanner, AnObjectElsewhereDoesNotChangeTheNoiseHere) {
-  const Scan without = ScanOf(Wall(1.0), {});
-  const Scan with = ScanOf(PlateBeforeWall(0.8), {});
+  const Scan without = ScanOf(Wall(1.0), Known());
+  const Scan with = ScanOf(PlateBeforeWall(0.8), Known());
   ForEach(with, [&](std::size_t i, int, int) {
     if (with.truth.label[i] != 0 || with.truth.state[i] != SampleState::kMeasured) return;
     if (std::abs(without.view.image.points_C[i].x()) < 0.2) return;
@@ -492,7 +580,7 @@ TEST(LineScanner, TheHeadsOwnHousingHidesNothing) {
   Meshes meshes = Wall(1.0);
   meshes.push_back(test::Box({0, 0, 0.05}, {0.02, 0.02, 0.01}));
   meshes.push_back(test::Box({0.3, 0, 0.05}, {0.02, 0.02, 0.01}));
-  EXPECT_TRUE(SameBytes(ScanOf(meshes, {}), ScanOf(Wall(1.0), {})));
+  EXPECT_TRUE(SameBytes(ScanOf(meshes, Known()), ScanOf(Wall(1.0), Known())));
 }
 
 TEST(LineScanner, ABrokenMeshIsNamed) {

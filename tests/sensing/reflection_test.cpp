@@ -37,12 +37,26 @@ TEST(GlossLoss, OnlyNearTheMirrorDirection) {
   EXPECT_EQ(GlossLoss(options, 0.6, Deg(5.1)), 0.0);
 }
 
-TEST(DropoutProbability, CausesAreIndependent) {
+TEST(SampleLoss, DarknessAndClarityAreIndependent) {
+  EXPECT_NEAR(SampleLoss(0.05, 0.2), 1.0 - 0.5 * 0.8, 1e-12);
+  EXPECT_EQ(SampleLoss(0.7, 0.0), 0.0);
+}
+
+TEST(PatchLoss, IncidenceAndGlossAreIndependent) {
   const LineScannerOptions options;
-  const sim::OpticalSurface surface{.albedo = 0.05, .gloss = 0.4, .clarity = 0.2};
-  EXPECT_NEAR(DropoutProbability(options, surface, {Deg(70.0), Deg(1.0)}),
-              1.0 - 0.5 * 0.5 * 0.6 * 0.8, 1e-12);
-  EXPECT_EQ(DropoutProbability(options, {}, {}), 0.0);
+  EXPECT_NEAR(PatchLoss(options, 0.4, {Deg(70.0), Deg(1.0)}), 1.0 - 0.5 * 0.6, 1e-12);
+  EXPECT_EQ(PatchLoss(options, 0.4, {}), 0.0);
+}
+
+// sRGB: half of the light is 188 of 255.
+TEST(PrintAlbedo, IsLinearInTheLightOfTheRedChannel) {
+  EXPECT_NEAR(PrintAlbedo(0), 0.04, 1e-12);
+  EXPECT_NEAR(PrintAlbedo(255), 0.85, 1e-12);
+  EXPECT_NEAR(PrintAlbedo(188), 0.04 + 0.81 * 0.503, 1e-3);
+  for (int red = 0; red < 255; ++red) {
+    EXPECT_LT(PrintAlbedo(static_cast<std::uint8_t>(red)),
+              PrintAlbedo(static_cast<std::uint8_t>(red + 1)));
+  }
 }
 
 TEST(BrightestBlob, IsTheCentroidOfWhatLiesWithinOneWidth) {

@@ -193,6 +193,10 @@ TEST_F(AuditBound, EnergyGained) {
   Place(0.0, 0.0, 0.5);
   Forward();
   audit_.RestStep(false);  // the maximum stays
+  Place(0.0, 0.0, 5.0);
+  Forward();
+  audit_.RestStep(false, /*motor_moves=*/true);  // and is the hand's work from now on
+  audit_.RestStep(false);
   const double gain_J = kMass_kg * (core::kGravity * 0.01 + 0.5);
   EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, gain_J, 1e-9);
   AuditBounds bounds;

@@ -114,7 +114,7 @@ void AuditRecorder::BeginRest() {
   rest_pose_ = PoseInHand(*world_, *hand_, target_);
   rest_start_s_ = world_->time_s();
   rest_energy_ = Energy();
-  slid_at_rest_ = false;
+  slid_at_rest_ = motor_moved_ = false;
   rest_contacts_.clear();
   const core::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
   for (const ContactPoint& contact :
@@ -136,8 +136,10 @@ double AuditRecorder::Thickness() const {
   return thickness_m;
 }
 
-void AuditRecorder::RestStep(bool slides) {
+void AuditRecorder::RestStep(bool slides, bool motor_moves) {
   slid_at_rest_ = slid_at_rest_ || slides;
+  motor_moved_ = motor_moved_ || motor_moves;
+  if (motor_moved_) return;
   audit_.energy_gain_J = std::max(audit_.energy_gain_J, Energy() - rest_energy_);
 }
 

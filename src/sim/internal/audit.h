@@ -24,7 +24,8 @@ class AuditRecorder {
   void Step(bool holding, const JointCommand* free_motion);
   /// The rest after the lift: creep and energy are taken between these two calls.
   void BeginRest();
-  void RestStep(bool slides);
+  /// @param motor_moves  the grip has changed since the rest began: energy no longer counts
+  void RestStep(bool slides, bool motor_moves = false);
   void EndRest();
 
   /// What was gathered, with the first figure that is out of bounds (struct Audit says which have
@@ -60,6 +61,7 @@ class AuditRecorder {
   double rest_start_s_ = 0.0;
   double rest_energy_ = 0.0;
   bool slid_at_rest_ = false;
+  bool motor_moved_ = false;
 };
 
 }  // namespace rangegrasp::sim::internal
