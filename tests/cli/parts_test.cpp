@@ -174,7 +174,7 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   const std::string cloud = (folder_ / "mug.ply").string();
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
   const Ran scan =
-      RunProgram({"scan", experiment, "--trial", "coffee_cup-0005", "--target-only", "-o", cloud});
+      RunProgram({"scan", experiment, "--trial", "coffee_cup-0004", "--target-only", "-o", cloud});
   ASSERT_EQ(scan.code, 0) << scan.err;
   const Ran ran = Parts({cloud, "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
