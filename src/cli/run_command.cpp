@@ -154,18 +154,18 @@ void Run(RunArguments arguments) {
     const Experiment e = open();
     folder = folder_of(e);
     RunInto(folder, e, arguments);
-  }
-  for (const std::uint64_t seed :
-       arguments.seeds.empty() ? std::vector<std::uint64_t>() : ParseSeeds(arguments.seeds)) {
-    arguments.changes.seed = seed;
-    const Experiment e = open();
-    folder = folder_of(e);
-    if (Store::Exists(folder)) {
-      throw core::InputError(folder.string() +
-                             ": holds results of one seed; --out DIR writes those of several "
-                             "elsewhere");
+  } else {
+    for (const std::uint64_t seed : ParseSeeds(arguments.seeds)) {
+      arguments.changes.seed = seed;
+      const Experiment e = open();
+      folder = folder_of(e);
+      if (Store::Exists(folder)) {
+        throw core::InputError(folder.string() +
+                               ": holds results of one seed; --out DIR writes those of several "
+                               "elsewhere");
+      }
+      RunInto(experiment::SeedFolder(folder, seed), e, arguments);
     }
-    RunInto(experiment::SeedFolder(folder, seed), e, arguments);
   }
   const auto results = experiment::ReadResults(folder);
   WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,

@@ -1,12 +1,11 @@
 #include "grasp/obstacles.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
+#include "geometry/groups.h"
 #include "geometry/hull.h"
 #include "geometry/kd_tree.h"
-#include "geometry/union_find.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -59,26 +58,6 @@ void DropMixed(const perception::Scene& scene, const Points& places_C, double wi
       return !nearest.empty();
     });
   }
-}
-
-/// Groups of points that hang together, in the order of their first points.
-std::vector<Points> GroupsOf(const Points& points, double link_m) {
-  if (points.empty()) return {};
-  const geometry::KdTree tree(points);
-  geometry::UnionFind sets(points.size());
-  std::vector<geometry::KdTree::Neighbor> near;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    tree.Within(points[i], link_m, near);
-    for (const auto& neighbor : near) sets.Unite(i, neighbor.index);
-  }
-  std::map<std::uint32_t, std::size_t> group_of;
-  std::vector<Points> groups;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const auto [group, fresh] = group_of.try_emplace(sets.Find(i), groups.size());
-    if (fresh) groups.emplace_back();
-    groups[group->second].push_back(points[i]);
-  }
-  return groups;
 }
 
 /// Whether a group is so near to the target that it is a part of it, for all that can be seen: a
@@ -134,7 +113,7 @@ std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, 
     DropMixed(scene, places_C, options.mixed_gaps * gap_m, leftover);
     const double link_m = options.link_gaps * gap_m;
     const geometry::KdTree of_target(scene.objects[target].completed_C);
-    for (const Points& group : GroupsOf(leftover, link_m)) {
+    for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
       if (HangsOn(group, of_target, link_m)) continue;
       AddIfSolid(HullAbout(group, gap_m), obstacles_C);

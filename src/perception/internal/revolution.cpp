@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
 #include "core/quantile.h"
 #include "core/units.h"
+#include "geometry/groups.h"
 #include "geometry/hull.h"
-#include "geometry/kd_tree.h"
-#include "geometry/union_find.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/circle.h"
 #include "perception/internal/open_sphere.h"
@@ -146,22 +144,8 @@ Points Outside(const ObjectContext& context, const Part& part, const BodyProfile
 std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
                                 const BodyProfile& body) {
   const auto min_points = static_cast<std::size_t>(context.options.completion.min_attached_points);
-  const Points outside = Outside(context, part, body);
-  if (outside.size() < min_points) return {};
-  const geometry::KdTree tree(outside);
-  geometry::UnionFind sets(outside.size());
-  std::vector<geometry::KdTree::Neighbor> near;
-  for (std::uint32_t i = 0; i < outside.size(); ++i) {
-    tree.Within(outside[i], context.options.completion.link_m, near);
-    for (const auto& neighbor : near) sets.Unite(i, neighbor.index);
-  }
-  std::vector<Points> groups;  // in the order of their first points
-  std::map<std::uint32_t, std::size_t> group_of;
-  for (std::uint32_t i = 0; i < outside.size(); ++i) {
-    const auto [group, is_new] = group_of.try_emplace(sets.Find(i), groups.size());
-    if (is_new) groups.emplace_back();
-    groups[group->second].push_back(outside[i]);
-  }
+  auto groups =
+      geometry::GroupsWithin(Outside(context, part, body), context.options.completion.link_m);
   std::erase_if(groups, [&](const Points& group) { return group.size() < min_points; });
   return groups;
 }

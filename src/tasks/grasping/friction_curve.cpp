@@ -75,7 +75,7 @@ experiment::Grid GridOf(const FrictionCurve& curve, const std::vector<std::strin
   return grid;
 }
 
-std::string JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
+nlohmann::ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
   auto json = nlohmann::ordered_json::array();
   for (const std::string& object : objects) {
     auto bins = nlohmann::ordered_json::array();
@@ -87,7 +87,7 @@ std::string JsonOf(const FrictionCurve& curve, const std::vector<std::string>& o
     }
     json.push_back({{"object", object}, {"bins", bins}});
   }
-  return json.dump();
+  return json;
 }
 
 }  // namespace rangegrasp::tasks::grasping

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,6 @@ FrictionCurve FrictionCurveOf(const std::vector<experiment::Record>& records);
 experiment::Grid GridOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
 
 /// JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
-std::string JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
+nlohmann::ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
 
 }  // namespace rangegrasp::tasks::grasping

@@ -333,7 +333,7 @@ ordered_json RowJson(const Table& table, const Row& row) {
   return json;
 }
 
-std::string JsonOf(const Table& table) {
+ordered_json JsonOf(const Table& table) {
   ordered_json json;
   json["rows"] = ordered_json::array();
   for (const Row& row : table.rows) json["rows"].push_back(RowJson(table, row));
@@ -346,7 +346,7 @@ std::string JsonOf(const Table& table) {
   for (const auto& time : table.stage_seconds) {
     json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
   }
-  return json.dump();
+  return json;
 }
 
 }  // namespace
@@ -363,8 +363,8 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   }
   report.notes = {PooledLine(table), TimesLine(table)};
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
-  auto json = ordered_json::parse(JsonOf(table));
-  json["friction_curve"] = ordered_json::parse(JsonOf(curve, objects));
+  ordered_json json = JsonOf(table);
+  json["friction_curve"] = JsonOf(curve, objects);
   report.json = json.dump();
   report.csv = CsvGridOf(table);
   return report;

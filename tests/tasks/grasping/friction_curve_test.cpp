@@ -40,7 +40,7 @@ TEST(FrictionCurve, CountsTheDetectedByBins) {
             (std::vector<std::string>{"static friction from", "0.50", "0.55", "0.60"}));
   EXPECT_EQ(grid.rows, rows);
 
-  const auto json = nlohmann::json::parse(JsonOf(curve, kObjects));
+  const auto json = JsonOf(curve, kObjects);
   EXPECT_EQ(json[0]["object"], "prism");
   EXPECT_NEAR(json[0]["bins"][0]["low"].get<double>(), 0.50, 1e-12);
   EXPECT_EQ(json[0]["bins"][0]["delivered"], 1);

@@ -1,0 +1,30 @@
+#include "geometry/groups.h"
+
+#include <cstdint>
+#include <map>
+
+#include "geometry/kd_tree.h"
+#include "geometry/union_find.h"
+
+namespace rangegrasp::geometry {
+
+std::vector<Points> GroupsWithin(const Points& points, double link_m) {
+  if (points.empty()) return {};
+  const KdTree tree(points);
+  UnionFind sets(points.size());
+  std::vector<KdTree::Neighbor> near;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    tree.Within(points[i], link_m, near);
+    for (const auto& neighbor : near) sets.Unite(i, neighbor.index);
+  }
+  std::vector<Points> groups;
+  std::map<std::uint32_t, std::size_t> group_of;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto [group, is_new] = group_of.try_emplace(sets.Find(i), groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(points[i]);
+  }
+  return groups;
+}
+
+}  // namespace rangegrasp::geometry

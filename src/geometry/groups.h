@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::geometry {
+
+/// Groups of points that hang together, each within link_m of another of its group [m]; in the
+/// order of their first points, and so are the points of each. O(n log n) for few neighbors each.
+/// @throws std::invalid_argument if a point is not finite.
+std::vector<Points> GroupsWithin(const Points& points, double link_m);
+
+}  // namespace rangegrasp::geometry
