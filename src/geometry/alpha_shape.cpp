@@ -8,10 +8,12 @@
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "geometry/union_find.h"
@@ -64,6 +66,18 @@ std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
   return twin;
 }
 
+/// Of the circle or sphere through the corners; infinite if they are in one line or plane, where
+/// its formula divides by zero. The corners are taken in the order of their coordinates: in
+/// another one the radius of a needle rounds to something else, and CGAL names a facet from that
+/// one of its two cells which lies lower in memory.
+template <std::size_t n>
+double SquaredCircumradius(std::array<Kernel::Point_3, n> corners) {
+  std::sort(corners.begin(), corners.end());
+  const double radius =
+      std::apply([](const auto&... corner) { return CGAL::squared_radius(corner...); }, corners);
+  return std::isfinite(radius) ? radius : kInfinity;
+}
+
 /// The smallest empty circumsphere of a Delaunay triangle: its own smallest one if neither
 /// neighboring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the
 /// cells'.
@@ -81,7 +95,7 @@ double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& fac
   if (inside(cell, far) || inside(other, other->index(cell))) {
     return std::min(cell->info(), other->info());
   }
-  return CGAL::squared_radius(a, b, c);
+  return SquaredCircumradius<3>({a, b, c});
 }
 
 Delaunay3 Triangulate(PointSpan points, const std::vector<std::uint32_t>& order,
@@ -103,10 +117,11 @@ Triangle SortedTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 
 void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
   for (const auto& cell : delaunay.all_cell_handles()) {
-    cell->info() = delaunay.is_infinite(cell)
-                       ? kInfinity
-                       : CGAL::squared_radius(cell->vertex(0)->point(), cell->vertex(1)->point(),
-                                              cell->vertex(2)->point(), cell->vertex(3)->point());
+    cell->info() =
+        delaunay.is_infinite(cell)
+            ? kInfinity
+            : SquaredCircumradius<4>({cell->vertex(0)->point(), cell->vertex(1)->point(),
+                                      cell->vertex(2)->point(), cell->vertex(3)->point()});
   }
   for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
        ++facet) {
@@ -129,8 +144,8 @@ void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha, AlphaCom
   for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
        ++facet) {
     const auto& cell = facet->first;
-    if (CGAL::squared_radius(cell->vertex(0)->point(), cell->vertex(1)->point(),
-                             cell->vertex(2)->point()) > squared_alpha) {
+    if (SquaredCircumradius<3>({cell->vertex(0)->point(), cell->vertex(1)->point(),
+                                cell->vertex(2)->point()}) > squared_alpha) {
       continue;
     }
     complex.triangles.push_back(

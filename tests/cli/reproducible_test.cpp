@@ -101,11 +101,6 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ReproducibleTest, JobsShardsAndAKillGiveTheSameRowsAndTables) {
-  if (GetParam() == "laser_single_as_published") {
-    // A defect that is not found yet (docs/attribution.md): in some processes the published method
-    // sees one of these objects a hair differently.
-    GTEST_SKIP() << "the published method does not repeat itself to the byte";
-  }
   RunInto("one", {"--jobs", "1"});
   const auto rows = Rows("one");
   const auto table = TableOf("one");

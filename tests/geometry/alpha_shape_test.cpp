@@ -140,6 +140,28 @@ TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
             TriangleSet(b.triangles.begin(), b.triangles.end()));
 }
 
+TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
+  core::Rng rng(GetParam());
+  Points
+      points;  // pairs that differ in the last digit: the radii of their needles are all rounding
+  for (const Eigen::Vector3d& p : testing::RandomPoints(150, 0.1, rng)) {
+    points.push_back(p);
+    points.emplace_back(std::nextafter(p.x(), 1.0), p.y(), p.z());
+  }
+  const Indices order = testing::Permutation(points.size(), rng);
+  const Points shuffled = Select(points, order);
+  for (const double alpha : {0.01, 0.02, 0.03, 0.05}) {
+    const AlphaComplex a = BuildAlphaComplex(points, alpha);
+    AlphaComplex b = BuildAlphaComplex(shuffled, alpha);
+    for (auto& t : b.triangles) {
+      for (std::uint32_t& i : t) i = order[i];
+      std::sort(t.begin(), t.end());
+    }
+    std::sort(b.triangles.begin(), b.triangles.end());
+    EXPECT_EQ(a.triangles, b.triangles) << alpha;
+  }
+}
+
 TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
   core::Rng rng(GetParam());
   // A table scene, thinned at random, so that there are gaps about as wide as alpha.
