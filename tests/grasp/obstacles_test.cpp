@@ -70,6 +70,22 @@ TEST_F(Obstacles, WhatBelongsToNoObjectIsOne) {
   EXPECT_TRUE(Found(without).empty());
 }
 
+// A wall of 200 mm on each of two sides of a corner: the space in the corner stays free.
+TEST_F(Obstacles, AThingThatIsNotConvexLeavesRoomInItsBend) {
+  AddLeftover({0.30, 0.0, 0.02}, 50);
+  for (int i = 1; i < 50; ++i) scene_.points_C.emplace_back(0.30 + i * kGap_m, 0.0, 0.02);
+  const auto found = Found();
+  ASSERT_EQ(found.size(), 1u);
+  for (const Vector3d& v : found[0].vertices) {
+    EXPECT_TRUE(std::abs(v.x() - 0.30) < kGap_m || std::abs(v.y()) < kGap_m) << v.transpose();
+  }
+}
+
+TEST_F(Obstacles, WhatTheTargetLeansOnIsNotTheTargetsIfItIsLarger) {
+  AddLeftover({0.02 + 2.5 * kGap_m, 0.0, 0.04}, 30);
+  EXPECT_EQ(Found().size(), 1u);
+}
+
 TEST_F(Obstacles, PointsOfTheTableAreNone) {
   AddLeftover({0.10, 0.0, 0.02}, 5);
   for (std::uint32_t i = 0; i < 5; ++i) {
