@@ -130,10 +130,9 @@ void AddIfSolid(geometry::TriangleMesh mesh, std::vector<geometry::TriangleMesh>
 
 }  // namespace
 
-std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, std::size_t target,
-                                                const geometry::Points& places_C,
-                                                const ObstacleOptions& options) {
-  std::vector<geometry::TriangleMesh> obstacles_C;
+Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
+                      const geometry::Points& places_C, const ObstacleOptions& options) {
+  Obstacles obstacles;
   const double gap_m = scene.sampling.gap_m;
   if (options.leftovers && gap_m > 0.0) {
     Points leftover = LeftoverPoints(scene);
@@ -143,17 +142,18 @@ std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, 
     for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
       if (IsPartOf(scene.objects[target].completed_C, of_target, group, link_m)) continue;
-      AddIfSolid(FilledCells(group, options.cell_m, gap_m), obstacles_C);
+      AddIfSolid(FilledCells(group, options.cell_m, gap_m), obstacles.measured_C);
     }
   }
-  if (!options.unseen) return obstacles_C;
+  if (!options.unseen) return obstacles;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     if (i == target) continue;
     for (const Vector3d& place_C : places_C) {
-      AddIfSolid(ShadowOf(scene.objects[i].surface_C, place_C, scene.table.plane), obstacles_C);
+      AddIfSolid(ShadowOf(scene.objects[i].surface_C, place_C, scene.table.plane),
+                 obstacles.unseen_C);
     }
   }
-  return obstacles_C;
+  return obstacles;
 }
 
 }  // namespace rangegrasp::grasp

@@ -28,13 +28,20 @@ struct ObstacleOptions {
   bool unseen = true;
 };
 
-/// Surfaces in C: one about each group of leftover points, made of convex closed ones that may cut
-/// each other, and the shadows of the objects but the target down to the table, convex and closed.
+/// What a motion keeps clear of besides the perceived objects; surfaces in C.
+struct Obstacles {
+  /// One about each group of points that belong to no object, made of convex closed surfaces that
+  /// may cut each other.
+  std::vector<geometry::TriangleMesh> measured_C;
+  /// Space that was not seen: the shadows of the objects but the target down to the table, convex
+  /// and closed. Something may be there or not.
+  std::vector<geometry::TriangleMesh> unseen_C;
+};
+
 /// @param target  position in scene.objects
 /// @param places_C  where the sensors stood, at least one [m]
 /// O(n log n) for n points above the table.
-std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, std::size_t target,
-                                                const geometry::Points& places_C,
-                                                const ObstacleOptions& options);
+Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
+                      const geometry::Points& places_C, const ObstacleOptions& options);
 
 }  // namespace rangegrasp::grasp

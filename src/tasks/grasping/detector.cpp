@@ -28,20 +28,20 @@ class DissertationDetector : public Detector {
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
     }
+    grasp::Obstacles obstacles;
     std::vector<grasp::Grasp> grasps;
     if (!scene.objects.empty()) {
+      obstacles = grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
+      detected.seconds.emplace_back("obstacles", watch.Restart());
       const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
-      grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp);
+      grasps =
+          grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp, obstacles.measured_C);
+      detected.seconds.emplace_back("grasp", watch.Restart());
     }
-    detected.seconds.emplace_back("grasp", watch.Restart());
     if (observer_) observer_(scene, grasps, observation);
     detected.segments = static_cast<int>(scene.segments.size());
     detected.detection = grasp::DetectionFrom(scene, grasps);
-    if (!scene.objects.empty()) {
-      detected.detection.obstacles_C =
-          grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
-    }
-    detected.seconds.emplace_back("obstacles", watch.Restart());
+    detected.detection.obstacles = std::move(obstacles);
     detected.kept = scene.cloud.size();
     return detected;
   }

@@ -125,6 +125,7 @@ class TrialRun {
     const Move move = cell_.mover->Plan(detected.detection, rng);
     Timed("plan");
     data_["plans"] = move.tried;
+    data_["blind"] = move.blind;
     if (!move.plan) return End(Outcome::kNoPath, move.failures);
 
     Execute(*arranged, *move.plan, detected.detection.grasps[move.grasp]);
@@ -188,19 +189,13 @@ class TrialRun {
   const sim::ExecutionObserver& observer_;
   core::Stopwatch watch_;
   experiment::Result result_;
-  ordered_json data_ = {{"pose_class", ""},
-                        {"friction", nullptr},
-                        {"redraws", 0},
-                        {"scan_points", 0},
-                        {"object_points", 0},
-                        {"segments", 0},
-                        {"objects", 0},
-                        {"candidates", 0},
-                        {"free_candidates", 0},
-                        {"plans", 0},
-                        {"grasp_type", ""},
-                        {"detected", false},
-                        {"log", ordered_json::object()}};
+  ordered_json data_ = {{"pose_class", ""},     {"friction", nullptr},
+                        {"redraws", 0},         {"scan_points", 0},
+                        {"object_points", 0},   {"segments", 0},
+                        {"objects", 0},         {"candidates", 0},
+                        {"free_candidates", 0}, {"plans", 0},
+                        {"blind", false},       {"grasp_type", ""},
+                        {"detected", false},    {"log", ordered_json::object()}};
 };
 
 }  // namespace
