@@ -102,14 +102,18 @@ class TrialRun {
 
   void RunStages() {
     Begin("arrange");
-    auto arranged = ArrangeTrial(cell_, spec_);
+    Redraws redraws;
+    auto arranged = ArrangeTrial(cell_, spec_, redraws);
     Timed("arrange");
-    if (!arranged) return End(Outcome::kCrashed, "no arrangement came to rest in view");
+    data_["redraws"] = Total(redraws);
+    for (const auto& [reason, count] : redraws) data_["redraw_reasons"][core::Word(reason)] = count;
+    if (!arranged) return End(Outcome::kCrashed, "no arrangement: " + Text(redraws));
+    data_["scene_objects"] = arranged->world.objects();
+    data_["touching"] = arranged->touching;
     core::Rng friction = Stream(spec_, "friction");
     arranged->world.DrawFriction(friction);
     data_["pose_class"] = arranged->pose_class;
     data_["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
-    data_["redraws"] = arranged->redraws;
 
     Begin("scan");
     const Sensed sensed = SenseTrial(cell_, arranged->world, spec_);
@@ -191,6 +195,9 @@ class TrialRun {
   ordered_json data_ = {{"pose_class", ""},
                         {"friction", nullptr},
                         {"redraws", 0},
+                        {"redraw_reasons", ordered_json::object()},
+                        {"scene_objects", 0},
+                        {"touching", 0},
                         {"scan_points", 0},
                         {"object_points", 0},
                         {"segments", 0},
@@ -230,8 +237,13 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
 }
 
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec) {
+  Redraws redraws;
+  return ArrangeTrial(cell, spec, redraws);
+}
+
+std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws) {
   core::Rng rng = Stream(spec, "arrange");
-  return cell.arranger->Arrange(spec.object, rng);
+  return cell.arranger->Arrange(spec.object, rng, redraws);
 }
 
 Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec) {
