@@ -37,7 +37,8 @@ struct ConvexityOptions {
   double concave_rad = core::Deg(40.0);
   double concave_weight = 1.0;
   double speck_patches = 2.0;
-  double sliver_share = 0.5;
+  double sliver_share = 0.6;
+  double sliver_depth = 0.35;
   AdaptiveLength step_m{0.002, {.noises = 2.0, .gaps = 0.5}};
 };
 

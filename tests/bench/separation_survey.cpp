@@ -55,6 +55,7 @@ void Tune(perception::PerceptionOptions& o) {  // XXX
   get("tol", c.concavity_rad);
   get("full", c.concave_rad);
   get("cw", c.concave_weight);
+  get("depth", c.sliver_depth);
   get("sliver", c.sliver_share);
   get("speck", c.speck_patches);
   if (const char* t = getenv("patch")) c.patch_m = atof(t);

@@ -14,18 +14,21 @@ class Specks {
   Specks(const Links& links, const Patches& patches, const ConvexityOptions& options,
          geometry::UnionFind& bodies)
       : bodies_(bodies), options_(options), of_(patches.patches.size()) {
+    std::vector<bool> near_border(patches.patch_of.size(), false);
     for (std::uint32_t i = 0; i < patches.patch_of.size(); ++i) {
       const std::uint32_t own = bodies_.Find(patches.patch_of[i]);
-      Body& body = of_[own];
-      ++body.points;
-      bool at_border = false;
+      ++of_[own].points;
       for (const auto k : links.Of(i)) {
         const std::uint32_t other = bodies_.Find(patches.patch_of[k]);
         if (other == own) continue;
-        ++body.border[other];
-        at_border = true;
+        ++of_[own].border[other];
+        near_border[i] = true;
       }
-      body.at_border += at_border ? 1 : 0;
+    }
+    const auto hops = std::lround(options.sliver_depth * options.patch_m / options.link_m);
+    for (long hop = 1; hop < hops; ++hop) Widen(links, patches, near_border);
+    for (std::uint32_t i = 0; i < patches.patch_of.size(); ++i) {
+      of_[bodies_.Find(patches.patch_of[i])].at_border += near_border[i] ? 1 : 0;
     }
     speck_ = options.speck_patches * static_cast<double>(patches.patch_of.size()) /
              std::max(1.0, static_cast<double>(patches.patches.size()));
@@ -53,6 +56,18 @@ class Specks {
     std::uint32_t at_border = 0;                   ///< points with a link to another body
     std::map<std::uint32_t, std::uint32_t> border;  ///< links to each other body
   };
+
+  /// Marks the points of the same body that have a link to a marked one.
+  void Widen(const Links& links, const Patches& patches, std::vector<bool>& marked) {
+    std::vector<bool> wider = marked;
+    for (std::uint32_t i = 0; i < marked.size(); ++i) {
+      if (!marked[i]) continue;
+      for (const auto k : links.Of(i)) {
+        if (bodies_.Find(patches.patch_of[k]) == bodies_.Find(patches.patch_of[i])) wider[k] = true;
+      }
+    }
+    marked = std::move(wider);
+  }
 
   void Consider(std::uint32_t root) {
     const Body& body = of_[root];
