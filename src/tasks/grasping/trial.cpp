@@ -192,22 +192,14 @@ class TrialRun {
   const sim::ExecutionObserver& observer_;
   core::Stopwatch watch_;
   experiment::Result result_;
-  ordered_json data_ = {{"pose_class", ""},
-                        {"friction", nullptr},
-                        {"redraws", 0},
-                        {"redraw_reasons", ordered_json::object()},
-                        {"scene_objects", 0},
-                        {"touching", 0},
-                        {"scan_points", 0},
-                        {"object_points", 0},
-                        {"segments", 0},
-                        {"objects", 0},
-                        {"candidates", 0},
-                        {"free_candidates", 0},
-                        {"plans", 0},
-                        {"grasp_type", ""},
-                        {"detected", false},
-                        {"log", ordered_json::object()}};
+  ordered_json data_ = {{"pose_class", ""},   {"friction", nullptr},
+                        {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
+                        {"scene_objects", 0}, {"touching", 0},
+                        {"scan_points", 0},   {"object_points", 0},
+                        {"segments", 0},      {"objects", 0},
+                        {"candidates", 0},    {"free_candidates", 0},
+                        {"plans", 0},         {"grasp_type", ""},
+                        {"detected", false},  {"log", ordered_json::object()}};
 };
 
 }  // namespace
