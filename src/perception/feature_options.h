@@ -156,6 +156,12 @@ struct MergeOptions {
                                  {.noises = 3.0}};  ///< of "not above the top": noise and smoothing
   double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
   double above_share = 0.9;   ///< of a cap's points over the footprint that it is above
+  /// Points this near were neighbors to the segmentation, which cut between them: their parts are
+  /// joined neither as kSurface nor as kWithin (unless about an axis), and as kAbove only if the
+  /// cap is round and in the middle. 0: the segmentation cuts nothing (perceive.cpp sets it).
+  double cut_m = 0.0;
+  /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
+  double max_cap_offset = 0.15;
   double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's
   double min_fill = 0.5;      ///< of a host's footprint; an emptier one (a box's rim) holds nothing
   AdaptiveLength cell_m{

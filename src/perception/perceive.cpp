@@ -119,6 +119,9 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &p.normal_radius_m,
                                  &s.min_alpha_m,
                                  &s.max_alpha_m,
+                                 &s.convexity.link_m,
+                                 &s.convexity.patch_m,
+                                 &s.convexity.step_m,
                                  &f.top.plane_distance_m,
                                  &f.top.slab_m,
                                  &f.top.rim_alpha_m,
@@ -191,6 +194,9 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   if (!scene.source.empty()) scene.segments = Segment(scene.cloud, options.segment);
   scene.seconds.emplace_back("segments", watch.Restart());
 
+  if (options.segment.method == SegmentMethod::kConvexity) {
+    options.features.merge.cut_m = options.segment.convexity.link_m;
+  }
   const internal::SensorViews views{ViewsFrom(measured, scene.points_C), std::move(place_of)};
   scene.objects = internal::BuildObjects(scene.cloud, scene.segments, scene.table.plane, views,
                                          options.features, rng, scene.seconds);

@@ -7,7 +7,10 @@
 
 #include "geometry/alpha_components.h"
 #include "geometry/kd_tree.h"
+#include "geometry/signed_graph.h"
 #include "geometry/union_find.h"
+#include "perception/internal/convexity.h"
+#include "perception/internal/patches.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -86,10 +89,41 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
   return Collect(label, labels, options);
 }
 
+std::vector<Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
+                                        const SegmentOptions& options) {
+  Check(options);
+  if (cloud.normals.size() != cloud.size()) {
+    throw std::invalid_argument("SegmentByConvexity: needs one normal a point");
+  }
+  const internal::Links links = internal::FindLinks(cloud, options.convexity);
+  const internal::Patches grown = internal::GrowPatches(cloud, links, options.convexity);
+  const auto borders = internal::FindBorders(cloud, links, grown);
+  std::vector<geometry::SignedEdge> edges;
+  for (const auto& border : borders) {
+    const double together = internal::Togetherness(grown.patches[border.a], grown.patches[border.b],
+                                                   border, options.convexity);
+    edges.push_back({border.a, border.b, together * border.links});
+  }
+  geometry::UnionFind bodies = geometry::ContractGreedily(grown.patches.size(), edges);
+  internal::JoinSpecks(links, grown, options.convexity, bodies);
+  geometry::UnionFind points(cloud.size());
+  std::vector<std::uint32_t> first(grown.patches.size(), 0xffffffffu);
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    std::uint32_t& at = first[bodies.Find(grown.patch_of[i])];
+    if (at == 0xffffffffu) at = i;
+    points.Unite(at, i);
+  }
+  std::vector<std::int32_t> label;
+  const std::int32_t labels =
+      geometry::LabelBySize(points, std::vector<bool>(cloud.size(), true), label);
+  return Collect(label, labels, options);
+}
+
 std::vector<Indices> Segment(const geometry::PointCloud& cloud, const SegmentOptions& options) {
   if (options.method == SegmentMethod::kRegionGrowing) {
     return SegmentByRegionGrowing(cloud.points, cloud.normals, options);
   }
+  if (options.method == SegmentMethod::kConvexity) return SegmentByConvexity(cloud, options);
   return SegmentByMesh(cloud.points, options);
 }
 

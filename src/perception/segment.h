@@ -4,16 +4,43 @@
 #include <string_view>
 #include <vector>
 
+#include "core/units.h"
 #include "geometry/point_cloud.h"
 #include "perception/additions.h"
 #include "perception/sampling.h"
 
 namespace rangegrasp::perception {
 
-enum class SegmentMethod { kMesh, kRegionGrowing };
-constexpr std::array<std::string_view, 2> WordsOf(SegmentMethod) {
-  return {"mesh", "region_growing"};
+enum class SegmentMethod { kMesh, kRegionGrowing, kConvexity };
+constexpr std::array<std::string_view, 3> WordsOf(SegmentMethod) {
+  return {"mesh", "region_growing", "convexity"};
 }
+
+/// Of SegmentByConvexity.
+struct ConvexityOptions {
+  /// Points this near are neighbors: the next line of a line scanner and its diagonals.
+  AdaptiveLength link_m{0.0035, {.noises = 1.5, .spacings = 2.0, .gaps = 1.5}};
+  /// A point with fewer neighbors is seen at a grazing angle, or alone: it looks this many times as
+  /// far, along its surface, for as many.
+  int few_links = 6;
+  double grazing_reach = 3.0;
+  double max_link_slope = 0.35;  ///< of such links with the surface, as a sine (20 deg)
+  /// Size of a patch. Larger: small things and narrow faces go with their neighbors; smaller: noise
+  /// bends patches.
+  AdaptiveLength patch_m{0.015, {.noises = 8.0, .gaps = 4.0}};
+  /// The length of the difference of two unit normals that separates points as patch_m does: 30
+  /// deg. Smaller: patches of curved surfaces become narrow; larger: they bend round edges.
+  double patch_turn = 0.52;
+  int min_seed_points = 4;
+  /// Patches whose normals differ by less are of one surface, concave or not: noise.
+  double concavity_rad = core::Deg(14.0);
+  double concave_rad = core::Deg(40.0);
+  double concave_weight = 1.0;
+  double speck_patches = 2.0;
+  double sliver_share = 0.6;
+  double sliver_depth = 0.35;
+  AdaptiveLength step_m{0.002, {.noises = 2.0, .gaps = 0.5}};
+};
 
 /// Section 5.1.2.
 struct SegmentOptions : SegmentAdditions {
@@ -30,6 +57,7 @@ struct SegmentOptions : SegmentAdditions {
   /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
   /// that the scan samples evenly, far enough for the next row of points and its diagonals.
   double neighborhood = 3.0;
+  ConvexityOptions convexity;
 };
 
 /// The mesh's alpha [m] from the largest nearest-neighbor distance, within the options' bounds, or
@@ -51,6 +79,10 @@ std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
 std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points,
                                                       geometry::PointSpan normals,
                                                       const SegmentOptions& options);
+
+/// Cuts along concave edges.
+std::vector<geometry::Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
+                                                  const SegmentOptions& options);
 
 /// w_g = 1 - |cos(alpha)| (eq. 5.3, 5.4) of two normals, of any length > 0.
 double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b);

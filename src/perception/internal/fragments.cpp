@@ -87,14 +87,39 @@ bool IsAbove(const MergeOptions& options, double over, const Footprint& fragment
          fragment.hull.Area() <= options.max_cap_area * host.hull.Area();
 }
 
+/// Whether an upright round cap stands in the middle of the host's top, as on a bottle's shoulder;
+/// what lies elsewhere on it is another object.
+bool IsCentered(const MergeOptions& options, const Part& fragment, const Footprint& f,
+                const Footprint& h) {
+  if (!fragment.axis || fragment.axis->Lies()) return false;
+  const Rectangle rectangle = MinAreaRectangle(h.hull.corners);
+  const double off = (f.frame.Flat(fragment.axis->center_C) - rectangle.center).norm();
+  return off <= options.max_cap_offset * rectangle.width_m;
+}
+
+/// Whether the segmentation saw the two surfaces meet, and cut between them.
+bool AreCutApart(const ObjectContext& context,
+                 const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  const MergeOptions& options = context.options.merge;
+  const auto& points = context.cloud.points;
+  const auto touching = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return (points[pair.first] - points[pair.second]).norm() < options.cut_m;
+  });
+  return touching >= options.min_pairs;
+}
+
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
                   const Part& host, const Footprint& h) {
   const MergeOptions& options = context.options.merge;
   const double over = ShareOver(context, fragment, h);
-  if (IsAbove(options, over, f, h)) return Kinship::kAbove;
+  const bool cuts = options.cut_m > 0.0;
+  if (IsAbove(options, over, f, h) && (!cuts || IsCentered(options, fragment, f, h))) {
+    return Kinship::kAbove;
+  }
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
   const auto pairs = Across(context, fragment, host, options.fragment_gap_m);
+  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
   if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {

@@ -1,0 +1,176 @@
+#include "perception/internal/patches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <queue>
+
+#include "geometry/kd_tree.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+using geometry::KdTree;
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// Whether a and b lie in each other's tangent planes, within the angle of the slope.
+bool Tangential(const geometry::PointCloud& cloud, std::uint32_t a, std::uint32_t b,
+                double max_slope) {
+  const Eigen::Vector3d d = cloud.points[b] - cloud.points[a];
+  const double most = max_slope * d.norm();
+  return std::abs(cloud.normals[a].dot(d)) <= most && std::abs(cloud.normals[b].dot(d)) <= most;
+}
+
+/// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
+/// wall, have their own.
+std::array<long, 4> CellOf(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double size_m) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return {std::lround(p.x() / size_m), std::lround(p.y() / size_m), std::lround(p.z() / size_m),
+          2 * axis + (normal[axis] < 0.0 ? 1 : 0)};
+}
+
+/// The point nearest to the middle of each cell's points, in the order of the cells.
+geometry::Indices FindSeeds(const geometry::PointCloud& cloud, const ConvexityOptions& options) {
+  std::map<std::array<long, 4>, geometry::Indices> cells;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    cells[CellOf(cloud.points[i], cloud.normals[i], options.patch_m)].push_back(i);
+  }
+  geometry::Indices seeds;
+  for (const auto& [cell, points] : cells) {
+    if (points.size() < static_cast<std::size_t>(options.min_seed_points)) continue;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const auto i : points) middle += cloud.points[i];
+    middle /= static_cast<double>(points.size());
+    seeds.push_back(*std::ranges::min_element(
+        points, {}, [&](std::uint32_t i) { return (cloud.points[i] - middle).squaredNorm(); }));
+  }
+  return seeds;
+}
+
+class Growth {
+ public:
+  Growth(const geometry::PointCloud& cloud, const Links& links, const ConvexityOptions& options)
+      : cloud_(cloud),
+        links_(links),
+        per_square_m_(1.0 / (options.patch_m * options.patch_m)),
+        per_square_turn_(1.0 / (options.patch_turn * options.patch_turn)) {
+    grown_.patch_of.assign(cloud.size(), kNone);
+  }
+
+  Patches Run(const geometry::Indices& seeds) {
+    for (const auto seed : seeds) Open(seed);
+    Empty();
+    // What no seed reached: pieces of too few points for one.
+    for (std::uint32_t i = 0; i < cloud_.size(); ++i) {
+      if (grown_.patch_of[i] != kNone) continue;
+      Open(i);
+      Empty();
+    }
+    for (Patch& patch : grown_.patches) {
+      patch.center /= static_cast<double>(patch.points);
+      patch.normal.normalize();
+    }
+    return std::move(grown_);
+  }
+
+ private:
+  struct Candidate {
+    double distance;
+    std::uint32_t point;
+    std::uint32_t patch;
+    bool operator<(const Candidate& other) const {
+      if (distance != other.distance) return distance > other.distance;
+      return std::pair(point, patch) > std::pair(other.point, other.patch);
+    }
+  };
+
+  void Open(std::uint32_t seed) {
+    queue_.push({0.0, seed, static_cast<std::uint32_t>(grown_.patches.size())});
+    grown_.patches.emplace_back();
+  }
+
+  void Empty() {
+    while (!queue_.empty()) {
+      const Candidate next = queue_.top();
+      queue_.pop();
+      if (grown_.patch_of[next.point] != kNone) continue;
+      Take(next.point, next.patch);
+    }
+  }
+
+  void Take(std::uint32_t point, std::uint32_t p) {
+    grown_.patch_of[point] = p;
+    Patch& patch = grown_.patches[p];
+    ++patch.points;
+    patch.center += cloud_.points[point];
+    patch.normal += cloud_.normals[point];
+    const Eigen::Vector3d center = patch.center / static_cast<double>(patch.points);
+    const Eigen::Vector3d normal = patch.normal.normalized();
+    for (const auto other : links_.Of(point)) {
+      if (grown_.patch_of[other] != kNone) continue;
+      const double distance = (cloud_.points[other] - center).squaredNorm() * per_square_m_ +
+                              (cloud_.normals[other] - normal).squaredNorm() * per_square_turn_;
+      queue_.push({distance, other, p});
+    }
+  }
+
+  const geometry::PointCloud& cloud_;
+  const Links& links_;
+  double per_square_m_;
+  double per_square_turn_;
+  Patches grown_;  ///< centers and normals are sums until the end
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace
+
+Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& options) {
+  const KdTree tree(cloud.points);
+  const auto few = static_cast<std::size_t>(options.few_links);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // (from, to), to < from
+  std::vector<KdTree::Neighbor> near;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    tree.Within(cloud.points[i], options.link_m, near);
+    const bool sparse = near.size() <= few;
+    for (const auto& n : near) {
+      if (n.index < i) pairs.emplace_back(i, n.index);
+    }
+    if (!sparse) continue;
+    tree.Nearest(cloud.points[i], few + 1, near);
+    const double far_m = options.grazing_reach * options.link_m;
+    for (const auto& n : near) {
+      if (n.index == i || n.squared_distance > far_m * far_m) continue;
+      if (n.squared_distance < options.link_m * options.link_m) continue;
+      if (Tangential(cloud, i, n.index, options.max_link_slope)) {
+        pairs.emplace_back(std::max(i, n.index), std::min(i, n.index));
+      }
+    }
+  }
+  std::ranges::sort(pairs);
+  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  Links links;
+  links.first.assign(cloud.size() + 1, 0);
+  for (const auto& [a, b] : pairs) {
+    ++links.first[a + 1];
+    ++links.first[b + 1];
+  }
+  for (std::size_t i = 1; i < links.first.size(); ++i) links.first[i] += links.first[i - 1];
+  links.to.resize(2 * pairs.size());
+  std::vector<std::uint32_t> at(links.first.begin(), links.first.end() - 1);
+  for (const auto& [a, b] : pairs) {
+    links.to[at[a]++] = b;
+    links.to[at[b]++] = a;
+  }
+  return links;
+}
+
+Patches GrowPatches(const geometry::PointCloud& cloud, const Links& links,
+                    const ConvexityOptions& options) {
+  return Growth(cloud, links, options).Run(FindSeeds(cloud, options));
+}
+
+}  // namespace rangegrasp::perception::internal
