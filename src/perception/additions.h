@@ -15,8 +15,11 @@ struct PreprocessAdditions {
   bool robust_table = true;
   bool repeated_filter = true;
   bool neighborhood_normals = true;
+  /// A neighborhood that lies on one line of a scanner says nothing across the line: there, on
+  /// faces seen at a grazing angle, it grows to max_widening times its radius.
+  bool widened_normals = true;
 };
-constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
+constexpr std::array<core::Addition<PreprocessAdditions>, 5> AdditionsOf(
     const PreprocessAdditions*) {
   using A = PreprocessAdditions;
   return {{
@@ -29,6 +32,8 @@ constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
        "the outlier filter repeats until it finds none: far outliers hide nearer ones"},
       {"neighborhood_normals", &A::neighborhood_normals,
        "normals from the points within normal_radius_mm; off: of the faces of the segments' mesh"},
+      {"widened_normals", &A::widened_normals,
+       "with neighborhood_normals: from further off where those points all lie on one line"},
   }};
 }
 static_assert(core::AllAdditionsListed<PreprocessAdditions>());

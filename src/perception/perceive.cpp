@@ -80,8 +80,10 @@ geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& 
                            geometry::PointSpan places_C, const Indices& place_of) {
   const geometry::KdTree tree(points);
   if (options.preprocess.neighborhood_normals) {
-    return geometry::EstimateNormals(points, tree, options.preprocess.normal_radius_m, places_C,
-                                     place_of);
+    const double radius_m = options.preprocess.normal_radius_m;
+    const double max_m =
+        options.preprocess.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
+    return geometry::EstimateNormals(points, tree, radius_m, places_C, place_of, max_m);
   }
   const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
   const auto mesh = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options.segment));
