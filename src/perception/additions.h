@@ -94,11 +94,13 @@ struct FeatureAdditions {
   bool trim_strays = true;
   /// A part whose footprint is nowhere long is a needle of mixed points along one ray.
   bool drop_needles = true;
+  /// The walls of an open box that objects lie in are obstacles, and no objects.
+  bool containers = true;
   /// A few points inside the sphere of eq. 5.9 are taken for none: mixed points hang between the
   /// near rim of a container and its far wall.
   bool open_strays = true;
 };
-constexpr std::array<core::Addition<FeatureAdditions>, 17> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<core::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
@@ -126,6 +128,8 @@ constexpr std::array<core::Addition<FeatureAdditions>, 17> AdditionsOf(const Fea
        "single points off an object's ends are left out of its completed shape"},
       {"drop_needles", &A::drop_needles,
        "objects that are narrower than min_footprint_mm both ways are left out"},
+      {"containers", &A::containers,
+       "the walls and the floor of an open box are obstacles; off: objects like any other"},
       {"open_strays", &A::open_strays,
        "open_stray_share of the points may lie in the sphere of an open object; off: none"},
   }};

@@ -13,6 +13,7 @@
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 #include "perception/find_table.h"
+#include "perception/internal/container.h"
 #include "perception/internal/measured_points.h"
 #include "perception/internal/objects.h"
 #include "perception/point_filter.h"
@@ -137,6 +138,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &m.height_margin_m,
                                  &m.cell_m,
                                  &m.max_in_front_m,
+                                 &f.container.wall_m,
                                  &c.free_margin_m,
                                  &c.end_band_m,
                                  &c.wall_outline_m,
@@ -194,6 +196,10 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.seconds.emplace_back("normals", watch.Restart());
 
   if (!scene.source.empty()) scene.segments = Segment(scene.cloud, options.segment);
+  if (options.features.containers) {
+    scene.container =
+        internal::TakeContainer(scene.cloud, scene.table.plane, options.features, scene.segments);
+  }
   scene.seconds.emplace_back("segments", watch.Restart());
 
   if (options.segment.method == SegmentMethod::kConvexity) {

@@ -40,7 +40,7 @@ struct ConvexityOptions {
   /// Patches whose normals differ by less are of one surface, concave or not: noise.
   double concavity_rad = core::Deg(14.0);
   double concave_rad = core::Deg(40.0);
-  double concave_weight = 1.5;
+  double concave_weight = 2.5;
   double speck_patches = 2.0;
   double sliver_share = 0.6;
   double sliver_depth = 0.35;
