@@ -26,7 +26,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct PerceiveArguments {
-  std::string cloud, out, origin, up, unit = "m", segmentation = "mesh";
+  std::string cloud, out, origin, up, unit = "m", segmentation = "convexity";
   std::string scene;
   std::vector<double> crop;
   std::optional<double> noise_mm;
@@ -293,7 +293,7 @@ void AddPerceiveCommand(CLI::App& app) {
       ->check(CLI::Range(0.0, 50.0));
   command
       ->add_option("--segmentation", arguments->segmentation,
-                   "how points above the table become segments (mesh)")
+                   "how points above the table become segments (convexity)")
       ->check(CLI::IsMember(core::WordList<perception::SegmentMethod>()));
   command->add_option("--scene", arguments->scene,
                       "scene whose hand is to grasp (default: the installed tabletop.xml)");

@@ -1,13 +1,27 @@
 #include "geometry/normals.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 namespace rangegrasp::geometry {
 namespace {
 
-/// The direction of least spread of the neighbors round p (eq. 4.10-4.12); zero if they have none.
-Eigen::Vector3d MinSpread(PointSpan points, const Eigen::Vector3d& p,
-                          const std::vector<KdTree::Neighbor>& neighbors) {
+/// Points whose spread across is less than this share of that along lie on a line, as far as their
+/// plane goes: three lines of points have 0.4 and more where they are as far apart as long.
+constexpr double kOnALine = 0.3;
+/// By how much a neighborhood grows at a time: fewer steps overshoot, more cost time.
+constexpr double kWiden = 1.4;
+
+/// How neighbors spread round a point.
+struct Spread {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of least spread; zero if there is none
+  double flatness = 0.0;  ///< the middle deviation as a share of the largest; 0: on a line
+};
+
+/// Of the neighbors round p (eq. 4.10-4.12).
+Spread SpreadOf(PointSpan points, const Eigen::Vector3d& p,
+                const std::vector<KdTree::Neighbor>& neighbors) {
   // Sums relative to p: one pass, and small numbers.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
@@ -25,12 +39,13 @@ Eigen::Vector3d MinSpread(PointSpan points, const Eigen::Vector3d& p,
   scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   scatter -= sum * sum.transpose() / static_cast<double>(neighbors.size());
   const double scale = scatter.trace();
-  if (!(scale > 0.0)) return Eigen::Vector3d::Zero();
+  if (!(scale > 0.0)) return {};
   // To unit size, for which the closed form is made.
   scatter /= scale;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(scatter);
-  return solver.eigenvectors().col(0);
+  const Eigen::Vector3d& values = solver.eigenvalues();
+  return {solver.eigenvectors().col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
 }
 
 }  // namespace
@@ -41,7 +56,7 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
 }
 
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
-                       std::span<const std::uint32_t> place_of) {
+                       std::span<const std::uint32_t> place_of, double max_radius_m) {
   Points normals(points.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -49,7 +64,13 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
     const Eigen::Vector3d to_origin = places[place_of[i]] - p;
     tree.Within(p, radius_m, neighbors);
     if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);  // a plane needs three
-    Eigen::Vector3d normal = MinSpread(points, p, neighbors);
+    Spread spread = SpreadOf(points, p, neighbors);
+    for (double wider_m = kWiden * radius_m; spread.flatness < kOnALine && wider_m <= max_radius_m;
+         wider_m *= kWiden) {
+      tree.Within(p, wider_m, neighbors);
+      spread = SpreadOf(points, p, neighbors);
+    }
+    Eigen::Vector3d normal = spread.normal;
     if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // 0, not 1: nothing to go by
     if (!(normal.squaredNorm() > 0.0)) normal = Eigen::Vector3d::UnitZ();
     normal.normalize();

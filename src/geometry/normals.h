@@ -12,8 +12,10 @@ namespace rangegrasp::geometry {
 /// than three neighbors takes the normal of its nearest three.
 /// @param places  where the sensors stood
 /// @param place_of  one a point: position in places
+/// @param max_radius_m  a neighborhood that lies on a line (of a line scanner, on a face that it
+/// sees at a grazing angle) says nothing across it, and is widened up to this; 0: as published.
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
-                       std::span<const std::uint32_t> place_of);
+                       std::span<const std::uint32_t> place_of, double max_radius_m = 0.0);
 /// The same where all points were seen from one place.
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
                        const Eigen::Vector3d& origin);

@@ -15,8 +15,11 @@ struct PreprocessAdditions {
   bool robust_table = true;
   bool repeated_filter = true;
   bool neighborhood_normals = true;
+  /// A neighborhood that lies on one line of a scanner says nothing across the line: there, on
+  /// faces seen at a grazing angle, it grows to max_widening times its radius.
+  bool widened_normals = true;
 };
-constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
+constexpr std::array<core::Addition<PreprocessAdditions>, 5> AdditionsOf(
     const PreprocessAdditions*) {
   using A = PreprocessAdditions;
   return {{
@@ -29,6 +32,8 @@ constexpr std::array<core::Addition<PreprocessAdditions>, 4> AdditionsOf(
        "the outlier filter repeats until it finds none: far outliers hide nearer ones"},
       {"neighborhood_normals", &A::neighborhood_normals,
        "normals from the points within normal_radius_mm; off: of the faces of the segments' mesh"},
+      {"widened_normals", &A::widened_normals,
+       "with neighborhood_normals: from further off where those points all lie on one line"},
   }};
 }
 static_assert(core::AllAdditionsListed<PreprocessAdditions>());
@@ -93,6 +98,8 @@ struct FeatureAdditions {
   bool trim_strays = true;
   /// A part whose footprint is nowhere long is a needle of mixed points along one ray.
   bool drop_needles = true;
+  /// The walls of an open box that objects lie in are obstacles, and no objects.
+  bool containers = true;
   /// A few points inside the sphere of eq. 5.9 are taken for none: mixed points hang between the
   /// near rim of a container and its far wall.
   bool open_strays = true;
@@ -127,6 +134,8 @@ constexpr std::array<core::Addition<FeatureAdditions>, 18> AdditionsOf(const Fea
        "single points off an object's ends are left out of its completed shape"},
       {"drop_needles", &A::drop_needles,
        "objects that are narrower than min_footprint_mm both ways are left out"},
+      {"containers", &A::containers,
+       "the walls and the floor of an open box are obstacles; off: objects like any other"},
       {"open_strays", &A::open_strays,
        "open_stray_share of the points may lie in the sphere of an open object; off: none"},
   }};

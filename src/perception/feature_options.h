@@ -175,6 +175,20 @@ struct MergeOptions {
   double max_sideways = 0.5;  ///< share of a gap across the sensor's viewing plane (30 deg)
 };
 
+/// Open boxes that objects lie in (internal/container.h).
+struct ContainerOptions {
+  /// A wall's points lie this near the border of the box: its thickness, and how far noise and
+  /// spacing move its ends. Larger: things that lean on a wall are taken for it.
+  AdaptiveLength wall_m{0.008, {.noises = 3.0, .gaps = 2.0}};
+  double border_share = 0.9;  ///< of a wall's points; the others are mixed points
+  /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
+  double min_side_m = 0.15;
+  /// How much of the border is seen: two walls and half of the others. Less: boxes that stand about
+  /// make a rectangle by chance.
+  double min_coverage = 0.6;
+  double coverage_step_m = 0.010;  ///< in which it is counted: two lines of a line scanner
+};
+
 /// The unseen sides (section 5.1.4).
 struct CompletionOptions {
   double step_rad = 0.0872665;  ///< 5 deg (section 5.1.4)
@@ -246,6 +260,7 @@ struct FeatureOptions : FeatureAdditions {
   CircleFitOptions circle;
   AxisOptions axis;
   MergeOptions merge;
+  ContainerOptions container;
   CompletionOptions completion;
 
   /// With higher_tops: the highest plane that holds this share of the fullest one's points is the

@@ -13,6 +13,7 @@
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 #include "perception/find_table.h"
+#include "perception/internal/container.h"
 #include "perception/internal/measured_points.h"
 #include "perception/internal/objects.h"
 #include "perception/point_filter.h"
@@ -80,8 +81,10 @@ geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& 
                            geometry::PointSpan places_C, const Indices& place_of) {
   const geometry::KdTree tree(points);
   if (options.preprocess.neighborhood_normals) {
-    return geometry::EstimateNormals(points, tree, options.preprocess.normal_radius_m, places_C,
-                                     place_of);
+    const double radius_m = options.preprocess.normal_radius_m;
+    const double max_m =
+        options.preprocess.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
+    return geometry::EstimateNormals(points, tree, radius_m, places_C, place_of, max_m);
   }
   const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
   const auto mesh = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options.segment));
@@ -135,6 +138,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &m.height_margin_m,
                                  &m.cell_m,
                                  &m.max_in_front_m,
+                                 &f.container.wall_m,
                                  &c.free_margin_m,
                                  &c.end_band_m,
                                  &c.wall_outline_m,
@@ -193,6 +197,10 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.seconds.emplace_back("normals", watch.Restart());
 
   if (!scene.source.empty()) scene.segments = Segment(scene.cloud, options.segment);
+  if (options.features.containers) {
+    scene.container =
+        internal::TakeContainer(scene.cloud, scene.table.plane, options.features, scene.segments);
+  }
   scene.seconds.emplace_back("segments", watch.Restart());
 
   if (options.segment.method == SegmentMethod::kConvexity) {

@@ -66,6 +66,9 @@ struct PreprocessOptions : PreprocessAdditions {
   AdaptiveLength smooth_radius_m{0.003, {.noises = 3.0}};
   /// Neighborhood of the normals (sections 4.2.2, 5.1.1): ten points of an even scan.
   AdaptiveLength normal_radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};
+  /// With widened_normals: how many times its radius a neighborhood grows to at most. Larger: more
+  /// grazing faces have true normals, and more edges are rounded there.
+  double max_widening = 4.0;
   /// The direction away from the table where it is known; else the hull plane that the most points
   /// lie near is taken.
   std::optional<Eigen::Vector3d> up_C;

@@ -20,11 +20,16 @@ constexpr std::array<std::string_view, 3> WordsOf(SegmentMethod) {
 struct ConvexityOptions {
   /// Points this near are neighbors: the next line of a line scanner and its diagonals.
   AdaptiveLength link_m{0.0035, {.noises = 1.5, .spacings = 2.0, .gaps = 1.5}};
-  /// A point with fewer neighbors is seen at a grazing angle, or alone: it looks this many times as
-  /// far, along its surface, for as many.
+  /// Where a face is seen at a grazing angle, the neighbors of a point all lie on its line: their
+  /// spread across it is less than this share of that along.
+  double on_a_line = 0.3;
+  /// There it looks this many times as far across the line for so many more, along its surface:
+  /// the line's share of the direction to them is at most max_along_line (45 deg), and they lie in
+  /// each other's tangent planes within a sine of max_link_slope (20 deg).
+  double grazing_reach = 4.0;
   int few_links = 6;
-  double grazing_reach = 3.0;
-  double max_link_slope = 0.35;  ///< of such links with the surface, as a sine (20 deg)
+  double max_along_line = 0.7;
+  double max_link_slope = 0.35;
   /// Size of a patch. Larger: small things and narrow faces go with their neighbors; smaller: noise
   /// bends patches.
   AdaptiveLength patch_m{0.015, {.noises = 8.0, .gaps = 4.0}};
@@ -35,7 +40,7 @@ struct ConvexityOptions {
   /// Patches whose normals differ by less are of one surface, concave or not: noise.
   double concavity_rad = core::Deg(14.0);
   double concave_rad = core::Deg(40.0);
-  double concave_weight = 1.0;
+  double concave_weight = 2.5;
   double speck_patches = 2.0;
   double sliver_share = 0.6;
   double sliver_depth = 0.35;
@@ -44,7 +49,8 @@ struct ConvexityOptions {
 
 /// Section 5.1.2.
 struct SegmentOptions : SegmentAdditions {
-  SegmentMethod method = SegmentMethod::kMesh;
+  /// The dissertation's choice is the mesh, which takes what touches for one.
+  SegmentMethod method = SegmentMethod::kConvexity;
   /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbor distance, as the
   /// dissertation does.
   double alpha_m = 0.0;

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "sim/visual_mesh.h"
+
 namespace rangegrasp::bench {
 namespace {
 
@@ -61,7 +63,7 @@ std::uint32_t LabelOf(const Eigen::Vector3d& p_C, std::uint32_t body,
       p_C.allFinite() &&
       (workspace.X_CWorkspace.inverse() * p_C).head<2>().norm() <= workspace.radius_m;
   if (!counts) return 0;
-  return body == 0 ? kScene : kFirstObject + body - 1;
+  return body == 0 || body == sim::kContainerLabel ? kScene : kFirstObject + body - 1;
 }
 
 }  // namespace

@@ -38,9 +38,9 @@ class Specks {
     for (std::uint32_t root = 0; root < of_.size(); ++root) Consider(root);
     while (!small_.empty()) {
       const std::uint32_t root = small_.begin()->second;
-      const std::uint32_t into =
-          std::ranges::max_element(of_[root].border, {}, [](const auto& s) { return s.second; })
-              ->first;
+      const std::uint32_t into = std::ranges::max_element(of_[root].border, {}, [](const auto& s) {
+                                   return s.second;
+                                 })->first;
       small_.erase({of_[root].points, root});
       small_.erase({of_[into].points, into});
       bodies_.Unite(root, into);
@@ -53,7 +53,7 @@ class Specks {
  private:
   struct Body {
     std::uint32_t points = 0;
-    std::uint32_t at_border = 0;                   ///< points with a link to another body
+    std::uint32_t at_border = 0;                    ///< points with a link to another body
     std::map<std::uint32_t, std::uint32_t> border;  ///< links to each other body
   };
 
@@ -133,9 +133,8 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
     return std::abs(normal.dot(border.across)) > options.step_m ? -1.0 : 1.0;
   }
   if (bend > 0.0) return 1.0;
-  return -options.concave_weight *
-         std::min(1.0, (angle - options.concavity_rad) /
-                           (options.concave_rad - options.concavity_rad));
+  return -options.concave_weight * std::min(1.0, (angle - options.concavity_rad) /
+                                                     (options.concave_rad - options.concavity_rad));
 }
 
 void JoinSpecks(const Links& links, const Patches& patches, const ConvexityOptions& options,

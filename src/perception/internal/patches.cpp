@@ -24,6 +24,25 @@ bool Tangential(const geometry::PointCloud& cloud, std::uint32_t a, std::uint32_
   return std::abs(cloud.normals[a].dot(d)) <= most && std::abs(cloud.normals[b].dot(d)) <= most;
 }
 
+/// The direction of the line that the neighbors of a point lie on; zero if they spread across, too.
+Eigen::Vector3d LineOf(const geometry::PointCloud& cloud, std::uint32_t point,
+                       const std::vector<KdTree::Neighbor>& near, double on_a_line) {
+  // The furthest one says which way the line goes, the others how far they are from it.
+  const auto furthest = std::ranges::max_element(
+      near, {}, [](const auto& n) { return std::pair(n.squared_distance, n.index); });
+  const Eigen::Vector3d line = (cloud.points[furthest->index] - cloud.points[point]).normalized();
+  double along = 0.0;
+  double across = 0.0;
+  for (const auto& n : near) {
+    const Eigen::Vector3d d = cloud.points[n.index] - cloud.points[point];
+    const double on = line.dot(d);
+    along += on * on;
+    across += n.squared_distance - on * on;
+  }
+  if (across > on_a_line * on_a_line * along) return Eigen::Vector3d::Zero();
+  return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
+}
+
 /// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
 /// wall, have their own.
 std::array<long, 4> CellOf(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double size_m) {
@@ -130,24 +149,27 @@ class Growth {
 
 Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& options) {
   const KdTree tree(cloud.points);
-  const auto few = static_cast<std::size_t>(options.few_links);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // (from, to), to < from
   std::vector<KdTree::Neighbor> near;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     tree.Within(cloud.points[i], options.link_m, near);
-    const bool sparse = near.size() <= few;
     for (const auto& n : near) {
       if (n.index < i) pairs.emplace_back(i, n.index);
     }
-    if (!sparse) continue;
-    tree.Nearest(cloud.points[i], few + 1, near);
-    const double far_m = options.grazing_reach * options.link_m;
+    const Eigen::Vector3d line = LineOf(cloud, i, near, options.on_a_line);
+    if (line.isZero()) continue;
+    tree.Within(cloud.points[i], options.grazing_reach * options.link_m, near);
+    std::ranges::sort(near, {},
+                      [](const auto& n) { return std::pair(n.squared_distance, n.index); });
+    int left = options.few_links;
     for (const auto& n : near) {
-      if (n.index == i || n.squared_distance > far_m * far_m) continue;
+      if (left == 0) break;
       if (n.squared_distance < options.link_m * options.link_m) continue;
-      if (Tangential(cloud, i, n.index, options.max_link_slope)) {
-        pairs.emplace_back(std::max(i, n.index), std::min(i, n.index));
-      }
+      const Eigen::Vector3d d = cloud.points[n.index] - cloud.points[i];
+      if (std::abs(line.dot(d)) > options.max_along_line * d.norm()) continue;
+      if (!Tangential(cloud, i, n.index, options.max_link_slope)) continue;
+      pairs.emplace_back(std::max(i, n.index), std::min(i, n.index));
+      --left;
     }
   }
   std::ranges::sort(pairs);

@@ -175,6 +175,8 @@ void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
   core::SwitchAll<perception::PreprocessAdditions>(on, options.perception.preprocess);
   core::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
+  options.perception.segment.method =
+      on ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
   core::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
   core::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
   options.firm_from_rad = on ? Options().firm_from_rad : core::Deg(90.0);
