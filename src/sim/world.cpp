@@ -193,6 +193,29 @@ void World::PlaceObject(int object, const core::Pose& X_WO) {
   impl_->Refresh();
 }
 
+void World::ParkObject(int object) {
+  // What sleeps on it would hang in the air: all that is there wakes.
+  for (const ObjectEntry& other : impl_->objects) {
+    const bool asleep = data()->tree_asleep[other.tree] >= 0;
+    if (!other.parked && asleep) std::fill_n(data()->qvel + other.dof, 6, -0.0);
+  }
+  impl_->Park(object);
+  impl_->Refresh();
+}
+
+bool World::OverTable(const Eigen::Vector3d& point_W) const {
+  bool bounded = false;
+  for (int geom = 0; geom < model()->ngeom; ++geom) {
+    const mjtNum* size = model()->geom_size + 3 * geom;
+    if (model()->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model(), geom)) continue;
+    if (size[0] <= 0.0 || size[1] <= 0.0) return true;
+    const Eigen::Vector3d point_G = internal::GeomPose(data(), geom).inverse() * point_W;
+    if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
+    bounded = true;
+  }
+  return !bounded;
+}
+
 void World::SetArm(const Eigen::VectorXd& q) {
   impl_->SetArm(q);
   impl_->Refresh();

@@ -73,6 +73,10 @@ class World {
   double ObjectSpeed(int object) const;   ///< |v| + radius |w| [m/s]
   /// Puts an object at rest into a pose.
   void PlaceObject(int object, const core::Pose& X_WO);
+  void ParkObject(int object);  ///< out of the scene, as at the beginning; what lay on it falls
+  /// Whether a point stands over a table of the scene: the engine's planes are infinite whatever
+  /// their size. True in a scene without a bounded plane.
+  bool OverTable(const Eigen::Vector3d& point_W) const;
   void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
   Eigen::VectorXd ArmPositions() const;
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "tasks/clearing/clearing_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
@@ -9,7 +10,8 @@
 namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
-  static const std::array kinds = {grasping::GraspingTask(), seam_task::SeamTask(), PartsTask()};
+  static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
+                                   seam_task::SeamTask(), PartsTask()};
   return kinds;
 }
 

@@ -130,9 +130,10 @@ void HandController::Tick(bool slips) {
 }
 
 bool HandController::Preshaped() const { return std::abs(Angle() - target_angle_) < kAtTarget_rad; }
-bool HandController::FullyClosed() const {
-  return Angle() > world_->model()->jnt_range[2 * joints_[0] + 1] - kAtClosedEnd_rad;
+double HandController::Aperture() const {
+  return world_->model()->jnt_range[2 * joints_[0] + 1] - Angle();
 }
+bool HandController::FullyClosed() const { return Aperture() < kAtClosedEnd_rad; }
 bool HandController::FullyOpen() const { return Angle() < open_limit_[0] + kAtTarget_rad; }
 
 }  // namespace rangegrasp::sim::internal

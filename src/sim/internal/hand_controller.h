@@ -24,6 +24,7 @@ class HandController {
   bool Preshaped() const;
   bool Gripping() const { return control_.Gripping(); }
   bool FullyClosed() const;  ///< at the end of its range
+  double Aperture() const;   ///< of the driven joints, from that end [rad]
   bool FullyOpen() const;
   double force_N() const { return control_.force_N(); }
   int slips_heard() const { return control_.slips_heard(); }

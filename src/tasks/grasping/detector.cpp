@@ -1,5 +1,7 @@
 #include "tasks/grasping/detector.h"
 
+#include <algorithm>
+
 #include "core/stopwatch.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
@@ -14,22 +16,43 @@ geometry::Points PlacesOf(const geometry::Observation& observation) {
   return places_C;
 }
 
+std::vector<geometry::SampleId> SamplesOf(const perception::Scene& scene,
+                                          const perception::PerceivedObject& object) {
+  std::vector<geometry::SampleId> samples;
+  for (const auto point : object.points) samples.push_back(scene.SampleOf(point));
+  return samples;
+}
+
+// Moves the first object that may be taken before the others. @return whether there is one.
+bool PutFirst(const Eligible& eligible, perception::Scene& scene) {
+  if (!eligible) return true;
+  auto& objects = scene.objects;
+  const auto first = std::find_if(objects.begin(), objects.end(), [&](const auto& object) {
+    return eligible(SamplesOf(scene, object));
+  });
+  if (first == objects.end()) return false;
+  std::rotate(objects.begin(), first, first + 1);
+  return true;
+}
+
 class DissertationDetector : public Detector {
  public:
   DissertationDetector(const Options& options, const robot::Robot& robot, SceneObserver observer)
       : options_(options), robot_(robot), observer_(std::move(observer)) {}
 
-  Detected Detect(const geometry::Observation& observation, core::Rng& rng) const override {
+  Detected Detect(const geometry::Observation& observation, core::Rng& rng,
+                  const Eligible& eligible) const override {
     Detected detected;
     core::Stopwatch watch;
-    const perception::Scene scene =
+    perception::Scene scene =
         perception::Perceive(observation, options_.perception, rng, Workspace());
     detected.seconds.emplace_back("perceive", watch.Restart());
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
     }
+    detected.eligible = PutFirst(eligible, scene);
     std::vector<grasp::Grasp> grasps;
-    if (!scene.objects.empty()) {
+    if (detected.eligible && !scene.objects.empty()) {
       const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
       grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp);
     }

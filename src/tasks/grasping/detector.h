@@ -21,15 +21,21 @@ struct Detected {
   grasp::Detection detection;
   std::size_t kept = 0;  ///< samples that it took for parts of objects, after its filters
   int segments = 0;
+  bool eligible = true;  ///< whether the first object may be taken; if not, none may
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };
+
+/// Whether an object may be taken, by its samples. Empty: each may.
+using Eligible = std::function<bool(const std::vector<geometry::SampleId>&)>;
 
 /// Stage 3: finds objects and grasps in an observation, without truth.
 class Detector {
  public:
   virtual ~Detector() = default;
+  /// @param eligible  the first object that it lets pass is taken first, and is the one with grasps
   /// @throws core::InputError for an observation in which it finds no table.
-  virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng) const = 0;
+  virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng,
+                          const Eligible& eligible = {}) const = 0;
 };
 
 /// What a viewer may see of the dissertation's method.
