@@ -105,7 +105,7 @@ class Execution {
   void Lift() {
     Follow(program_.lift);
     Wait(kLiftSettle_s);
-    const bool touched = ByAperture() ? !controller_.FullyClosed() : TouchNow().hand;
+    const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
     audit_.BeginRest();
     const double force_N = controller_.force_N();
     for (double t = 0.0; touched && t < kRest_s; t += Period()) {
@@ -116,7 +116,7 @@ class Execution {
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = HeldNow();
     log_.aperture.lifted_rad = controller_.Aperture();
-    log_.aperture.holds_after_lift = !controller_.FullyClosed();
+    log_.aperture.holds_after_lift = !controller_.FeelsEmpty();
     RecordHold();
     carrying_ = true;
     Moment("lifted");
@@ -127,7 +127,7 @@ class Execution {
     Wait(kCarrySettle_s);
     log_.held_after_carry = HeldNow();
     log_.aperture.carried_rad = controller_.Aperture();
-    log_.aperture.holds_after_carry = !controller_.FullyClosed();
+    log_.aperture.holds_after_carry = !controller_.FeelsEmpty();
     RecordHold();
     carrying_ = false;
   }
@@ -246,13 +246,13 @@ class Execution {
         RecordHold();
         lost_ = true;
       }
-      closed_s_ = controller_.FullyClosed() ? closed_s_ + Period() : 0.0;
+      empty_s_ = ByAperture() && controller_.FeelsEmpty() ? empty_s_ + Period() : 0.0;
     }
     Frame();
   }
 
   // Before the lift has ended an empty hand goes on: it has to leave its place among the objects.
-  bool Ended() const { return ByAperture() ? carrying_ && closed_s_ > kLost_s : lost_; }
+  bool Ended() const { return ByAperture() ? carrying_ && empty_s_ > kLost_s : lost_; }
 
   void Frame() {
     if (observer_.frame_period_s <= 0.0 || !observer_.on_moment) return;
@@ -296,7 +296,7 @@ class Execution {
   bool lost_ = false;
   bool carrying_ = false;
   double untouched_s_ = 0.0;
-  double closed_s_ = 0.0;
+  double empty_s_ = 0.0;
   double next_frame_s_ = 0.0;
 };
 

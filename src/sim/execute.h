@@ -14,7 +14,7 @@ namespace rangegrasp::sim {
 /// What ends a grasp early.
 enum class EndsBy {
   kTruth,     ///< the target is lost: the outcome of a single trial is decided
-  kAperture,  ///< the hand is closed to its end, by its own joints: what a real hand knows
+  kAperture,  ///< the hand has closed on nothing, by its own joints: what a real hand knows
 };
 /// The motions of one grasp and the hand's part in them.
 struct GraspProgram {
