@@ -29,7 +29,8 @@ struct Link {
 
 /// The kinematics and geometry of the arm and hand in a scene file, and the fixed geometry round
 /// them that a work cell's drawing would give (table, pedestal, scanner). No object, no truth: it
-/// reads the scene as written, before objects are put in.
+/// reads the scene as written, before objects are put in, and leaves out the body that holds the
+/// site "container", an open box for objects.
 class Robot {
  public:
   /// @throws core::InputError naming the file and the missing tuple, joint, site ...

@@ -35,6 +35,9 @@ struct Print {
   }
 };
 
+/// The label of an open box that objects lie in: above those of all objects.
+inline constexpr std::uint32_t kContainerLabel = 1000;
+
 /// What a sensor may see: a surface in the world with the label that the scorer alone may read.
 struct VisualMesh {
   geometry::TriangleMesh mesh_W;
@@ -43,7 +46,8 @@ struct VisualMesh {
   /// nothing is); there the print's albedo goes before the surface's. Empty where nothing is.
   std::shared_ptr<const Print> print;
   std::vector<std::array<Eigen::Vector2f, 3>> uv;
-  std::uint32_t label = 0;  ///< 0: the scene (table, robot, ...); object i has label i + 1
+  std::uint32_t label = 0;  ///< 0: the scene (table, robot, ...); object i has label i + 1;
+                            ///< an open box that they lie in has kContainerLabel
 };
 
 }  // namespace rangegrasp::sim

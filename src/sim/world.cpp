@@ -31,6 +31,11 @@ constexpr double kLost_m = -1.0;
 
 }  // namespace
 
+struct SavedWorld {
+  internal::DataPtr data;
+  std::vector<char> parked;  // by object
+};
+
 struct World::Impl {
   internal::ModelPtr model;
   internal::DataPtr data;
@@ -89,6 +94,35 @@ struct World::Impl {
     model->body_gravcomp[object.body] = 1.0;
     SetPose(object, core::MakePose(Eigen::Matrix3d::Identity(),
                                    {kParking_m + kParkingSpacing_m * index, 0, kParking_m}));
+  }
+
+  bool IsObject(int body) const {
+    return std::any_of(objects.begin(), objects.end(), [&](const ObjectEntry& object) {
+      return object.body == model->body_rootid[body];
+    });
+  }
+
+  // Of the collision geometry of an object from those geoms that `of` holds for.
+  template <typename Predicate>
+  double Distance(int object, double limit_m, const Predicate& of) {
+    std::vector<int> own, others;
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      if (!internal::Collides(model.get(), geom)) continue;
+      const int root = model->body_rootid[model->geom_bodyid[geom]];
+      if (root == at(object).body) {
+        own.push_back(geom);
+      } else if (of(geom)) {
+        others.push_back(geom);
+      }
+    }
+    double distance = limit_m;
+    for (const int a : own) {
+      for (const int b : others) {
+        const double limit = std::max(distance, 0.0);
+        distance = std::min(distance, internal::GeomDistance(model.get(), data.get(), a, b, limit));
+      }
+    }
+    return distance;
   }
 
   void Refresh() {
@@ -180,6 +214,44 @@ double World::ObjectBottom(int object) const {
   return -ObjectReach(object, -Eigen::Vector3d::UnitZ());
 }
 
+Eigen::AlignedBox3d World::ObjectBounds(int object) const {
+  Eigen::AlignedBox3d bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d direction = Eigen::Vector3d::Unit(axis);
+    bounds.min()[axis] = -ObjectReach(object, -direction);
+    bounds.max()[axis] = ObjectReach(object, direction);
+  }
+  return bounds;
+}
+
+double World::ObjectDistance(int object, int other, double limit_m) const {
+  return impl_->Distance(object, limit_m, [&](int geom) {
+    return model()->body_rootid[model()->geom_bodyid[geom]] == object_body(other);
+  });
+}
+
+double World::RobotDistance(int object, double limit_m) const {
+  return impl_->Distance(object, limit_m, [&](int geom) {
+    const int body = model()->geom_bodyid[geom];
+    return model()->body_weldid[body] != 0 && !impl_->IsObject(body);
+  });
+}
+
+double World::SceneDistance(int object, double limit_m) const {
+  return impl_->Distance(object, limit_m, [&](int geom) {
+    return model()->body_weldid[model()->geom_bodyid[geom]] == 0;
+  });
+}
+
+std::optional<Container> World::container() const {
+  const int site = internal::TryFind(model(), mjOBJ_SITE, "container");
+  if (site < 0) return std::nullopt;
+  if (model()->site_type[site] != mjGEOM_BOX) {
+    throw core::InputError("the scene's site \"container\" must be a box: the interior");
+  }
+  return Container{internal::SitePose(data(), site), Vec3(model()->site_size + 3 * site)};
+}
+
 double World::ObjectSpeed(int object) const {
   const ObjectEntry& entry = impl_->at(object);
   const mjtNum* v = data()->qvel + entry.dof;
@@ -194,13 +266,26 @@ void World::PlaceObject(int object, const core::Pose& X_WO) {
 }
 
 void World::ParkObject(int object) {
-  // What sleeps on it would hang in the air: all that is there wakes.
-  for (const ObjectEntry& other : impl_->objects) {
-    const bool asleep = data()->tree_asleep[other.tree] >= 0;
-    if (!other.parked && asleep) std::fill_n(data()->qvel + other.dof, 6, -0.0);
-  }
   impl_->Park(object);
   impl_->Refresh();
+}
+
+std::shared_ptr<const SavedWorld> World::Save() const {
+  auto saved = std::make_shared<SavedWorld>();
+  mjData* copy = nullptr;
+  internal::CallEngine(nullptr, [&] { copy = mj_copyData(nullptr, model(), data()); });
+  if (!copy) throw core::RunError("MuJoCo has no memory for a copy of the scene's data");
+  saved->data.reset(copy);
+  for (const ObjectEntry& object : impl_->objects) saved->parked.push_back(object.parked);
+  return saved;
+}
+
+void World::Restore(const SavedWorld& saved) {
+  internal::CallEngine(nullptr, [&] { mj_copyData(data(), model(), saved.data.get()); });
+  for (int object = 0; object < objects(); ++object) {
+    impl_->at(object).parked = saved.parked.at(static_cast<std::size_t>(object)) != 0;
+    model()->body_gravcomp[object_body(object)] = parked(object) ? 1.0 : 0.0;
+  }
 }
 
 bool World::OverTable(const Eigen::Vector3d& point_W) const {
@@ -262,6 +347,7 @@ bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
 std::vector<VisualMesh> World::VisualMeshes() const {
   std::vector<VisualMesh> meshes;
   meshes.push_back(internal::VisualOfScene(model(), data()));
+  if (container()) meshes.push_back(internal::VisualOfContainer(model(), data()));
   for (int object = 0; object < objects(); ++object) {
     const ObjectEntry& entry = impl_->at(object);
     if (entry.parked) continue;

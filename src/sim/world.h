@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -41,6 +41,16 @@ struct PhysicsOptions {
   std::optional<double> glove_friction;  ///< both coefficients on everything (for self-tests)
 };
 
+/// An open box of the scene that objects may lie in: the site "container", a box that is its
+/// interior, in the body that is the container.
+struct Container {
+  core::Pose X_WI;         ///< of the interior's middle
+  Eigen::Vector3d half_m;  ///< half of its edges
+};
+
+/// A state that a world can go back to, with all that the engine keeps of it.
+struct SavedWorld;
+
 /// A compiled scene with objects: model and state of one simulated world. Objects are numbered as
 /// given. Not copyable; one thread at a time. Engine warnings are collected, never printed.
 class World {
@@ -71,9 +81,21 @@ class World {
   double ObjectTop(int object) const;     ///< highest point of its collision geometry [m]
   double ObjectBottom(int object) const;  ///< and the lowest one
   double ObjectSpeed(int object) const;   ///< |v| + radius |w| [m/s]
+  /// Of its collision geometry, along the axes of W [m].
+  Eigen::AlignedBox3d ObjectBounds(int object) const;
+  /// Least distance between the collision geometries of two objects [m], of an object and the robot
+  /// (what has a kinematic tree and is no object), or of an object and all that is fixed: negative
+  /// where they are inside each other; limit_m where they are further apart than that.
+  double ObjectDistance(int object, int other, double limit_m) const;
+  double RobotDistance(int object, double limit_m) const;
+  double SceneDistance(int object, double limit_m) const;
+  /// nullopt where the scene has none.
+  std::optional<Container> container() const;
   /// Puts an object at rest into a pose.
   void PlaceObject(int object, const core::Pose& X_WO);
-  void ParkObject(int object);  ///< out of the scene, as at the beginning; what lay on it falls
+  void ParkObject(int object);  ///< out of sight and reach, as before it was placed
+  std::shared_ptr<const SavedWorld> Save() const;
+  void Restore(const SavedWorld& saved);  ///< @param saved  of this world
   /// Whether a point stands over a table of the scene: the engine's planes are infinite whatever
   /// their size. True in a scene without a bounded plane.
   bool OverTable(const Eigen::Vector3d& point_W) const;
@@ -87,7 +109,8 @@ class World {
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
 
-  /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out).
+  /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out), a
+  /// container with its own.
   std::vector<VisualMesh> VisualMeshes() const;
   core::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
 

@@ -116,9 +116,13 @@ bool IsTableTop(const Mjcf& mjcf, int geom, const core::Pose& X_WWorkspace) {
 
 std::vector<geometry::Shape> Workcell(const Mjcf& mjcf, int base, const core::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
+  // An open box with objects in it is part of what is to be seen, not of the work cell's drawing.
+  const int container = mjcf.FindIfAny(mjOBJ_SITE, "container");
+  const int container_body = container < 0 ? -1 : m.site_bodyid[container];
   std::vector<geometry::Shape> shapes;
   for (int g = 0; g < m.ngeom; ++g) {
     const int body = m.geom_bodyid[g];
+    if (body == container_body) continue;
     const bool fixed = m.body_weldid[body] == 0 && !mjcf.InSubtree(body, base);
     if (fixed && mjcf.Collides(g) && !IsTableTop(mjcf, g, X_WWorkspace)) {
       shapes.push_back(mjcf.ShapeOf(g, mjcf.GeomPose(g)));

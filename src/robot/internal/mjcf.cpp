@@ -90,8 +90,9 @@ core::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
 Mjcf::Mjcf(const std::filesystem::path& file)
     : file_(file), model_(nullptr, mj_deleteModel), data_(nullptr, mj_deleteData) {
   std::array<char, 1000> text{};
-  model_.reset(
-      mj_loadXML(file.string().c_str(), nullptr, text.data(), static_cast<int>(text.size())));
+  // Of a relative path the engine loses what an included file refers to.
+  const std::string path = std::filesystem::absolute(file).string();
+  model_.reset(mj_loadXML(path.c_str(), nullptr, text.data(), static_cast<int>(text.size())));
   if (!model_) throw core::InputError(file.string() + ": " + text.data());
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
@@ -120,11 +121,15 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
   return found;
 }
 
-std::vector<int> Mjcf::TupleIfAny(std::string_view name, mjtObj type) const {
-  for (int id = 0; id < Count(*model_, mjOBJ_TUPLE); ++id) {
-    if (Suffix(Name(mjOBJ_TUPLE, id)) == name) return Tuple(name, type);
+int Mjcf::FindIfAny(mjtObj type, std::string_view name) const {
+  for (int id = 0; id < Count(*model_, type); ++id) {
+    if (Suffix(Name(type, id)) == name) return id;
   }
-  return {};
+  return -1;
+}
+
+std::vector<int> Mjcf::TupleIfAny(std::string_view name, mjtObj type) const {
+  return FindIfAny(mjOBJ_TUPLE, name) >= 0 ? Tuple(name, type) : std::vector<int>();
 }
 
 std::vector<int> Mjcf::Tuple(std::string_view name, mjtObj type) const {

@@ -25,6 +25,8 @@ class Mjcf {
 
   /// The element's id. @throws core::InputError if there is none, or more than one.
   int Require(mjtObj type, std::string_view name) const;
+  /// The first such element; -1 if there is none.
+  int FindIfAny(mjtObj type, std::string_view name) const;
   /// Ids of the elements of a tuple. @throws core::InputError if missing, empty or of another type.
   std::vector<int> Tuple(std::string_view name, mjtObj type) const;
   /// The same; empty if there is no such tuple.

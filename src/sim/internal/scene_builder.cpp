@@ -36,7 +36,9 @@ SpecPtr Parse(const std::filesystem::path& file) {
     throw Wrong(file, "no such file; an MJCF file is expected");
   char error[1000] = "";
   mjSpec* spec = nullptr;
-  CallEngine(nullptr, [&] { spec = mj_parseXML(file.c_str(), nullptr, error, sizeof(error)); });
+  // Of a relative path the engine loses what an included file refers to.
+  const std::string path = std::filesystem::absolute(file).string();
+  CallEngine(nullptr, [&] { spec = mj_parseXML(path.c_str(), nullptr, error, sizeof(error)); });
   if (!spec) throw Wrong(file, error);
   return SpecPtr(spec);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
@@ -114,6 +115,16 @@ bool IsObject(const mjModel* model, int body) {
   return model->body_jntnum[root] > 0 && model->jnt_type[model->body_jntadr[root]] == mjJNT_FREE;
 }
 
+// Custom numerics "<prefix>_albedo" and "<prefix>_gloss", else those of the blue laminate.
+OpticalSurface SurfaceOf(const mjModel* model, const std::string& prefix) {
+  const auto albedo = NumericOf(model, prefix + "_albedo");
+  const auto gloss = NumericOf(model, prefix + "_gloss");
+  OpticalSurface surface;
+  surface.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0];
+  surface.gloss = gloss.empty() ? kLaminateGloss : gloss[0];
+  return surface;
+}
+
 // Half extent of a convex primitive along the unit direction u, given in the geom's frame.
 double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
   const double across = std::hypot(u.x(), u.y());
@@ -166,6 +177,18 @@ double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
   return direction_W.dot(X_WG.translation()) + reach;
 }
 
+double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m) {
+  if (model->geom_type[b] == mjGEOM_PLANE) {
+    const core::Pose X_WP = GeomPose(data, b);
+    const Eigen::Vector3d normal_W = X_WP.linear().col(2);
+    const double lowest = -ReachOfGeom(model, data, a, -normal_W);
+    return std::min(limit_m, lowest - normal_W.dot(X_WP.translation()));
+  }
+  const double centers = (Vec3(data->geom_xpos + 3 * a) - Vec3(data->geom_xpos + 3 * b)).norm();
+  if (centers - model->geom_rbound[a] - model->geom_rbound[b] > limit_m) return limit_m;
+  return mj_geomDistance(model, data, a, b, limit_m, nullptr);
+}
+
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
   VisualMesh visual;
   int printed = -1;
@@ -185,20 +208,36 @@ VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
   return visual;
 }
 
+int ContainerBody(const mjModel* model) {
+  const int site = TryFind(model, mjOBJ_SITE, "container");
+  return site >= 0 ? model->site_bodyid[site] : -1;
+}
+
+VisualMesh VisualOfContainer(const mjModel* model, const mjData* data) {
+  VisualMesh visual;
+  const int container = ContainerBody(model);
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->geom_bodyid[geom] == container && Visible(model, geom)) {
+      AppendGeom(model, data, geom, visual.mesh_W);
+    }
+  }
+  visual.surface = SurfaceOf(model, "container");
+  visual.label = kContainerLabel;
+  return visual;
+}
+
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
   VisualMesh visual;
+  const int container = ContainerBody(model);
   const int site = TryFind(model, mjOBJ_SITE, "scanner");
   const int scanner = site >= 0 ? model->site_bodyid[site] : 0;  // never leave out the world itself
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int body = model->geom_bodyid[geom];
-    if (!Visible(model, geom) || IsObject(model, body) || (scanner > 0 && body == scanner))
-      continue;
+    if (!Visible(model, geom) || IsObject(model, body) || body == container) continue;
+    if (scanner > 0 && body == scanner) continue;
     AppendGeom(model, data, geom, visual.mesh_W);
   }
-  const auto albedo = NumericOf(model, "scene_albedo");
-  const auto gloss = NumericOf(model, "scene_gloss");
-  visual.surface.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0];
-  visual.surface.gloss = gloss.empty() ? kLaminateGloss : gloss[0];
+  visual.surface = SurfaceOf(model, "scene");
   return visual;
 }
 

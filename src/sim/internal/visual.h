@@ -16,11 +16,20 @@ geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments)
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
                    const Eigen::Vector3d& direction_W);
 
+/// Least distance between two geoms, of which b may be a plane [m]; negative where they are inside
+/// each other, limit_m where they are further apart.
+double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m);
+
 /// Visible geoms (groups 0 to 2, not transparent) below a root body, in W, with the first texture
 /// that one of them has; what has another one has no print.
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
-/// Visible geoms of everything that is no object (no tree with a free joint), without the body that
-/// holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
+/// The body that holds the site "container"; -1 if there is none.
+int ContainerBody(const mjModel* model);
+/// Its visible geoms. Surface: custom numerics "container_albedo" and "container_gloss", else that
+/// of the blue laminate.
+VisualMesh VisualOfContainer(const mjModel* model, const mjData* data);
+/// Visible geoms of everything that is no object (no tree with a free joint), without the
+/// container and the body that holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
 /// of the blue laminate.
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
 

@@ -24,14 +24,14 @@ const Samples& FirstSamples(const Attempt& attempt) {
 }
 
 // The object whose label most of the samples bear; nullopt for the scene's.
-std::optional<int> MainObject(const Samples& samples, const Sensed& sensed) {
+std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
   std::map<int, int> votes;
   for (const auto& id : samples) {
     ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
   }
   const auto most = std::max_element(
       votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (most == votes.end() || most->first < 0) return std::nullopt;
+  if (most == votes.end() || most->first < 0 || most->first >= objects) return std::nullopt;
   return most->first;
 }
 
@@ -192,7 +192,7 @@ class Run {
     std::map<int, Passed> seen;
     if (sensed_) {
       for (const auto& object : last_.objects) {
-        const auto main = MainObject(object.samples, *sensed_);
+        const auto main = MainObject(object.samples, *sensed_, world_.objects());
         if (main) seen[*main] = std::max(seen[*main], tried_.StateOf(object.samples));
       }
     }

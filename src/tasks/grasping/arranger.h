@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/rng.h"
 #include "robot/robot.h"
@@ -12,12 +15,36 @@
 
 namespace rangegrasp::tasks::grasping {
 
+/// Why an arrangement is drawn again.
+enum class Redraw {
+  kNotAtRest,    ///< something still moves at the time limit, or moves again
+  kOtherPose,    ///< single: the target rests in another pose than the one drawn
+  kOutOfView,    ///< something is not in the scanner's view
+  kOutOfReach,   ///< the target lies outside the workspace
+  kLeftTable,    ///< something fell off the table, or out of the box
+  kTouchesArm,
+  kOverlaps,     ///< two things are inside each other
+  kNotHighest,   ///< another object is higher than the target
+  kTouchesFew,   ///< the target touches fewer others than it should
+  kDoesNotFit,   ///< something is larger than the box
+};
+constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
+  return {"not_at_rest", "other_pose", "out_of_view", "out_of_reach", "left_table",
+          "touches_arm", "overlaps",   "not_highest", "touches_few",  "does_not_fit"};
+}
+
+/// How often an arrangement was drawn again, by reason.
+using Redraws = std::map<Redraw, int>;
+
+int Total(const Redraws& redraws);
+std::string Text(const Redraws& redraws);  ///< "not_at_rest x2, out_of_view x1"
+
 /// A settled world with the target in it.
 struct Arrangement {
   sim::World world;
-  int target = 0;
-  std::string pose_class;  ///< of the target's resting pose
-  int redraws = 0;         ///< arrangements that were drawn again
+  int target = 0;          ///< in `world`; the others follow
+  std::string pose_class{};  ///< of the target's resting pose; "leaning" where it is none of those
+  int touching = 0;        ///< objects that the target touches
 };
 
 /// Stage 1: lays objects out.
@@ -25,14 +52,26 @@ class Arranger {
  public:
   virtual ~Arranger() = default;
   /// @param target  the row's object
-  /// @return nullopt if no arrangement came to rest in the sensor's view.
-  virtual std::optional<Arrangement> Arrange(const std::string& target, core::Rng& rng) const = 0;
+  /// @param redraws  counts the arrangements that were drawn again
+  /// @return nullopt if none that was drawn is what the experiment asks for.
+  virtual std::optional<Arrangement> Arrange(const std::string& target, core::Rng& rng,
+                                             Redraws& redraws) const = 0;
 };
 
-/// Alone on the table: the resting pose is the one that a simulated drop from 50 mm, turned at
-/// random, ends in; place in the workspace disc and yaw are drawn, and all of it again until the
+/// By options.arranger; docs/architecture.md, definitions.
+///
+/// single: alone on the table. The resting pose is the one that a simulated drop from 50 mm, turned
+/// at random, ends in; place in the workspace disc and yaw are drawn, and all of it again until the
 /// object rests in the scanner's view.
-/// The arguments must outlive it. @throws core::InputError if an object has no resting pose.
+///
+/// touching, box, pile: objects are let go one after the other, turned at random, from a small
+/// height above what lies below them, and fall: over a small place on the table (touching), through
+/// the mouth of a bag that is emptied (pile), into an open box (box). When they rest, the target
+/// follows. Drawn again, the target alone at first and then all, until everything rests in view,
+/// nothing overlaps, and the target is the highest (and touches others, for touching).
+///
+/// The arguments must outlive it. @throws core::InputError if an object has no resting pose, there
+/// are too few objects or the scene has no box.
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner);
 

@@ -60,7 +60,9 @@ std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sens
   center_W /= std::max(1.0, static_cast<double>(samples.size()));
   std::optional<int> best;
   for (const auto& [object, count] : votes) {
-    if (object >= 0 && !world.parked(object) && (!best || count > votes[*best])) best = object;
+    if (object >= 0 && object < world.objects() && !world.parked(object) &&
+        (!best || count > votes[*best]))
+      best = object;
   }
   if (best) return best;
   double nearest_m = std::numeric_limits<double>::infinity();

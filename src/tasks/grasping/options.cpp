@@ -34,6 +34,39 @@ void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
   }
 }
 
+void ReadClutter(YamlMap map, ClutterOptions& options) {
+  map.Read("min_others", options.min_others, 1, 30,
+           "touching: objects beside the target, the number is drawn from here ...");
+  map.Read("max_others", options.max_others, 1, 30, "... to here");
+  map.Read("min_touching", options.min_touching, 0, 30,
+           "touching: so many of them the target touches at least");
+  map.ReadScaled("touch_mm", options.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
+  map.ReadScaled("drop_height_mm", options.drop_height_m, kMm, 1.0, 300.0,
+                 "objects are let go this high above what lies below");
+  map.ReadScaled("touching_radius_mm", options.touching_radius_m, kMm, 0.0, 300.0,
+                 "touching: radius of the disc over which objects are let go");
+  map.ReadScaled("mouth_radius_mm", options.mouth_radius_m, kMm, 0.0, 300.0,
+                 "pile: radius of the bag's mouth");
+  map.Read("interval_s", options.interval_s, 0.01, 5.0, "from one object to the next");
+  map.Read("target_drops", options.target_drops, 1, 100,
+           "the target is dropped so often at most onto the same heap");
+  map.Read("max_draws", options.max_draws, 1, 1000,
+           "heaps that are drawn before the trial is given up");
+  map.Read("settle_limit_s", options.settle_limit_s, 0.5, 60.0,
+           "an arrangement that moves for longer is drawn again");
+  map.ReadScaled("rest_speed_mm_s", options.rest_speed_m_s, kMm, 0.01, 100.0,
+                 "slower objects rest");
+  map.Read("rest_time_s", options.rest_time_s, 0.05, 5.0, "for as long");
+  map.ReadScaled("max_penetration_mm", options.max_penetration_m, kMm, 0.01, 10.0,
+                 "deepest overlap of two things at rest");
+  if (options.min_others > options.max_others) {
+    map.Fail(map.Has("max_others") ? "max_others" : "min_others",
+             fmt::format("from {} to {}: the first must not be larger", options.min_others,
+                         options.max_others));
+  }
+  map.Finish();
+}
+
 void ReadPhysics(YamlMap map, sim::PhysicsOptions& options) {
   map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
   map.Read(
@@ -178,6 +211,7 @@ Options ReadOptions(YamlMap& map) {
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
+  ReadClutter(map.Child("clutter", "how objects come to lie: touching, box, pile"), o.clutter);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);

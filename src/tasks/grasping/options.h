@@ -18,8 +18,10 @@
 namespace rangegrasp::tasks::grasping {
 
 /// How the objects of a trial lie (docs/architecture.md, definitions).
-enum class ArrangerKind { kSingle };
-constexpr std::array<std::string_view, 1> WordsOf(ArrangerKind) { return {"single"}; }
+enum class ArrangerKind { kSingle, kTouching, kBox, kPile };
+constexpr std::array<std::string_view, 4> WordsOf(ArrangerKind) {
+  return {"single", "touching", "box", "pile"};
+}
 
 /// What finds objects and grasps.
 enum class DetectorKind { kDissertation };
@@ -33,6 +35,35 @@ constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"
 /// switch of core/additions.h; keys of single switches win over it.
 enum class MethodKind { kImproved, kPublished };
 constexpr std::array<std::string_view, 2> WordsOf(MethodKind) { return {"improved", "published"}; }
+
+/// How objects come to lie on and beside each other: touching, box, pile.
+struct ClutterOptions {
+  /// touching: how many objects lie there beside the target (tables 5.3: 2 to 5), and how many of
+  /// them the target touches at least.
+  int min_others = 2;
+  int max_others = 5;
+  int min_touching = 2;
+  /// Surfaces this close touch: less than the scanner's noise, about what two boards that were
+  /// pushed together leave between them.
+  double touch_m = 0.0005;
+  /// An object is let go with its lowest point this high above what lies below it, as from a hand
+  /// or out of a bag's mouth that follows the growing pile.
+  double drop_height_m = 0.03;
+  /// Radius of the disc that objects' middles fall through: of two hands' width, of a bag's mouth.
+  double touching_radius_m = 0.06;
+  double mouth_radius_m = 0.08;
+  /// From one object to the next that leaves the bag: the first has left its place by then.
+  double interval_s = 0.15;
+  /// The target is dropped last, so often at most onto one heap; then all is drawn again.
+  int target_drops = 6;
+  int max_draws = 30;
+  double settle_limit_s = 4.0;
+  /// At rest all objects are slower than this, for as long (sim::World::Settle), and once more.
+  double rest_speed_m_s = 0.002;
+  double rest_time_s = 0.3;
+  /// Deepest overlap of two things at rest.
+  double max_penetration_m = 0.001;
+};
 
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
@@ -48,6 +79,7 @@ struct Options {
   MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
 
+  ClutterOptions clutter;
   /// A resting pose that tips over at a smaller tilt is left out: it would not stand long on a real
   /// table (10 deg; the upright prism tips over at 6.6 deg).
   double min_tipping_rad = 10.0 * core::kDeg;

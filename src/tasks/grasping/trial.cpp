@@ -16,19 +16,23 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
                       const sim::ExecutionObserver& observer, double& arrange_s,
                       ordered_json& data) {
   core::Stopwatch watch;
-  auto arranged = ArrangeTrial(cell, spec);
+  Redraws redraws;
+  auto arranged = ArrangeTrial(cell, spec, redraws);
   arrange_s = watch.Seconds();
+  data["redraws"] = Total(redraws);
+  for (const auto& [reason, count] : redraws) data["redraw_reasons"][core::Word(reason)] = count;
   if (!arranged) {
     Attempt none;
     none.stage = "arrange";
-    none.detail = "no arrangement came to rest in view";
+    none.detail = "no arrangement: " + Text(redraws);
     return none;
   }
   core::Rng friction = StageStream(spec.seed, "friction");
   arranged->world.DrawFriction(friction);
+  data["scene_objects"] = arranged->world.objects();
+  data["touching"] = arranged->touching;
   data["pose_class"] = arranged->pose_class;
   data["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
-  data["redraws"] = arranged->redraws;
   AttemptOptions options;
   options.seed = spec.seed;
   options.target = arranged->target;
@@ -50,8 +54,13 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
 }
 
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec) {
+  Redraws redraws;
+  return ArrangeTrial(cell, spec, redraws);
+}
+
+std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws) {
   core::Rng rng = StageStream(spec.seed, "arrange");
-  return cell.arranger->Arrange(spec.object, rng);
+  return cell.arranger->Arrange(spec.object, rng, redraws);
 }
 
 Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec) {
@@ -61,7 +70,9 @@ Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& sp
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detector,
                             const sim::ExecutionObserver& observer) {
   core::Stopwatch whole;
-  ordered_json data = {{"pose_class", ""}, {"friction", nullptr}, {"redraws", 0}};
+  ordered_json data = {{"pose_class", ""},   {"friction", nullptr},
+                       {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
+                       {"scene_objects", 0}, {"touching", 0}};
   double arrange_s = 0.0;
   Attempt attempt;
   try {

@@ -22,6 +22,7 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
 
 /// Stages 1 and 2 of a trial, as RunTrial goes through them.
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec);
+std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws);
 Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec);
 
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "core/rng.h"
+#include "robot/robot.h"
+#include "sensing/line_scanner_options.h"
+#include "sim/world.h"
+
+namespace rangegrasp::tasks::grasping::internal {
+
+/// Uniform over all rotations (Shoemake 1992).
+Eigen::Quaterniond RandomRotation(core::Rng& rng);
+
+/// Uniform over a disc round the middle of the workspace, in W.
+Eigen::Vector3d PlaceInDisc(const core::Pose& X_WWorkspace, double radius_m, core::Rng& rng);
+
+/// Whether all vertices of the visual surfaces of all objects lie in the scanner's field of view.
+bool InView(const sim::World& world, const core::Pose& X_WS,
+            const sensing::LineScannerOptions& scanner);
+
+}  // namespace rangegrasp::tasks::grasping::internal

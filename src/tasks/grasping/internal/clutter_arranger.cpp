@@ -1,0 +1,274 @@
+#include "tasks/grasping/internal/clutter_arranger.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "sim/resting_poses.h"
+#include "tasks/grasping/internal/arranging.h"
+
+namespace rangegrasp::tasks::grasping::internal {
+namespace {
+
+// Rotations that are tried for an object that must fit between the box's walls.
+constexpr int kMaxTurns = 50;
+
+// In random order; std::shuffle differs between libraries.
+template <typename T>
+void Shuffle(std::vector<T>& items, core::Rng& rng) {
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
+}
+
+// Of one arrangement while it is made.
+class Heap {
+ public:
+  Heap(const Options& options, const robot::Robot& robot,
+       const sensing::LineScannerOptions& scanner, sim::World& world)
+      : options_(options),
+        clutter_(options.clutter),
+        robot_(robot),
+        scanner_(scanner),
+        world_(world),
+        container_(world.container()) {}
+
+  // Everything but the target (object 0), one after the other. @return what is wrong with it.
+  std::optional<Redraw> DropOthers(core::Rng& rng) {
+    for (int object = 0; object < world_.objects(); ++object) world_.ParkObject(object);
+    world_.SetArm(robot_.home);
+    center_W_ = PlaceInDisc(robot_.X_WWorkspace, CenterRadius(), rng);
+    std::vector<int> order;
+    for (int object = 1; object < world_.objects(); ++object) order.push_back(object);
+    Shuffle(order, rng);
+    for (const int object : order) {
+      if (!LetGo(object, rng)) return Redraw::kDoesNotFit;
+      if (const auto wrong = StepFor(clutter_.interval_s)) return wrong;
+    }
+    if (!Settle()) return Redraw::kNotAtRest;
+    return Lost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
+  }
+
+  // The target onto what lies there. @return what is wrong with the arrangement.
+  std::optional<Redraw> DropTarget(core::Rng& rng) {
+    if (!LetGo(kTarget, rng)) return Redraw::kDoesNotFit;
+    if (!Settle()) return Lost() ? Redraw::kLeftTable : Redraw::kNotAtRest;
+    if (Lost()) return Redraw::kLeftTable;
+    if (!Highest()) return Redraw::kNotHighest;
+    if (options_.arranger == ArrangerKind::kTouching && Touching() < clutter_.min_touching) {
+      return Redraw::kTouchesFew;
+    }
+    if (!InReach()) return Redraw::kOutOfReach;
+    if (Overlaps()) return Redraw::kOverlaps;
+    if (!InView(world_, robot_.X_WScanner, scanner_)) return Redraw::kOutOfView;
+    return std::nullopt;
+  }
+
+  // How many others the target touches.
+  int Touching() const {
+    int touching = 0;
+    for (int other = 1; other < world_.objects(); ++other) {
+      // Strictly: what is further apart has the limit for its distance.
+      if (world_.ObjectDistance(kTarget, other, clutter_.touch_m) < clutter_.touch_m) ++touching;
+    }
+    return touching;
+  }
+
+  static constexpr int kTarget = 0;
+
+ private:
+  // The bag and the box stand in the middle, a few objects anywhere that leaves them in reach.
+  double CenterRadius() const {
+    if (options_.arranger != ArrangerKind::kTouching) return 0.0;
+    return std::max(0.0, robot_.workspace_radius_m - clutter_.touching_radius_m);
+  }
+
+  // Turned at random, at rest, above what lies below. False if it does not fit into the box.
+  bool LetGo(int object, core::Rng& rng) {
+    for (int turn = 0; turn < kMaxTurns; ++turn) {
+      const Eigen::Matrix3d R_WO = RandomRotation(rng).toRotationMatrix();
+      world_.PlaceObject(object, core::MakePose(R_WO, robot_.X_WWorkspace.translation()));
+      const Eigen::AlignedBox3d bounds = world_.ObjectBounds(object);
+      const auto middle_W = MiddleFor(bounds.sizes(), rng);
+      if (!middle_W) continue;
+      Eigen::Vector3d shift = *middle_W - bounds.center();
+      shift.z() = 0.0;
+      const Eigen::AlignedBox3d there = bounds.translated(shift);
+      shift.z() = TopBelow(object, there) + clutter_.drop_height_m - there.min().z();
+      world_.PlaceObject(object,
+                         core::MakePose(R_WO, robot_.X_WWorkspace.translation() + shift));
+      return true;
+    }
+    world_.ParkObject(object);
+    return false;
+  }
+
+  // Where the middle of something of this size is let go; nullopt if it does not fit.
+  std::optional<Eigen::Vector3d> MiddleFor(const Eigen::Vector3d& size, core::Rng& rng) const {
+    if (!container_) {
+      const double radius = options_.arranger == ArrangerKind::kTouching
+                                ? clutter_.touching_radius_m
+                                : clutter_.mouth_radius_m;
+      const core::Pose X_WC = core::MakePose(robot_.X_WWorkspace.linear(), center_W_);
+      return PlaceInDisc(X_WC, radius, rng);
+    }
+    // The box stands square to W in all scenes so far; where it does not, less of it is used.
+    const Eigen::Vector2d room = container_->half_m.head<2>() - 0.5 * size.head<2>();
+    if (room.minCoeff() < 0.0) return std::nullopt;
+    const double x = rng.Uniform(-room.x(), room.x());
+    const double y = rng.Uniform(-room.y(), room.y());
+    return container_->X_WI * Eigen::Vector3d(x, y, 0.0);
+  }
+
+  // The highest place of what lies below something with these bounds.
+  double TopBelow(int object, const Eigen::AlignedBox3d& bounds) const {
+    double top = robot_.X_WWorkspace.translation().z();
+    if (container_) top = container_->X_WI.translation().z() - container_->half_m.z();
+    for (int other = 0; other < world_.objects(); ++other) {
+      if (other == object || world_.parked(other)) continue;
+      const Eigen::AlignedBox3d other_bounds = world_.ObjectBounds(other);
+      const bool below =
+          (other_bounds.min().head<2>().array() <= bounds.max().head<2>().array()).all() &&
+          (other_bounds.max().head<2>().array() >= bounds.min().head<2>().array()).all();
+      if (below) top = std::max(top, other_bounds.max().z());
+    }
+    return top;
+  }
+
+  std::optional<Redraw> StepFor(double time_s) {
+    const double end_s = world_.time_s() + time_s;
+    while (world_.time_s() < end_s) world_.Step();
+    return std::nullopt;
+  }
+
+  // Twice: what only halts moves again.
+  bool Settle() {
+    return world_.Settle(clutter_.settle_limit_s, clutter_.rest_speed_m_s, clutter_.rest_time_s);
+  }
+
+  bool Lost() const {
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (world_.parked(object)) continue;
+      const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
+      if (container_) {
+        const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
+        if ((center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any()) {
+          return true;
+        }
+      } else if (!OverWorkspace(center_W, robot_.workspace_radius_m + options_.workspace_margin_m)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool OverWorkspace(const Eigen::Vector3d& p_W, double radius_m) const {
+    const Eigen::Vector3d p_P = robot_.X_WWorkspace.inverse() * p_W;
+    return p_P.head<2>().norm() <= radius_m && p_P.z() > 0.0;
+  }
+
+  bool Highest() const {
+    const double top = world_.ObjectTop(kTarget);
+    for (int other = 1; other < world_.objects(); ++other) {
+      if (world_.ObjectTop(other) >= top) return false;
+    }
+    return true;
+  }
+
+  // A box is where it stands, whatever part of it the arm reaches.
+  bool InReach() const {
+    return container_ ||
+           OverWorkspace(world_.ObjectCenterOfMass(kTarget), robot_.workspace_radius_m);
+  }
+
+  bool Overlaps() const {
+    for (int a = 0; a < world_.objects(); ++a) {
+      if (world_.SceneDistance(a, 0.0) < -clutter_.max_penetration_m) return true;
+      for (int b = a + 1; b < world_.objects(); ++b) {
+        if (world_.ObjectDistance(a, b, 0.0) < -clutter_.max_penetration_m) return true;
+      }
+    }
+    return false;
+  }
+
+  const Options& options_;
+  const ClutterOptions& clutter_;
+  const robot::Robot& robot_;
+  const sensing::LineScannerOptions& scanner_;
+  sim::World& world_;
+  std::optional<sim::Container> container_;
+  Eigen::Vector3d center_W_ = Eigen::Vector3d::Zero();
+};
+
+class ClutterArranger : public Arranger {
+ public:
+  ClutterArranger(const Options& options, const robot::Robot& robot,
+                  const sensing::LineScannerOptions& scanner)
+      : options_(options), robot_(robot), scanner_(scanner) {
+    for (const std::string& object : options.objects) {
+      resting_poses_[object] =
+          sim::StableRestingPoses(ObjectModelOf(options, object), options.min_tipping_rad);
+    }
+  }
+
+  std::optional<Arrangement> Arrange(const std::string& target, core::Rng& rng,
+                                     Redraws& redraws) const override {
+    std::vector<sim::ObjectModel> models = {ObjectModelOf(options_, target)};
+    for (const std::string& other : OthersOf(target, rng)) {
+      models.push_back(ObjectModelOf(options_, other));
+    }
+    Arrangement trial{sim::World(options_.scene, models, options_.physics)};
+    Heap heap(options_, robot_, scanner_, trial.world);
+    for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
+      if (const auto wrong = heap.DropOthers(rng)) {
+        ++redraws[*wrong];
+        continue;
+      }
+      const auto others = trial.world.Save();
+      for (int drop = 0; drop < options_.clutter.target_drops; ++drop) {
+        if (drop > 0) trial.world.Restore(*others);
+        if (const auto wrong = heap.DropTarget(rng)) {
+          ++redraws[*wrong];
+          continue;
+        }
+        const auto rest = sim::FaceAtRest(resting_poses_.at(target),
+                                          trial.world.ObjectPose(Heap::kTarget).linear());
+        trial.pose_class = rest ? rest->pose->label : "leaning";
+        trial.touching = heap.Touching();
+        return trial;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::vector<std::string> OthersOf(const std::string& target, core::Rng& rng) const {
+    std::vector<std::string> others;
+    for (const std::string& object : options_.objects) {
+      if (object != target) others.push_back(object);
+    }
+    if (options_.arranger != ArrangerKind::kTouching) return others;
+    const ClutterOptions& clutter = options_.clutter;
+    const auto range = static_cast<std::size_t>(clutter.max_others - clutter.min_others + 1);
+    const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);
+    Shuffle(others, rng);
+    others.resize(std::min(count, others.size()));
+    return others;
+  }
+
+  const Options& options_;
+  const robot::Robot& robot_;
+  const sensing::LineScannerOptions& scanner_;
+  std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
+};
+
+}  // namespace
+
+std::unique_ptr<Arranger> MakeClutterArranger(const Options& options, const robot::Robot& robot,
+                                              const sensing::LineScannerOptions& scanner) {
+  return std::make_unique<ClutterArranger>(options, robot, scanner);
+}
+
+}  // namespace rangegrasp::tasks::grasping::internal
