@@ -79,8 +79,11 @@ class Run {
     last_ = attempt.detected.detection;
     result_.perceived = last_.objects.size();
     // Of an object that is not there nothing can be measured: truth ends the run.
-    if (!last_.objects.empty() && !attempt.target) return Stop::kEmpty;
-    if (last_.objects.empty() || !attempt.detected.eligible) return NothingToTake();
+    const bool empty = !last_.objects.empty() && !attempt.target;
+    if (empty || last_.objects.empty() || !attempt.detected.eligible) {
+      result_.steps.push_back(std::move(step));
+      return empty ? Stop::kEmpty : NothingToTake();
+    }
     step.try_number = tried_.TriesAt(FirstSamples(attempt)) + 1;
     if (attempt.log) {
       AfterGrasp(step);

@@ -65,9 +65,11 @@ class ClearingExperiment : public experiment::Task {
     const auto params = nlohmann::json::parse(which.params);
     const grasping::TrialSpec spec{params.at("object"), params.at("index"), which.seed};
     core::Stopwatch watch;
-    auto arranged = grasping::ArrangeTrial(cell_, spec);
+    grasping::Redraws redraws;
+    auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
     if (!arranged) {
-      return {experiment::kCrashed, "arrange", "no arrangement came to rest in view", "{}", {}};
+      return {
+          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
     }
     core::Rng friction = grasping::StageStream(which.seed, "friction");
     arranged->world.DrawFriction(friction);
