@@ -41,6 +41,7 @@ struct World::Impl {
   internal::DataPtr data;
   std::vector<ObjectEntry> objects;
   PhysicsOptions physics;
+  int noslip_iterations = 0;  // of the scene
   std::vector<FrictionPair> glove_on_object;
   FrictionPair glove_on_scene;
   std::vector<int> arm_joints;
@@ -140,6 +141,7 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->model = std::move(built.model);
   impl_->objects = std::move(built.objects);
   impl_->physics = options;
+  impl_->noslip_iterations = impl_->model->opt.noslip_iterations;
   mjData* data = nullptr;
   internal::CallEngine(&impl_->warnings, [&] { data = mj_makeData(impl_->model.get()); });
   if (!data) throw core::RunError("MuJoCo has no memory for the scene's data");
@@ -342,6 +344,10 @@ bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
     if (time_s() - rest_since >= rest_time_s) return true;
   }
   return false;
+}
+
+void World::AllowCreep(bool allow) {
+  model()->opt.noslip_iterations = allow ? 0 : impl_->noslip_iterations;
 }
 
 std::vector<VisualMesh> World::VisualMeshes() const {

@@ -109,6 +109,11 @@ class World {
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
 
+  /// Leaves out the engine's iterations against creep (noslip), or takes them up again as the scene
+  /// has them. They hold things in a hand, and are four fifths of the time in which twelve objects
+  /// fall; what falls meanwhile obeys the same friction, and comes to rest under the scene's own.
+  void AllowCreep(bool allow);
+
   /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out), a
   /// container with its own.
   std::vector<VisualMesh> VisualMeshes() const;

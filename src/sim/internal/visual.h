@@ -29,8 +29,8 @@ int ContainerBody(const mjModel* model);
 /// of the blue laminate.
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data);
 /// Visible geoms of everything that is no object (no tree with a free joint), without the
-/// container and the body that holds the site "scanner". Surface: custom numerics "scene_albedo" and "scene_gloss", else that
-/// of the blue laminate.
+/// container and the body that holds the site "scanner". Surface: custom numerics "scene_albedo"
+/// and "scene_gloss", else that of the blue laminate.
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
 
 }  // namespace rangegrasp::sim::internal

@@ -17,16 +17,16 @@ namespace rangegrasp::tasks::grasping {
 
 /// Why an arrangement is drawn again.
 enum class Redraw {
-  kNotAtRest,    ///< something still moves at the time limit, or moves again
-  kOtherPose,    ///< single: the target rests in another pose than the one drawn
-  kOutOfView,    ///< something is not in the scanner's view
-  kOutOfReach,   ///< the target lies outside the workspace
-  kLeftTable,    ///< something fell off the table, or out of the box
+  kNotAtRest,   ///< something still moves at the time limit, or moves again
+  kOtherPose,   ///< single: the target rests in another pose than the one drawn
+  kOutOfView,   ///< something is not in the scanner's view
+  kOutOfReach,  ///< the target lies outside the workspace
+  kLeftTable,   ///< something fell off the table, or out of the box
   kTouchesArm,
-  kOverlaps,     ///< two things are inside each other
-  kNotHighest,   ///< another object is higher than the target
-  kTouchesFew,   ///< the target touches fewer others than it should
-  kDoesNotFit,   ///< something is larger than the box
+  kOverlaps,    ///< two things are inside each other
+  kNotHighest,  ///< another object is higher than the target
+  kTouchesFew,  ///< the target touches fewer others than it should
+  kDoesNotFit,  ///< something is larger than the box
 };
 constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
   return {"not_at_rest", "other_pose", "out_of_view", "out_of_reach", "left_table",
@@ -42,9 +42,9 @@ std::string Text(const Redraws& redraws);  ///< "not_at_rest x2, out_of_view x1"
 /// A settled world with the target in it.
 struct Arrangement {
   sim::World world;
-  int target = 0;          ///< in `world`; the others follow
+  int target = 0;            ///< in `world`; the others follow
   std::string pose_class{};  ///< of the target's resting pose; "leaning" where it is none of those
-  int touching = 0;        ///< objects that the target touches
+  int touching = 0;          ///< objects that the target touches
 };
 
 /// Stage 1: lays objects out.

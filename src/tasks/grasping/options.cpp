@@ -48,6 +48,8 @@ void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.ReadScaled("mouth_radius_mm", options.mouth_radius_m, kMm, 0.0, 300.0,
                  "pile: radius of the bag's mouth");
   map.Read("interval_s", options.interval_s, 0.01, 5.0, "from one object to the next");
+  map.Read("max_put_back", options.max_put_back, 0, 1000,
+           "objects that roll off their place are put back, so often at most in one heap");
   map.Read("target_drops", options.target_drops, 1, 100,
            "the target is dropped so often at most onto the same heap");
   map.Read("max_draws", options.max_draws, 1, 1000,

@@ -54,6 +54,8 @@ struct ClutterOptions {
   double mouth_radius_m = 0.08;
   /// From one object to the next that leaves the bag: the first has left its place by then.
   double interval_s = 0.15;
+  /// What rolls off its place is put back on top, so often at most in one heap.
+  int max_put_back = 12;
   /// The target is dropped last, so often at most onto one heap; then all is drawn again.
   int target_drops = 6;
   int max_draws = 30;

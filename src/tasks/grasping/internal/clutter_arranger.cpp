@@ -43,19 +43,17 @@ class Heap {
     std::vector<int> order;
     for (int object = 1; object < world_.objects(); ++object) order.push_back(object);
     Shuffle(order, rng);
-    for (const int object : order) {
-      if (!LetGo(object, rng)) return Redraw::kDoesNotFit;
-      if (const auto wrong = StepFor(clutter_.interval_s)) return wrong;
-    }
-    if (!Settle()) return Redraw::kNotAtRest;
-    return Lost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
+    world_.AllowCreep(true);
+    return DropAll(std::move(order), rng);
   }
 
   // The target onto what lies there. @return what is wrong with the arrangement.
   std::optional<Redraw> DropTarget(core::Rng& rng) {
+    world_.AllowCreep(true);
     if (!LetGo(kTarget, rng)) return Redraw::kDoesNotFit;
-    if (!Settle()) return Lost() ? Redraw::kLeftTable : Redraw::kNotAtRest;
-    if (Lost()) return Redraw::kLeftTable;
+    if (const auto wrong = Settle()) return wrong;
+    world_.AllowCreep(false);
+    if (const auto wrong = Settle()) return wrong;
     if (!Highest()) return Redraw::kNotHighest;
     if (options_.arranger == ArrangerKind::kTouching && Touching() < clutter_.min_touching) {
       return Redraw::kTouchesFew;
@@ -97,8 +95,7 @@ class Heap {
       shift.z() = 0.0;
       const Eigen::AlignedBox3d there = bounds.translated(shift);
       shift.z() = TopBelow(object, there) + clutter_.drop_height_m - there.min().z();
-      world_.PlaceObject(object,
-                         core::MakePose(R_WO, robot_.X_WWorkspace.translation() + shift));
+      world_.PlaceObject(object, core::MakePose(R_WO, robot_.X_WWorkspace.translation() + shift));
       return true;
     }
     world_.ParkObject(object);
@@ -137,31 +134,57 @@ class Heap {
     return top;
   }
 
-  std::optional<Redraw> StepFor(double time_s) {
-    const double end_s = world_.time_s() + time_s;
-    while (world_.time_s() < end_s) world_.Step();
+  // What rolls away is put back onto the rest.
+  std::optional<Redraw> DropAll(std::vector<int> queue, core::Rng& rng) {
+    const std::size_t max_drops = static_cast<std::size_t>(clutter_.max_put_back) + queue.size();
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      if (next >= max_drops) return Redraw::kLeftTable;
+      if (!LetGo(queue[next], rng)) return Redraw::kDoesNotFit;
+      const double end_s = world_.time_s() + clutter_.interval_s;
+      while (world_.time_s() < end_s) world_.Step();
+      TakeAway(queue);
+      if (next + 1 < queue.size()) continue;
+      if (Settle() == Redraw::kNotAtRest) return Redraw::kNotAtRest;
+      TakeAway(queue);
+    }
     return std::nullopt;
   }
 
-  // Twice: what only halts moves again.
-  bool Settle() {
-    return world_.Settle(clutter_.settle_limit_s, clutter_.rest_speed_m_s, clutter_.rest_time_s);
+  // Parks what has left its place and appends it to the queue.
+  void TakeAway(std::vector<int>& queue) {
+    for (int object = 1; object < world_.objects(); ++object) {
+      if (world_.parked(object) || !Lost(object)) continue;
+      world_.ParkObject(object);
+      queue.push_back(object);
+    }
   }
 
-  bool Lost() const {
+  // Until all is at rest or something has left its place.
+  std::optional<Redraw> Settle() {
+    const double end_s = world_.time_s() + clutter_.settle_limit_s;
+    while (world_.time_s() < end_s) {
+      const bool rests =
+          world_.Settle(2.0 * clutter_.rest_time_s, clutter_.rest_speed_m_s, clutter_.rest_time_s);
+      if (AnyLost()) return Redraw::kLeftTable;
+      if (rests) return std::nullopt;
+    }
+    return Redraw::kNotAtRest;
+  }
+
+  bool AnyLost() const {
     for (int object = 0; object < world_.objects(); ++object) {
-      if (world_.parked(object)) continue;
-      const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
-      if (container_) {
-        const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
-        if ((center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any()) {
-          return true;
-        }
-      } else if (!OverWorkspace(center_W, robot_.workspace_radius_m + options_.workspace_margin_m)) {
-        return true;
-      }
+      if (!world_.parked(object) && Lost(object)) return true;
     }
     return false;
+  }
+
+  bool Lost(int object) const {
+    const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
+    if (!container_) {
+      return !OverWorkspace(center_W, robot_.workspace_radius_m + options_.workspace_margin_m);
+    }
+    const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
+    return (center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any();
   }
 
   bool OverWorkspace(const Eigen::Vector3d& p_W, double radius_m) const {

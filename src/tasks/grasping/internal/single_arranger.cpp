@@ -82,9 +82,9 @@ class SingleArranger : public Arranger {
   }
 
   // At a random place and yaw. @return nullopt if it rests there on that face and in view.
-  std::optional<Redraw> PutDown(const sim::RestingFace& face, core::Rng& rng, Arrangement& trial) const {
-    const Eigen::Vector3d place =
-        PlaceInDisc(robot_.X_WWorkspace, robot_.workspace_radius_m, rng);
+  std::optional<Redraw> PutDown(const sim::RestingFace& face, core::Rng& rng,
+                                Arrangement& trial) const {
+    const Eigen::Vector3d place = PlaceInDisc(robot_.X_WWorkspace, robot_.workspace_radius_m, rng);
     const double yaw = rng.Uniform(0.0, 2.0 * core::kPi);
     core::Pose X_WO = core::MakePose(
         (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * face.R_WO).toRotationMatrix(),
