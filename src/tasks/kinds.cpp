@@ -6,12 +6,13 @@
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
+#include "tasks/times/times_task.h"
 
 namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
   static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
-                                   seam_task::SeamTask(), PartsTask()};
+                                   times::TimesTask(), seam_task::SeamTask(), PartsTask()};
   return kinds;
 }
 

@@ -80,7 +80,7 @@ class Run {
     result_.perceived = last_.objects.size();
     // Of an object that is not there nothing can be measured: truth ends the run.
     const bool empty = !last_.objects.empty() && !attempt.target;
-    if (empty || last_.objects.empty() || !attempt.detected.eligible) {
+    if (empty || last_.objects.empty() || !attempt.detected.has_turn) {
       result_.steps.push_back(std::move(step));
       return empty ? Stop::kEmpty : NothingToTake();
     }
@@ -114,7 +114,7 @@ class Run {
                                     static_cast<std::uint64_t>(result_.steps.size()));
     attempt.sensed = &*sensed_;
     attempt.detector = observer_.detector;
-    attempt.eligible = [this](const Samples& samples) { return tried_.MayBeTaken(samples); };
+    attempt.turn = [this](const Samples& samples) { return tried_.TurnOf(samples); };
     attempt.prefer = [this](grasp::Detection& detection) { tried_.PutFailedLast(detection); };
     attempt.observer = observer_.execution;
     return grasping::RunAttempt(cell_, world_, attempt);

@@ -14,6 +14,8 @@ void ReadClearingKeys(core::YamlMap& map, ClearingOptions& o) {
       "rescan", o.rescan,
       "a new scan after each grasp, or only after a failed one: what was taken is left out of "
       "the last scan");
+  keys.Read("retry", o.retry,
+            "a failed object is tried again at once, or after those with fewer failed tries");
   keys.Read("tries_per_object", o.tries_per_object, 1, 20,
             "failed grasps at one object before it is passed over");
   keys.Read("max_grasps", o.max_grasps, 0, 10000,

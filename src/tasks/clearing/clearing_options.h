@@ -16,10 +16,18 @@ enum class Rescan {
 };
 constexpr std::array<std::string_view, 2> WordsOf(Rescan) { return {"each", "after_failure"}; }
 
+/// When a failed object is tried again.
+enum class Retry {
+  kAtOnce,
+  kAfterOthers,  ///< those with fewer failed tries first: what was in the way may be gone by then
+};
+constexpr std::array<std::string_view, 2> WordsOf(Retry) { return {"at_once", "after_others"}; }
+
 /// How a program that does not know the truth goes on after a grasp.
 struct ClearingOptions {
   int runs = 100;
   Rescan rescan = Rescan::kEach;
+  Retry retry = Retry::kAfterOthers;
   int tries_per_object = 3;  ///< failed grasps at one object, then it is passed over
   /// Of the whole run; 0: tries_per_object for each object of the experiment.
   int max_grasps = 0;

@@ -91,7 +91,11 @@ ClearedCase ReadCase(const experiment::Record& record) {
   read.outcome = record.result.outcome;
   for (const auto& [stage, seconds] : record.result.seconds) read.seconds[stage] += seconds;
   const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
-  if (!data.is_object() || !data.contains("per_object")) return read;
+  if (!data.is_object() || !data.contains("per_object")) {
+    read.objects = nlohmann::json::parse(record.which.params).value("objects", 0);
+    return read;
+  }
+  read.recorded = true;
   read.objects = data.at("objects");
   read.delivered = data.at("delivered");
   read.brought = data.at("brought");

@@ -21,6 +21,7 @@ experiment::Result ResultOf(const Clearing& clearing, const std::string& target)
 /// What the tables need of a stored run.
 struct ClearedCase {
   std::string group, outcome;
+  bool recorded = false;  ///< not of one that crashed or timed out
   int objects = 0, delivered = 0, brought = 0, grasps = 0, scans = 0, attempts = 0;
   double robot_s = 0.0;  ///< simulated, with the ways home
   std::map<std::string, double> seconds;
@@ -28,7 +29,7 @@ struct ClearedCase {
   std::map<std::string, int> grasp_outcomes;
   int felt_wrong = 0;  ///< grasps in which the hand's feeling and the target's delivery disagree
 };
-/// Cases without data (crashed, timed out) have 0 objects.
+/// Of a case without data (crashed, timed out) no object was delivered.
 ClearedCase ReadCase(const experiment::Record& record);
 
 }  // namespace rangegrasp::tasks::clearing

@@ -45,11 +45,12 @@ void Add(const experiment::Record& record, Category& category) {
   ++category.runs;
   ++category.outcomes[one.outcome];
   category.records.push_back(record);
-  if (one.objects == 0) {
+  category.objects += one.objects;
+  if (!one.recorded) {
     ++category.failed;
+    if (one.objects > 0) category.clusters.push_back({0, one.objects});
     return;
   }
-  category.objects += one.objects;
   category.delivered += one.delivered;
   category.brought += one.brought;
   category.grasps += one.grasps;
@@ -182,7 +183,7 @@ ordered_json JsonOf(const Category& c) {
     const auto [low, high] = experiment::ClusteredInterval(c.clusters);
     json["delivered_share"] = static_cast<double>(c.delivered) / c.objects;
     json["delivered_interval"] = {low, high};
-    json["robot_seconds_per_run"] = core::MedianOf(c.robot_s);
+    if (!c.robot_s.empty()) json["robot_seconds_per_run"] = core::MedianOf(c.robot_s);
   }
   json["by_object"] = ordered_json::array();
   for (const auto& [object, of] : c.by_object) {

@@ -32,7 +32,8 @@ class ClearingExperiment : public experiment::Task {
     std::vector<Case> cases;
     for (int i = 0; i < options_.runs; ++i) {
       const std::string& target = objects[static_cast<std::size_t>(i) % objects.size()];
-      const nlohmann::ordered_json params = {{"object", target}, {"index", i}};
+      const nlohmann::ordered_json params = {
+          {"object", target}, {"index", i}, {"objects", ObjectsOfARun()}};
       cases.push_back(
           {fmt::format("{}-{:04}", group, i), group,
            core::DeriveSeed(core::DeriveSeed(core::DeriveSeed(seed_, "clearing"), group),
@@ -61,6 +62,12 @@ class ClearingExperiment : public experiment::Task {
   }
 
  private:
+  // Of a run that leaves no record all of them count as not delivered.
+  std::size_t ObjectsOfARun() const {
+    const bool alone = cell_.options.arranger == grasping::ArrangerKind::kSingle;
+    return alone ? 1 : cell_.options.objects.size();
+  }
+
   experiment::Result RunCase(const Case& which, const ClearingObserver& observer) const {
     const auto params = nlohmann::json::parse(which.params);
     const grasping::TrialSpec spec{params.at("object"), params.at("index"), which.seed};

@@ -54,6 +54,11 @@ int TriedObjects::TriesAt(const Samples& object) const {
   return entry ? entry->tries : 0;
 }
 
+std::optional<int> TriedObjects::TurnOf(const Samples& object) const {
+  if (!MayBeTaken(object)) return std::nullopt;
+  return options_->retry == Retry::kAfterOthers ? TriesAt(object) : 0;
+}
+
 void TriedObjects::PassOver(const Samples& object, Passed why) { FindOrAdd(object).passed = why; }
 
 void TriedObjects::Failed(const Samples& object, const core::Pose& X_CH) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/frames.h"
@@ -33,6 +34,8 @@ class TriedObjects {
 
   Passed StateOf(const Samples& object) const;
   bool MayBeTaken(const Samples& object) const { return StateOf(object) == Passed::kNotYet; }
+  /// nullopt if it may not be taken; else 0, or its failed tries where others come before it.
+  std::optional<int> TurnOf(const Samples& object) const;
   int TriesAt(const Samples& object) const;
 
   /// No grasp could be executed: it is passed over until the scene changes.

@@ -125,7 +125,7 @@ class AttemptRun {
   void Detect(const geometry::Observation& observation) {
     core::Rng rng = Stream("perceive");
     const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
-    result_.detected = detector.Detect(observation, rng, options_.eligible);
+    result_.detected = detector.Detect(observation, rng, options_.turn);
     const auto& seconds = result_.detected.seconds;
     result_.seconds.insert(result_.seconds.end(), seconds.begin(), seconds.end());
     if (options_.prefer) options_.prefer(result_.detected.detection);
@@ -161,7 +161,7 @@ class AttemptRun {
 
   bool IsAnything() {
     const bool none = result_.detected.detection.objects.empty();
-    if (!none && result_.detected.eligible && result_.target) return true;
+    if (!none && result_.detected.has_turn && result_.target) return true;
     End(Outcome::kNotSegmented, none ? "nothing is perceived" : "nothing that may be taken");
     return false;
   }

@@ -53,7 +53,7 @@ struct AttemptOptions {
   std::optional<int> target;
   const Sensed* sensed = nullptr;      ///< an earlier look at the same world; null: looks itself
   const Detector* detector = nullptr;  ///< in place of the cell's; may be null
-  Eligible eligible;                   ///< which objects may be taken
+  Turn turn;                           ///< which object is taken first
   /// Puts the grasps of the first object into the order in which they are offered to the mover; may
   /// be empty.
   std::function<void(grasp::Detection&)> prefer;

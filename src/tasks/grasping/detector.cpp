@@ -23,13 +23,18 @@ std::vector<geometry::SampleId> SamplesOf(const perception::Scene& scene,
   return samples;
 }
 
-// Moves the first object that may be taken before the others. @return whether there is one.
-bool PutFirst(const Eligible& eligible, perception::Scene& scene) {
-  if (!eligible) return true;
+// Moves the object whose turn is first before the others. @return whether there is one.
+bool PutFirst(const Turn& turn, perception::Scene& scene) {
+  if (!turn) return true;
   auto& objects = scene.objects;
-  const auto first = std::find_if(objects.begin(), objects.end(), [&](const auto& object) {
-    return eligible(SamplesOf(scene, object));
-  });
+  auto first = objects.end();
+  int first_turn = 0;
+  for (auto object = objects.begin(); object != objects.end(); ++object) {
+    const auto its = turn(SamplesOf(scene, *object));
+    if (!its || (first != objects.end() && *its >= first_turn)) continue;
+    first = object;
+    first_turn = *its;
+  }
   if (first == objects.end()) return false;
   std::rotate(objects.begin(), first, first + 1);
   return true;
@@ -41,7 +46,7 @@ class DissertationDetector : public Detector {
       : options_(options), robot_(robot), observer_(std::move(observer)) {}
 
   Detected Detect(const geometry::Observation& observation, core::Rng& rng,
-                  const Eligible& eligible) const override {
+                  const Turn& turn) const override {
     Detected detected;
     core::Stopwatch watch;
     perception::Scene scene =
@@ -50,9 +55,9 @@ class DissertationDetector : public Detector {
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
     }
-    detected.eligible = PutFirst(eligible, scene);
+    detected.has_turn = PutFirst(turn, scene);
     std::vector<grasp::Grasp> grasps;
-    if (detected.eligible && !scene.objects.empty()) {
+    if (detected.has_turn && !scene.objects.empty()) {
       const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
       grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp);
     }

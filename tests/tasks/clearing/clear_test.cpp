@@ -51,8 +51,8 @@ class Changed : public grasping::Detector {
  public:
   explicit Changed(std::function<void(grasp::Detection&)> change) : change_(std::move(change)) {}
   grasping::Detected Detect(const geometry::Observation& observation, core::Rng& rng,
-                            const grasping::Eligible& eligible) const override {
-    auto detected = TestCell().detector->Detect(observation, rng, eligible);
+                            const grasping::Turn& turn) const override {
+    auto detected = TestCell().detector->Detect(observation, rng, turn);
     change_(detected.detection);
     return detected;
   }

@@ -35,6 +35,19 @@ TEST(TriedObjects, AnObjectIsPassedOverForGoodAfterItsTries) {
   EXPECT_TRUE(tried.MayBeTaken(Range(80, 100)));  // its neighbor
 }
 
+TEST(TriedObjects, WhatHasFailedComesAfterTheOthersOrAtOnce) {
+  ClearingOptions options;
+  TriedObjects tried(options);
+  tried.Failed(Range(0, 100), At(0.0));
+  options.retry = Retry::kAfterOthers;
+  EXPECT_EQ(tried.TurnOf(Range(0, 100)), 1);
+  EXPECT_EQ(tried.TurnOf(Range(200, 100)), 0);
+  options.retry = Retry::kAtOnce;
+  EXPECT_EQ(tried.TurnOf(Range(0, 100)), 0);
+  tried.PassOver(Range(0, 100), Passed::kNoGrasp);
+  EXPECT_EQ(tried.TurnOf(Range(0, 100)), std::nullopt);
+}
+
 TEST(TriedObjects, WhatHasNoGraspIsPassedOverUntilTheSceneChanges) {
   const ClearingOptions options;
   TriedObjects tried(options);
