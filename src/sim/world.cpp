@@ -290,6 +290,19 @@ void World::Restore(const SavedWorld& saved) {
   }
 }
 
+bool World::OverTable(const Eigen::Vector3d& point_W) const {
+  bool bounded = false;
+  for (int geom = 0; geom < model()->ngeom; ++geom) {
+    const mjtNum* size = model()->geom_size + 3 * geom;
+    if (model()->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model(), geom)) continue;
+    if (size[0] <= 0.0 || size[1] <= 0.0) return true;
+    const Eigen::Vector3d point_G = internal::GeomPose(data(), geom).inverse() * point_W;
+    if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
+    bounded = true;
+  }
+  return !bounded;
+}
+
 void World::SetArm(const Eigen::VectorXd& q) {
   impl_->SetArm(q);
   impl_->Refresh();

@@ -39,6 +39,16 @@ std::vector<std::string> Short(const std::string& name) {
   }
   if (name.starts_with("seam_")) return {"--trials", "4", "--set", "profiles_per_seam=40"};
   if (name == "laser_bowl") return {"--trials", "3"};
+  if (name.starts_with("clear_")) {
+    return {"--trials", "3", "--set", "objects=[spread, salt_cuboid, dextrose]"};
+  }
+  if (name == "laser_times") {
+    return {"--trials",         "2", "--set", "repeats=1", "--set", "object_points=2000", "--set",
+            "table_points=2000"};
+  }
+  if (name == "segmentation_times") {
+    return {"--objects", "mesh", "--trials", "3", "--set", "repeats=1"};
+  }
   return {"--objects", "spread,salt_cuboid", "--trials", "2"};
 }
 

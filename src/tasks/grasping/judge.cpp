@@ -1,6 +1,8 @@
 #include "tasks/grasping/judge.h"
 
 #include <algorithm>
+#include <limits>
+#include <map>
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -43,6 +45,42 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
   verdict.right_target = verdict.share_of_object > kHalf;
   verdict.segmented = verdict.share_of_target > kHalf;
   return verdict;
+}
+
+std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
+                           const sim::World& world) {
+  if (detection.objects.empty()) return std::nullopt;
+  std::map<int, int> votes;
+  Eigen::Vector3d center_W = Eigen::Vector3d::Zero();
+  const auto& samples = detection.objects.front().samples;
+  for (const auto& id : samples) {
+    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
+    center_W += sensed.observation.views[id.view].image.points_C[id.sample];
+  }
+  center_W /= std::max(1.0, static_cast<double>(samples.size()));
+  std::optional<int> best;
+  for (const auto& [object, count] : votes) {
+    if (object >= 0 && object < world.objects() && !world.parked(object) &&
+        (!best || count > votes[*best]))
+      best = object;
+  }
+  if (best) return best;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (int object = 0; object < world.objects(); ++object) {
+    if (world.parked(object)) continue;
+    const double distance_m = (world.ObjectCenterOfMass(object) - center_W).norm();
+    if (distance_m >= nearest_m) continue;
+    nearest_m = distance_m;
+    best = object;
+  }
+  return best;
+}
+
+bool IsAtDelivery(const sim::World& world, int object) {
+  if (world.parked(object)) return false;
+  const Eigen::Vector3d place_W = world.SitePose("delivery").translation();
+  const Eigen::Vector3d offset = world.ObjectCenterOfMass(object) - place_W;
+  return offset.head<2>().norm() <= kDeliveryRadius_m;
 }
 
 Outcome JudgeExecution(const sim::ExecutionLog& log) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -49,6 +50,15 @@ struct TargetTruth {
 };
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
+
+/// The object that a detection's first one mostly is: of the labels above 0 of its samples the most
+/// frequent one; of those that bear none (what was taken for an object is a part of the scene) the
+/// one in the world that is nearest to it. nullopt if the world holds no object.
+std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
+                           const sim::World& world);
+
+/// Whether an object rests at the delivery place, as Delivered asks for.
+bool IsAtDelivery(const sim::World& world, int object);
 
 /// What an execution is worth (docs/architecture.md, definitions): delivered, not_lifted, dropped,
 /// misplaced or invalid_physics.
