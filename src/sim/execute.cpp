@@ -175,26 +175,11 @@ class Execution {
     log_.touched_by_hand = touch.hand;
     // A sleeping object's contacts are not listed: at rest over the table and free of the hand, it
     // rests on the table.
-    log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z() && OverTable(center);
+    log_.on_support =
+        log_.at_rest && !touch.hand && center.z() > place.z() && world_.OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
     log_.joints_at_limits = audit_.JointsAtLimits();
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
-  }
-
-  // The engine's planes are infinite whatever their size: what left the table comes to rest on
-  // nothing.
-  bool OverTable(const Eigen::Vector3d& point_W) const {
-    const mjModel* model = world_.model();
-    bool bounded = false;
-    for (int geom = 0; geom < model->ngeom; ++geom) {
-      const mjtNum* size = model->geom_size + 3 * geom;
-      if (model->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model, geom)) continue;
-      if (size[0] <= 0.0 || size[1] <= 0.0) return true;
-      const Eigen::Vector3d point_G = internal::GeomPose(world_.data(), geom).inverse() * point_W;
-      if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
-      bounded = true;
-    }
-    return !bounded;
   }
 
   // From where the arm was stopped it follows lift and retreat by as much beside them: to join them

@@ -91,6 +91,9 @@ class World {
   double SceneDistance(int object, double limit_m) const;
   /// nullopt where the scene has none.
   std::optional<Container> container() const;
+  /// Whether a point lies over one of the scene's planes as far as they are drawn: to the engine
+  /// they are infinite, and what left the table comes to rest on nothing.
+  bool OverTable(const Eigen::Vector3d& point_W) const;
   /// Puts an object at rest into a pose.
   void PlaceObject(int object, const core::Pose& X_WO);
   void ParkObject(int object);  ///< out of sight and reach, as before it was placed

@@ -178,11 +178,15 @@ class TrialRun {
         plan.lift,       plan.carry,
         plan.lower,      plan.retreat,
         grasp.opening_m, grasp.contact_angle_rad > cell_.options.firm_from_rad};
+    const auto before_W = CentersOf(arranged.world);
     const auto log = sim::Execute(arranged.world, arranged.target, program, cell_.options.hand,
                                   cell_.options.audit, Stream(spec_, "execute"), observer_);
     Timed("execute");
     Begin("score");
     data_["log"] = JsonOf(log, grasp);
+    const auto others = JudgeOthers(before_W, arranged.world, arranged.target);
+    data_["others_moved"] = others.moved;
+    data_["others_left_table"] = others.left_table;
     End(JudgeExecution(log), log.audit.failed);
   }
 
@@ -192,14 +196,24 @@ class TrialRun {
   const sim::ExecutionObserver& observer_;
   core::Stopwatch watch_;
   experiment::Result result_;
-  ordered_json data_ = {{"pose_class", ""},   {"friction", nullptr},
-                        {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
-                        {"scene_objects", 0}, {"touching", 0},
-                        {"scan_points", 0},   {"object_points", 0},
-                        {"segments", 0},      {"objects", 0},
-                        {"candidates", 0},    {"free_candidates", 0},
-                        {"plans", 0},         {"grasp_type", ""},
-                        {"detected", false},  {"log", ordered_json::object()}};
+  ordered_json data_ = {{"pose_class", ""},
+                        {"friction", nullptr},
+                        {"redraws", 0},
+                        {"redraw_reasons", ordered_json::object()},
+                        {"scene_objects", 0},
+                        {"touching", 0},
+                        {"scan_points", 0},
+                        {"object_points", 0},
+                        {"segments", 0},
+                        {"objects", 0},
+                        {"candidates", 0},
+                        {"free_candidates", 0},
+                        {"plans", 0},
+                        {"grasp_type", ""},
+                        {"detected", false},
+                        {"others_moved", 0},
+                        {"others_left_table", 0},
+                        {"log", ordered_json::object()}};
 };
 
 }  // namespace
