@@ -104,7 +104,7 @@ struct FeatureAdditions {
   /// near rim of a container and its far wall.
   bool open_strays = true;
 };
-constexpr std::array<core::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<core::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},

@@ -179,10 +179,12 @@ class AttemptRun {
                                     grasp.opening_m,
                                     grasp.contact_angle_rad > cell_.options.firm_from_rad,
                                     options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
+    const auto before_W = CentersOf(world_);
     result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
                                cell_.options.audit, Stream("execute"), options_.observer);
     Timed("execute");
     Begin("score");
+    result_.others = JudgeOthers(before_W, world_, *result_.target);
     End(JudgeExecution(*result_.log), result_.log->audit.failed);
   }
 
@@ -235,6 +237,8 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"blind", attempt.blind},
       {"grasp_type", attempt.grasp ? std::string(core::Word(attempt.grasp->type)) : std::string()},
       {"detected", attempt.accepted},
+      {"others_moved", attempt.others.moved},
+      {"others_left_table", attempt.others.left_table},
       {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
 }
 

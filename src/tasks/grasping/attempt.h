@@ -73,6 +73,7 @@ struct Attempt {
   bool blind = false;                         ///< the motion passes through space that was not seen
   std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
   std::optional<sim::ExecutionLog> log;
+  OthersVerdict others;
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };
 

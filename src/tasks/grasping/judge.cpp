@@ -12,6 +12,8 @@ constexpr double kMinLift_m = 0.1;
 constexpr double kDeliveryRadius_m = 0.15;
 // "More than half", of the object's samples and of the target's.
 constexpr double kHalf = 0.5;
+// What has moved by less was brushed at most: a few times the scan's noise.
+constexpr double kMoved_m = 0.005;
 
 // The target's samples that lie clear of the table.
 std::ptrdiff_t VisibleSamples(const Sensed& sensed, const TargetTruth& target) {
@@ -90,6 +92,27 @@ Outcome JudgeExecution(const sim::ExecutionLog& log) {
   const bool in_place = log.final_distance_m <= kDeliveryRadius_m && log.at_rest &&
                         !log.touched_by_hand && log.on_support;
   return in_place ? Outcome::kDelivered : Outcome::kMisplaced;
+}
+
+std::vector<Eigen::Vector3d> CentersOf(const sim::World& world) {
+  std::vector<Eigen::Vector3d> centers_W;
+  for (int object = 0; object < world.objects(); ++object) {
+    centers_W.push_back(world.ObjectCenterOfMass(object));
+  }
+  return centers_W;
+}
+
+OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const sim::World& world,
+                          int target) {
+  OthersVerdict verdict;
+  for (int object = 0; object < world.objects(); ++object) {
+    if (object == target || world.parked(object)) continue;
+    const Eigen::Vector3d center_W = world.ObjectCenterOfMass(object);
+    const double way_m = (center_W - before_W.at(static_cast<std::size_t>(object))).norm();
+    verdict.moved += way_m > kMoved_m ? 1 : 0;
+    verdict.left_table += world.OverTable(center_W) ? 0 : 1;
+  }
+  return verdict;
 }
 
 }  // namespace rangegrasp::tasks::grasping

@@ -9,6 +9,7 @@
 #include "geometry/plane.h"
 #include "grasp/detection.h"
 #include "sim/execute.h"
+#include "sim/world.h"
 #include "tasks/grasping/sensor.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -63,5 +64,15 @@ bool IsAtDelivery(const sim::World& world, int object);
 /// What an execution is worth (docs/architecture.md, definitions): delivered, not_lifted, dropped,
 /// misplaced or invalid_physics.
 Outcome JudgeExecution(const sim::ExecutionLog& log);
+
+/// What became of the objects beside the target.
+struct OthersVerdict {
+  int moved = 0;       ///< further than 5 mm, from before the grasp to its end
+  int left_table = 0;  ///< no longer over the table
+};
+/// Centers of mass of all objects, which JudgeOthers compares with later ones.
+std::vector<Eigen::Vector3d> CentersOf(const sim::World& world);
+OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const sim::World& world,
+                          int target);
 
 }  // namespace rangegrasp::tasks::grasping

@@ -27,8 +27,10 @@ Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& sp
 
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
-/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, blind,
-/// grasp_type, detected, log (what the simulation measured, with the audit).
+/// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
+/// others_moved (by more than 5 mm), others_left_table, scan_points, object_points, segments,
+/// objects, candidates, free_candidates, plans, blind, grasp_type, detected, log (what the simulation
+/// measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
