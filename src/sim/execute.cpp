@@ -97,9 +97,25 @@ class Execution {
     }
     Wait(kClosedHold_s);
     Moment("closed");
+    if (ByAperture()) LookWhatIsHeld();
     closed_pose_ = PoseInHand(world_, hand_, target_);
     center_before_ = world_.ObjectCenterOfMass(target_);
     holding_ = true;
+  }
+
+  // What the hand took may be another thing than what it was sent for; figures are of what it
+  // holds.
+  void LookWhatIsHeld() {
+    double hardest_N = 0.0;
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (world_.parked(object)) continue;
+      const double pressure_N =
+          internal::PressureOn(world_.model(), world_.data(), hand_, world_.object_body(object));
+      if (pressure_N <= hardest_N) continue;
+      hardest_N = pressure_N;
+      target_ = object;
+    }
+    audit_.SetTarget(target_);
   }
 
   void Lift() {
@@ -181,6 +197,7 @@ class Execution {
   }
 
   void Finish() {
+    log_.target = target_;
     const Eigen::Vector3d center = world_.ObjectCenterOfMass(target_);
     const Eigen::Vector3d place = world_.SitePose("delivery").translation();
     const internal::Touch touch = TouchNow();
@@ -275,7 +292,7 @@ class Execution {
   double Period() const { return world_.physics().timestep_s; }
 
   World& world_;
-  const int target_;
+  int target_;
   const GraspProgram& program_;
   const AuditBounds& bounds_;
   const ExecutionObserver& observer_;

@@ -97,6 +97,7 @@ struct ApertureLog {
 /// What happened, as truth sees it. What describes a hold is of the moment when the hold ended: the
 /// loss of the target, the end of the lift where it was not lifted, the end of the carry.
 struct ExecutionLog {
+  int target = 0;                 ///< the object that all this is of
   double lift_height_m = 0.0;     ///< the target's rise at the end of the lift
   bool held_after_lift = false;   ///< touched by the hand alone
   bool held_after_carry = false;  ///< still so above the delivery place
@@ -134,9 +135,11 @@ struct ExecutionObserver {
 /// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
 /// that something is in the way; then the world steps until the target rests (3 s
 /// at most). It ends early where the target is not held after the lift, or is lost on the way: the
-/// outcome is decided. A program that ends by the aperture goes on until the hand's joints tell
-/// that it holds nothing, whatever it holds, and leaves the hand open. The arm should stand at the
-/// first sample of `reach`. Everything depends on the world's state and the arguments alone.
+/// outcome is decided. A program that ends by the aperture is about
+/// what the hand presses hardest when it has closed (the given target if nothing), goes on until
+/// the hand's joints tell that it holds nothing, whatever it holds, and leaves the hand open. The
+/// arm should stand at the first sample of `reach`. Everything depends on the world's state and the
+/// arguments alone.
 /// @param rng  of the slip sensors' noise
 /// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.

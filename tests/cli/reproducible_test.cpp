@@ -40,7 +40,10 @@ std::vector<std::string> Short(const std::string& name) {
   if (name.starts_with("seam_")) return {"--trials", "4", "--set", "profiles_per_seam=40"};
   if (name == "laser_bowl") return {"--trials", "3"};
   if (name.starts_with("clear_")) {
-    return {"--trials", "3", "--set", "objects=[spread, salt_cuboid, dextrose]"};
+    return {"--trials", "3",
+            "--set",    "objects=[spread, salt_cuboid, dextrose]",
+            "--set",    "clearing.max_grasps=3",
+            "--set",    "clearing.idle_scans=0"};
   }
   if (name == "laser_times") {
     return {"--trials",         "2", "--set", "repeats=1", "--set", "object_points=2000", "--set",

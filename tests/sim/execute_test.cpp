@@ -234,8 +234,8 @@ TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
   EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, core::Rng(1))));
 }
 
-// Another object than the meant one is carried on: the hand feels that it holds something.
-TEST(Aperture, DoesNotKnowWhatItHolds) {
+// Another object than the meant one is carried on, and what is told is of that one.
+TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
   const ObjectModel box = testing::RepositoryObject("dextrose");
   const ObjectModel other = testing::RepositoryObject("salt_cylinder");
   World world(testing::Tabletop(), {box, other}, {});
@@ -252,7 +252,9 @@ TEST(Aperture, DoesNotKnowWhatItHolds) {
   program->ends_by = EndsBy::kAperture;
   const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, core::Rng(1));
   EXPECT_TRUE(log.aperture.holds_after_carry);
-  EXPECT_FALSE(log.held_after_lift);  // truth, of the target
+  EXPECT_EQ(log.target, 0);
+  EXPECT_TRUE(Delivered(log));
+  EXPECT_EQ(log.audit.failed, "");
   const Eigen::Vector3d place_W = world.SitePose("delivery").translation();
   EXPECT_LT((world.ObjectCenterOfMass(0) - place_W).head<2>().norm(), 0.15);
 }

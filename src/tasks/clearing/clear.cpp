@@ -92,6 +92,7 @@ class Run {
                       attempt.outcome == Outcome::kNoPath ? Passed::kNoPath : Passed::kNoGrasp);
     }
     result_.steps.push_back(std::move(step));
+    if (!WorldIsFinite()) return Stop::kBrokenPhysics;
     if (result_.Grasps() >= max_grasps_) return Stop::kMaxGrasps;
     if (static_cast<int>(result_.steps.size()) >= kAttemptsPerGrasp * max_grasps_) {
       return Stop::kMaxGrasps;
@@ -106,6 +107,14 @@ class Run {
         grasping::Look(cell_, world_, core::DeriveSeed(core::DeriveSeed(seed_, "look"), number));
     fresh_ = true;
     result_.scan_s += watch.Seconds();
+  }
+
+  // Whether the engine still knows where everything is.
+  bool WorldIsFinite() const {
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (!world_.ObjectPose(object).matrix().allFinite()) return false;
+    }
+    return world_.ArmPositions().allFinite();
   }
 
   Attempt Try() {
@@ -145,7 +154,7 @@ class Run {
     GoHome();
     world_.Settle();
     TakeAway(step);
-    ++EndOf(*attempt.target).grasps;
+    ++EndOf(attempt.log->target).grasps;
     if (step.felt) {
       tried_.Taken(FirstSamples(attempt));
     } else {
@@ -179,7 +188,7 @@ class Run {
   void TakeAway(Step& step) {
     for (int object = 0; object < world_.objects(); ++object) {
       if (!grasping::IsAtDelivery(world_, object)) continue;
-      const bool own = object == *step.attempt.target;
+      const bool own = object == step.attempt.log->target;
       const bool delivered = own && step.attempt.outcome == Outcome::kDelivered;
       EndOf(object).fate = delivered ? Fate::kDelivered : Fate::kBrought;
       if (!delivered) {
@@ -192,6 +201,12 @@ class Run {
   }
 
   void DescribeLeft() {
+    if (result_.stop == Stop::kBrokenPhysics) {
+      for (int object = 0; object < world_.objects(); ++object) {
+        if (!world_.parked(object)) EndOf(object).why = core::Word(result_.stop);
+      }
+      return;
+    }
     std::map<int, Passed> seen;
     if (sensed_) {
       for (const auto& object : last_.objects) {

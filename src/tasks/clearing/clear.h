@@ -23,17 +23,15 @@ enum class Stop {
   kNoPath,            ///< some have one, none is reached
   kTriesUsedUp,       ///< what is left has been tried as often as allowed
   kMaxGrasps,
-  kEmpty,    ///< truth: no object is left; the program still sees something
-  kCrashed,  ///< an attempt did
+  kEmpty,          ///< truth: no object is left; the program still sees something
+  kBrokenPhysics,  ///< the engine lost the state of the world
+  kCrashed,        ///< an attempt did
 };
-constexpr std::array<std::string_view, 7> WordsOf(Stop) {
-  return {"nothing_perceived",
-          "nothing_graspable",
-          "no_path",
-          "tries_used_up",
-          "max_grasps",
-          "empty",
-          "crashed"};
+constexpr std::array<std::string_view, 8> WordsOf(Stop) {
+  return {"nothing_perceived", "nothing_graspable",
+          "no_path",           "tries_used_up",
+          "max_grasps",        "empty",
+          "broken_physics",    "crashed"};
 }
 
 /// Where an object is at the end, by truth.
@@ -47,7 +45,7 @@ constexpr std::array<std::string_view, 3> WordsOf(Fate) { return {"delivered", "
 struct ObjectEnd {
   std::string object;
   Fate fate = Fate::kLeft;
-  int grasps = 0;  ///< that were at it
+  int grasps = 0;  ///< in which the hand had it, or nothing and was at it
   /// Why it was left: off_table, out_of_workspace, not_perceived (it is not the main part of any
   /// object of the last scan), or what the program has it passed over for (Passed). Of what was
   /// brought: the outcome of the grasp. Empty if delivered.

@@ -18,6 +18,7 @@ ordered_json JsonOf(const Clearing& clearing, const Step& step) {
   ordered_json json = {
       {"scan", step.scan},
       {"object", step.attempt.target ? ordered_json(name(*step.attempt.target)) : nullptr},
+      {"held", step.attempt.log ? ordered_json(name(step.attempt.log->target)) : nullptr},
       {"try", step.try_number},
       {"outcome", core::Word(step.attempt.outcome)},
       {"stage", step.attempt.stage},

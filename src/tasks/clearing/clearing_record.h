@@ -14,8 +14,9 @@ inline constexpr const char* kCleared = "cleared";
 
 /// What a run is stored as. Data: target (dropped last), objects, delivered, brought, left, grasps,
 /// scans, perceived (in the last scan), stop, simulated_s, homing_s, per_object (object, fate,
-/// grasps, why), attempts (each as a single trial records it, with scan, object (truth), try, felt,
-/// taken_away, outcome, stage, detail). Seconds: each stage's sum over the run.
+/// grasps, why), attempts (each as a single trial records it, with scan, object and held (truth:
+/// what it was at, what the hand had), try, felt, taken_away, outcome, stage, detail). Seconds:
+/// each stage's sum over the run.
 experiment::Result ResultOf(const Clearing& clearing, const std::string& target);
 
 /// What the tables need of a stored run.
