@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
                                            SensorCase{0.002, 0.0003, 1},
                                            SensorCase{0.0018, 0.0004, 3},
                                            SensorCase{0.0015, 0.0020, 1}),
-                         [](const auto& info) { return "Case" + std::to_string(info.index); });
+                         [](const auto& tested) { return "Case" + std::to_string(tested.index); });
 
 TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
   const auto scan = synthetic::MakeRasterScan(
