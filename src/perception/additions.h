@@ -135,7 +135,7 @@ constexpr std::array<core::Addition<FeatureAdditions>, 19> AdditionsOf(const Fea
       {"drop_needles", &A::drop_needles,
        "objects that are narrower than min_footprint_mm both ways are left out"},
       {"containers", &A::containers,
-       "the walls and the floor of an open box are obstacles; off: objects like any other"},
+       "the walls of an open box are obstacles; off: objects like any other"},
       {"open_strays", &A::open_strays,
        "open_stray_share of the points may lie in the sphere of an open object; off: none"},
   }};

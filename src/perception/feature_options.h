@@ -186,6 +186,11 @@ struct ContainerOptions {
   /// How much of the border is seen: two walls and half of the others. Less: boxes that stand about
   /// make a rectangle by chance.
   double min_coverage = 0.6;
+  double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
+  /// The rim is this quantile of the heights of the upright points at the border, and this much for
+  /// noise: what rises above it there is not of the box.
+  double rim_quantile = 0.9;
+  AdaptiveLength rim_margin_m{0.003, {.noises = 3.0}};
   double coverage_step_m = 0.010;  ///< in which it is counted: two lines of a line scanner
 };
 

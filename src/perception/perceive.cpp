@@ -91,6 +91,26 @@ geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& 
   return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
 }
 
+/// Fills the scene's segments, and the box that they lie in: without its walls things come apart
+/// that touch its rim.
+void FindSegments(const PerceptionOptions& options, Scene& scene) {
+  scene.segments = Segment(scene.cloud, options.segment);
+  if (!options.features.containers) return;
+  scene.container = internal::FindContainer(scene.cloud, scene.table.plane,
+                                            options.features.container, scene.segments);
+  if (scene.container.empty()) return;
+  Indices rest;
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+    if (!std::ranges::binary_search(scene.container, i)) rest.push_back(i);
+  }
+  const geometry::PointCloud inside{geometry::Select(scene.cloud.points, rest),
+                                    geometry::Select(scene.cloud.normals, rest)};
+  scene.segments = Segment(inside, options.segment);
+  for (Indices& segment : scene.segments) {
+    for (auto& i : segment) i = rest[i];
+  }
+}
+
 /// One view of all that was measured from each place.
 std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& measured,
                                             geometry::PointSpan points_C) {
@@ -139,6 +159,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &m.cell_m,
                                  &m.max_in_front_m,
                                  &f.container.wall_m,
+                                 &f.container.rim_margin_m,
                                  &c.free_margin_m,
                                  &c.end_band_m,
                                  &c.wall_outline_m,
@@ -196,11 +217,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   }
   scene.seconds.emplace_back("normals", watch.Restart());
 
-  if (!scene.source.empty()) scene.segments = Segment(scene.cloud, options.segment);
-  if (options.features.containers) {
-    scene.container =
-        internal::TakeContainer(scene.cloud, scene.table.plane, options.features, scene.segments);
-  }
+  if (!scene.source.empty()) FindSegments(options, scene);
   scene.seconds.emplace_back("segments", watch.Restart());
 
   if (options.segment.method == SegmentMethod::kConvexity) {

@@ -90,7 +90,7 @@ struct Scene {
   geometry::Indices source;    ///< one a point of cloud: its position in points_C
   geometry::Indices outliers;  ///< removed by the filter; positions in points_C
   std::vector<geometry::Indices> segments;  ///< before merging; positions in cloud, largest first
-  /// Walls and floor of an open box that objects lie in: obstacles; positions in cloud, in none of
+  /// Walls of an open box that objects lie in: obstacles; positions in cloud, in none of
   /// the segments and objects.
   geometry::Indices container;
   std::vector<PerceivedObject> objects;  ///< topmost first

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 
 #include "geometry/alpha_components.h"
@@ -107,11 +108,12 @@ std::vector<Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
   geometry::UnionFind bodies = geometry::ContractGreedily(grown.patches.size(), edges);
   internal::JoinSpecks(links, grown, options.convexity, bodies);
   geometry::UnionFind points(cloud.size());
-  std::vector<std::uint32_t> first(grown.patches.size(), 0xffffffffu);
+  // The other points of a body join its first.
+  std::vector<std::optional<std::uint32_t>> first(grown.patches.size());
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    std::uint32_t& at = first[bodies.Find(grown.patch_of[i])];
-    if (at == 0xffffffffu) at = i;
-    points.Unite(at, i);
+    auto& of_body = first[bodies.Find(grown.patch_of[i])];
+    if (!of_body) of_body = i;
+    points.Unite(*of_body, i);
   }
   std::vector<std::int32_t> label;
   const std::int32_t labels =

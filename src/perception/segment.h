@@ -32,18 +32,27 @@ struct ConvexityOptions {
   double max_link_slope = 0.35;
   /// Size of a patch. Larger: small things and narrow faces go with their neighbors; smaller: noise
   /// bends patches.
-  AdaptiveLength patch_m{0.015, {.noises = 8.0, .gaps = 4.0}};
+  AdaptiveLength patch_m{0.015, {.noises = 20.0, .gaps = 4.0}};
   /// The length of the difference of two unit normals that separates points as patch_m does: 30
   /// deg. Smaller: patches of curved surfaces become narrow; larger: they bend round edges.
   double patch_turn = 0.52;
   int min_seed_points = 4;
   /// Patches whose normals differ by less are of one surface, concave or not: noise.
   double concavity_rad = core::Deg(14.0);
+  /// From here on a concave border speaks against with its full weight: the more it bends, the less
+  /// it is noise or a rounded inside.
   double concave_rad = core::Deg(40.0);
+  /// Of a link over a concave border, to that of one over a convex or smooth border. Larger: fewer
+  /// leaks; smaller: fewer dents that cut.
   double concave_weight = 2.5;
-  double speck_patches = 2.0;
+  /// Bodies of less than so many mean patches are no bodies and join a neighbor.
+  double speck_patches = 5.0;
+  /// So do slivers along a seam, where normals turn from one side to the other: more than this
+  /// share of their points lies within sliver_depth patches of the border with another body.
   double sliver_share = 0.6;
   double sliver_depth = 0.35;
+  /// Patches that face the same way and are further apart than this along their normals are two
+  /// surfaces, one behind the other: half the way to the next line of points.
   AdaptiveLength step_m{0.002, {.noises = 2.0, .gaps = 0.5}};
 };
 
@@ -86,7 +95,15 @@ std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points
                                                       geometry::PointSpan normals,
                                                       const SegmentOptions& options);
 
-/// Cuts along concave edges.
+/// Cuts along concave edges, where bodies meet that touch (after Stein et al. 2014, "Object
+/// partitioning using local convexity"). Surfaces are taken apart into small flat patches
+/// (internal/patches.h). The border of two patches speaks for their being of one body where they
+/// are convex, or face the same way without a step; against it where they are concave, by how much
+/// they bend; both by its length. What speaks more against than for is cut
+/// (geometry::ContractGreedily), so that a leak does not join two bodies. Specks and slivers along
+/// the cuts join a neighbor. Segments largest first, ties by first point; positions ascending.
+/// O(m log m), m pairs of neighboring points.
+/// @throws std::invalid_argument if there is not one normal a point, or an option is out of range.
 std::vector<geometry::Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
                                                   const SegmentOptions& options);
 

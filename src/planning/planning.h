@@ -27,6 +27,9 @@ struct PickRequest {
   Eigen::Vector3d approach_W = -Eigen::Vector3d::UnitZ();
   double opening_m = 0.1;     ///< gap of the pads during the approach
   double closed_gap_m = 0.0;  ///< gap when the object is held
+  /// The object may push what it touches while it is lifted, if it is clear of it when it has been:
+  /// neighbors give way, and the completed surface is a guess. Hand and arm may not.
+  bool may_brush = false;
 };
 
 struct PlanOptions {

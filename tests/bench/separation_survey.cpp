@@ -44,30 +44,10 @@ struct Found {
 };
 using Method = std::function<Found(const LabelledScan&)>;
 
-void Tune(perception::PerceptionOptions& o) {  // XXX
-  auto& c = o.segment.convexity;
-  const auto get = [](const char* n, auto& v) {
-    if (const char* t = getenv(n)) v = static_cast<std::remove_reference_t<decltype(v)>>(atof(t));
-  };
-  get("few", c.few_links);
-  get("reach", c.grazing_reach);
-  get("turn", c.patch_turn);
-  get("tol", c.concavity_rad);
-  get("full", c.concave_rad);
-  get("cw", c.concave_weight);
-  get("depth", c.sliver_depth);
-  get("sliver", c.sliver_share);
-  get("speck", c.speck_patches);
-  if (const char* t = getenv("patch")) c.patch_m = atof(t);
-  if (const char* t = getenv("link")) c.link_m = atof(t);
-  if (const char* t = getenv("step")) c.step_m = atof(t);
-}
-
 /// Perception as a whole.
 Found Perceived(const LabelledScan& scan, perception::PerceptionOptions options,
                 perception::SegmentMethod method) {
   options.segment.method = method;
-  Tune(options);  // XXX
   core::Rng rng(1);
   Found found;
   core::Stopwatch watch;
@@ -84,7 +64,6 @@ Found Perceived(const LabelledScan& scan, perception::PerceptionOptions options,
 
 /// The segments before they are merged.
 Found Segments(const LabelledScan& scan, perception::PerceptionOptions options) {
-  Tune(options);  // XXX
   options.segment.method = perception::SegmentMethod::kConvexity;
   core::Rng rng(1);
   Found found;
@@ -143,9 +122,8 @@ Found LocallyConvex(const LabelledScan& scan) {
 
 Found Clustered(const LabelledScan& scan) {
   const geometry::Points above = AboveTable(scan);
-  // Depth noise and spacing of a depth camera; two rows of the laser's.
-  const pcl_bridge::EuclideanClusterOptions options{.tolerance_m =
-                                                        scan.depth_camera ? 0.010 : 0.010};
+  // Two lines of the laser's points; the noise of a depth camera.
+  const pcl_bridge::EuclideanClusterOptions options{.tolerance_m = 0.010};
   core::Stopwatch watch;
   const auto clusters =
       pcl_bridge::EuclideanClusters(pcl_bridge::Cloud(above, scan.origin_C), options);
@@ -214,18 +192,13 @@ class Survey {
       const Found found = method(scan);
       const auto assigned = labelled::AssignToObjects(scan.image().points_C, found.objects);
       const auto score = labelled::Compare(scan.label, assigned);
-      if (const char* dump = getenv("DUMP")) {  // XXX
-        const std::string f = fmt::format("{}/{}.{}", dump, scan.name, name);
-        FILE* o = fopen(f.c_str(), "wb");
-        const int w = scan.depth_camera ? 640 : scan.image().samples;
-        fwrite(&w, 4, 1, o);
-        fwrite(assigned.data(), 4, assigned.size(), o);
-        fwrite(scan.label.data(), 4, assigned.size(), o);
-        fclose(o);
-      }
       sums_[name].Add(score, found);
+      // A vessel's inside, a handle and what occlusion cuts off have labels of their own on the
+      // depth camera's clouds: the tens of a label are the body.
       std::vector<std::uint32_t> body = scan.label;
-      for (auto& label : body) label = label >= 20 ? label / 10 * 10 : label;
+      if (scan.depth_camera) {
+        for (auto& label : body) label = label >= 20 ? label / 10 * 10 : label;
+      }
       sums_[name + " by body"].Add(labelled::Compare(body, assigned), found);
       fmt::print("{},{},{:.4f},{:.4f},{:.4f},{},{},{},{},{:.3f}\n", scan.name, name, score.overlap,
                  score.over, score.under, score.right ? 1 : 0, score.objects, found.objects.size(),
@@ -235,7 +208,8 @@ class Survey {
 
   void Print() const {
     for (const auto& [name, method] : methods_) sums_.at(name).Print(name);
-    for (const auto& [name, method] : methods_) sums_.at(name + " by body").Print(name + " by body");
+    for (const auto& [name, method] : methods_)
+      sums_.at(name + " by body").Print(name + " by body");
   }
 
  private:
@@ -252,7 +226,7 @@ std::vector<std::pair<std::string, Method>> Methods(const perception::Perception
       return Perceived(scan, options, method);
     });
   }
-  methods.emplace_back("convexity segments",
+  methods.emplace_back("segments",
                        [options](const LabelledScan& scan) { return Segments(scan, options); });
   methods.emplace_back("lccp", LocallyConvex);
   methods.emplace_back("euclidean", Clustered);

@@ -6,8 +6,8 @@
 #include <set>
 #include <utility>
 
+#include "core/quantile.h"
 #include "perception/internal/planar.h"
-#include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -47,7 +47,7 @@ double Coverage(const Rectangle& r, const Flat& points, const ContainerOptions& 
          (2.0 * (r.length_m + r.width_m));
 }
 
-/// A segment as seen from above.
+/// The upright surfaces of a segment as seen from above.
 struct Sheet {
   Flat points;
   Flat hull;
@@ -82,6 +82,7 @@ std::optional<Rectangle> FindWalls(const std::vector<Sheet>& segments, const Fla
                                    const ContainerOptions& options) {
   std::vector<Sheet> sheets;
   for (const Sheet& segment : segments) {
+    if (segment.hull.empty()) continue;
     const Rectangle r = MinAreaRectangle(segment.hull);
     if (r.length_m >= 0.5 * options.min_side_m &&
         ShareAtBorder(r, segment.points, options.wall_m) >= options.border_share) {
@@ -103,33 +104,37 @@ std::optional<Rectangle> FindWalls(const std::vector<Sheet>& segments, const Fla
 
 }  // namespace
 
-geometry::Indices TakeContainer(const geometry::PointCloud& cloud, const geometry::Plane& table,
-                                const FeatureOptions& options,
-                                std::vector<geometry::Indices>& segments) {
-  const ContainerOptions& box = options.container;
+geometry::Indices FindContainer(const geometry::PointCloud& cloud, const geometry::Plane& table,
+                                const ContainerOptions& options,
+                                const std::vector<geometry::Indices>& segments) {
   const PlanarFrame frame = MakePlanarFrame(table, Eigen::Vector3d::Zero());
+  const Flat all = Flatten(frame, cloud.points);
+  const auto upright = [&](std::uint32_t i) {
+    return std::abs(cloud.normals[i].dot(table.normal)) <= options.max_upward;
+  };
   std::vector<Sheet> seen;
   for (const auto& segment : segments) {
-    Sheet sheet{Flatten(frame, geometry::Select(cloud.points, segment)), {}};
-    sheet.hull = ConvexPolygon::Around(sheet.points).corners;
+    Sheet sheet;
+    for (const auto i : segment) {
+      if (upright(i)) sheet.points.push_back(all[i]);
+    }
+    if (!sheet.points.empty()) sheet.hull = ConvexPolygon::Around(sheet.points).corners;
     seen.push_back(std::move(sheet));
   }
-  const auto walls = FindWalls(seen, Flatten(frame, cloud.points), box);
+  const auto walls = FindWalls(seen, all, options);
   if (!walls) return {};
-  geometry::Indices taken;
-  std::vector<geometry::Indices> left;
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    const bool wall = ShareAtBorder(*walls, seen[i].points, box.wall_m) >= box.border_share;
-    const bool floor = TopHeight(cloud, segments[i], table) <= options.completion.on_table_m;
-    if (wall || floor) {
-      taken.insert(taken.end(), segments[i].begin(), segments[i].end());
-    } else {
-      left.push_back(std::move(segments[i]));
-    }
+  geometry::Indices band;
+  std::vector<double> heights;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    if (std::abs(Depth(*walls, all[i])) > options.wall_m) continue;
+    band.push_back(i);
+    if (upright(i)) heights.push_back(table.Distance(cloud.points[i]));
   }
-  segments = std::move(left);
-  std::ranges::sort(taken);
-  return taken;
+  if (heights.empty()) return {};
+  const double rim_m =
+      core::QuantileOf(std::move(heights), options.rim_quantile) + options.rim_margin_m;
+  std::erase_if(band, [&](auto i) { return table.Distance(cloud.points[i]) > rim_m; });
+  return band;
 }
 
 }  // namespace rangegrasp::perception::internal
