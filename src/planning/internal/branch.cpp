@@ -60,6 +60,7 @@ Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickR
   task.center_W = Middle(scene.target_W, request.X_WH.translation());
   task.open_state = robot.hand().IndexAtGap(request.opening_m);
   task.closed_state = robot.hand().IndexAtGap(request.closed_gap_m);
+  task.may_brush = request.may_brush;
   task.base_W = robot.links().front().X_PB.translation();
   double below = Lowest(scene.target_W, scene.table_z_m) - scene.table_z_m;
   if (below < options.standing_m) below = 0.0;
@@ -142,6 +143,7 @@ bool BranchBuilder::Lift(Branch& branch) const {
   // What leans on the object, or what it stands on, touches it at first; once they have parted it
   // is in the way like all else. What still touches it at the end of the lift blocks the carry.
   Stage stage = HeldStage();
+  if (task_.may_brush) stage.contacts.target = Target::kGone;
   std::vector<char>& ignored = stage.contacts.held_ignores;
   ignored = check_.collider().TouchedByTarget(task_.X_WH, stage.contacts.X_HT);
   for (std::size_t i = 1; i < path->size(); ++i) {

@@ -19,6 +19,7 @@ struct Task {
   Eigen::Vector3d base_W;       ///< the arm's, that carries turn about
   double approach_m = 0.0, lift_m = 0.0;
   std::size_t open_state = 0, closed_state = 0;  ///< of HandModel::states
+  bool may_brush = false;                        ///< PickRequest
 };
 
 /// Where everything goes: the object's middle, and how deep it may be lowered.

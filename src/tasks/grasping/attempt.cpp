@@ -119,6 +119,7 @@ class AttemptRun {
     Timed("plan");
     result_.plans = move.tried;
     result_.blind = move.blind;
+    result_.brushes = move.brushes;
     if (!move.plan) return End(Outcome::kNoPath, move.failures);
     Execute(*move.plan, result_.detected.detection.grasps[move.grasp]);
   }
@@ -235,6 +236,7 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"free_candidates", FreeGrasps(detection)},
       {"plans", attempt.plans},
       {"blind", attempt.blind},
+      {"brushes", attempt.brushes},
       {"grasp_type", attempt.grasp ? std::string(core::Word(attempt.grasp->type)) : std::string()},
       {"detected", attempt.accepted},
       {"others_moved", attempt.others.moved},

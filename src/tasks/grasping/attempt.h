@@ -70,7 +70,8 @@ struct Attempt {
   std::optional<int> target;                  ///< truth: the object that it was at
   bool accepted = false;                      ///< detected, with a grasp that is free
   int plans = 0;                              ///< grasps that were offered to the mover
-  bool blind = false;                         ///< the motion passes through space that was not seen
+  bool blind = false;                         ///< Move
+  bool brushes = false;                       ///< Move
   std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
   std::optional<sim::ExecutionLog> log;
   OthersVerdict others;

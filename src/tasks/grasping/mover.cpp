@@ -29,28 +29,40 @@ class PlannedMover : public Mover {
   Move Plan(const grasp::Detection& detection, core::Rng& rng) const override {
     const planning::PlanningScene seen = SceneFrom(detection);
     const auto& unseen = detection.obstacles.unseen_C;
-    planning::PlanningScene scene = seen;
-    scene.obstacles_W.insert(scene.obstacles_W.end(), unseen.begin(), unseen.end());
-    Move move = PlanFirst(detection, scene, rng);
-    if (move.plan || unseen.empty()) return move;
-    // Nothing may be there: the last resort, and the approach stops at what it touches.
-    const Move before = std::exchange(move, PlanFirst(detection, seen, rng));
-    move.blind = move.plan.has_value();
-    move.tried += before.tried;
+    planning::PlanningScene all = seen;
+    all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
+    Move move = PlanFirst(detection, all, false, rng);
+    // Nothing may be there, and the approach stops at what it touches.
+    if (!move.plan && !unseen.empty()) {
+      move = After(move, PlanFirst(detection, seen, false, rng));
+      move.blind = move.plan.has_value();
+    }
+    // Neighbors may give way.
+    if (!move.plan && !seen.obstacles_W.empty()) {
+      move = After(move, PlanFirst(detection, seen, true, rng));
+      move.blind = move.brushes = move.plan.has_value();
+    }
     return move;
   }
 
  private:
+  static Move After(const Move& before, Move move) {
+    move.tried += before.tried;
+    return move;
+  }
+
   /// A motion for the best grasp that has one.
   Move PlanFirst(const grasp::Detection& detection, const planning::PlanningScene& scene,
-                 core::Rng& rng) const {
+                 bool may_brush, core::Rng& rng) const {
     planning::Planner planner(robot_, options_.planning);
     Move move;
     std::map<std::string, int> failures;
     for (std::size_t i = 0; i < detection.grasps.size() && move.tried < options_.max_plans; ++i) {
       if (detection.grasps[i].collides) continue;
       ++move.tried;
-      auto planned = planner.Plan(scene, RequestFor(detection.grasps[i]), rng);
+      planning::PickRequest request = RequestFor(detection.grasps[i]);
+      request.may_brush = may_brush;
+      auto planned = planner.Plan(scene, request, rng);
       if (planned.plan) {
         move.plan = std::move(planned.plan);
         move.grasp = i;

@@ -29,8 +29,8 @@ Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& sp
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
 /// others_moved (by more than 5 mm), others_left_table, scan_points, object_points, segments,
-/// objects, candidates, free_candidates, plans, blind, grasp_type, detected, log (what the simulation
-/// measured, with the audit).
+/// objects, candidates, free_candidates, plans, blind, brushes, grasp_type, detected, log (what the
+/// simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
