@@ -28,8 +28,10 @@ struct GraspAdditions {
   bool narrow_openings = true;
   /// A rotational object that can be held neither round its body nor by its rim.
   bool power_fallback = true;
+  /// Where neighbors leave no grasp free: from all round, and less deep.
+  bool crowded = true;
 };
-constexpr std::array<core::Addition<GraspAdditions>, 8> AdditionsOf(const GraspAdditions*) {
+constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
   using A = GraspAdditions;
   return {{
       {"centering", &A::centering,
@@ -46,6 +48,8 @@ constexpr std::array<core::Addition<GraspAdditions>, 8> AdditionsOf(const GraspA
       {"narrow_openings", &A::narrow_openings, "a narrower opening where neighbors leave no room"},
       {"power_fallback", &A::power_fallback,
        "a power grasp where a rotational object can be held in no other way"},
+      {"crowded", &A::crowded,
+       "power grasps from all round and less deep where neighbors leave no other"},
   }};
 }
 static_assert(core::AllAdditionsListed<GraspAdditions>());

@@ -112,6 +112,12 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
         {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
         out.free, out.colliding);
   }
+  if (options.crowded && out.free.empty()) {
+    internal::ChooseFree(collider, task, internal::CrowdedCandidates(task),
+                         {options.max_candidates, options.choosing.power_per_group,
+                          options.choosing.max_crowded_checks},
+                         out.free, out.colliding);
+  }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());
   const auto max = static_cast<std::size_t>(options.max_candidates);

@@ -77,9 +77,10 @@ struct PlacingOptions {
 /// How many collision checks a plan may cost, and how its candidates share them.
 struct ChoosingOptions {
   int max_checks = 120;  ///< of cylindrical and power grasps each; more: crowded scenes take longer
-  int max_rim_checks = 60;  ///< fewer: rim grasps are the alternative
-  int power_per_group = 4;  ///< free grasps of one closing direction, so that there are others
-  int rim_share = 6;        ///< one in so many candidates returned is a rim grasp, one a spare
+  int max_crowded_checks = 400;  ///< where nothing else was free: every one may be the only one
+  int max_rim_checks = 60;       ///< fewer: rim grasps are the alternative
+  int power_per_group = 4;       ///< free grasps of one closing direction, so that there are others
+  int rim_share = 6;             ///< one in so many candidates returned is a rim grasp, one a spare
 };
 
 /// Cylindrical grasps round a rotation axis (section 5.2).
@@ -130,6 +131,10 @@ struct PowerOptions {
   /// Closing directions are also tried turned by these, where none is within distinct_rad yet.
   std::array<double, 3> turns_rad{0.0, core::Deg(15.0), core::Deg(-15.0)};
   double distinct_rad = core::Deg(6.0);
+  /// With crowded: closing directions all round, and at each so many depths from the shallowest
+  /// that holds to the centre of mass.
+  int crowded_turns = 24;
+  int crowded_depths = 3;
   /// A top surface that leans by this much is approached against its normal, too; more than the
   /// second, it is a side.
   double min_tilt_rad = core::Deg(8.0);

@@ -115,21 +115,32 @@ std::vector<Direction> PublishedDirections(const Task& task) {
   return {{approach, task.object.top->minor_C}, {approach, -task.object.top->minor_C}};
 }
 
-/// Straight down, and against the top surface where that is tilted; closing across the narrowest
-/// side, the principal axis and the axis normal to it.
-std::vector<Direction> Directions(const Task& task) {
+/// Straight down, and against the top surface where that is tilted.
+std::vector<Vector3d> Approaches(const Task& task) {
   const PowerOptions& options = task.options.power;
-  if (!task.options.directions) return PublishedDirections(task);
   std::vector<Vector3d> approaches{-task.up_C};
   if (task.object.top) {
     const Vector3d normal = UpNormal(task);
     const double tilt = std::acos(std::min(1.0, normal.dot(task.up_C)));
     if (tilt > options.min_tilt_rad && tilt < options.max_tilt_rad) approaches.push_back(-normal);
   }
+  return approaches;
+}
+
+/// The direction across the object: the top surface's shorter axis.
+Vector3d Across(const Task& task, const Vector3d& approach) {
+  return task.object.top ? NormalPart(task.object.top->minor_C, approach)
+                         : MinSpread(task, approach);
+}
+
+/// The approaches; closing across the narrowest
+/// side, the principal axis and the axis normal to it.
+std::vector<Direction> Directions(const Task& task) {
+  const PowerOptions& options = task.options.power;
+  if (!task.options.directions) return PublishedDirections(task);
   std::vector<Direction> directions;
-  for (const Vector3d& approach : approaches) {
-    const Vector3d across = task.object.top ? NormalPart(task.object.top->minor_C, approach)
-                                            : MinSpread(task, approach);
+  for (const Vector3d& approach : Approaches(task)) {
+    const Vector3d across = Across(task, approach);
     AddClosing(options, approach, Narrowest(task, approach, across), directions);
     AddClosing(options, approach, across, directions);
     AddClosing(options, approach, approach.cross(across), directions);
@@ -226,6 +237,31 @@ std::vector<Candidate> SearchedCandidates(Task& task) {
 std::vector<Candidate> PowerCandidates(Task& task) {
   std::vector<Candidate> candidates = SearchedCandidates(task);
   return candidates.empty() ? OverTheTop(task) : candidates;
+}
+
+std::vector<Candidate> CrowdedCandidates(Task& task) {
+  const PowerOptions& options = task.options.power;
+  std::vector<Candidate> candidates;
+  int group = 0;
+  for (const Vector3d& approach : Approaches(task)) {
+    const Vector3d across = Across(task, approach);
+    for (int turn = 0; turn < options.crowded_turns; ++turn) {
+      const double angle = core::Deg(360.0 * turn / options.crowded_turns);
+      const View view = MakeView(task, task.coarse, task.com_C, approach,
+                                 Eigen::AngleAxisd(angle, approach) * across);
+      const Band band = MakeBand(task, view, view.com.y());
+      const double shallow = view.top_m + task.options.placing.min_depth_m;
+      const double step =
+          std::max(0.0, view.com.z() - shallow) / std::max(1, options.crowded_depths - 1);
+      for (int k = 0; k < options.crowded_depths; ++k) {
+        PlaceAtDepths(task, view, band, {MainPitch(task), MainPitch(task)},
+                      std::array<double, 1>{shallow + k * step}, GraspType::kPower, group,
+                      candidates);
+      }
+      ++group;
+    }
+  }
+  return candidates;
 }
 
 }  // namespace rangegrasp::grasp::internal

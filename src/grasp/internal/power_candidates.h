@@ -6,7 +6,11 @@
 
 namespace rangegrasp::grasp::internal {
 
-/// From above, with or without refinement (GraspOptions::refine).
+/// From above.
 std::vector<Candidate> PowerCandidates(Task& task);
+
+/// Power grasps from all round and no deeper than the centre of mass: for objects between others,
+/// where none of the better ones is free.
+std::vector<Candidate> CrowdedCandidates(Task& task);
 
 }  // namespace rangegrasp::grasp::internal
