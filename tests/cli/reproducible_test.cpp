@@ -45,7 +45,7 @@ std::vector<std::string> Short(const std::string& name) {
             "--set",    "clearing.max_grasps=3",
             "--set",    "clearing.idle_scans=0"};
   }
-  if (name == "laser_times") {
+  if (name == "stage_times") {
     return {"--trials",         "2", "--set", "repeats=1", "--set", "object_points=2000", "--set",
             "table_points=2000"};
   }

@@ -266,11 +266,11 @@ TEST(PlanGrasps, GivesALyingPrismALowScore) {
 }
 
 /// Two walls along a box, this far from its long sides.
-SceneBuilder BoxBetweenWalls(double distance_m) {
+SceneBuilder BoxBetweenWalls(double distance_m, double wall_height_m = 0.12) {
   SceneBuilder builder;
   builder.AddBox({0.115, 0.06, 0.1}, At(0, 0));
   for (const double side : {-1.0, 1.0}) {
-    builder.AddBox({0.3, 0.02, 0.12}, At(0, side * (0.03 + distance_m + 0.01)));
+    builder.AddBox({0.3, 0.02, wall_height_m}, At(0, side * (0.03 + distance_m + 0.01)));
   }
   return builder;
 }
@@ -285,22 +285,39 @@ TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
   }
 }
 
+// The least distance of walls [mm] at which a grasp of the box between them is free; 80: none.
+int LeastFreeGap(const GraspOptions& options) {
+  const robot::HandModel hand = SensorHand();
+  for (int mm = 10; mm < 80; mm += 2) {
+    const SceneBuilder builder = BoxBetweenWalls(mm * core::kMm);
+    if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
+  }
+  return 80;
+}
+
 TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
-  // The least distance of walls at which a grasp is free is less than the open hand needs.
-  const auto least = [](bool preshape) {
-    GraspOptions options;
-    options.preshape = options.narrow_openings = preshape;
-    const robot::HandModel hand = SensorHand();
-    for (int mm = 10; mm < 80; mm += 2) {
-      const SceneBuilder builder = BoxBetweenWalls(mm * core::kMm);
-      if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
-    }
-    return 80;
-  };
-  const int shaped = least(true);
-  const int open = least(false);
-  EXPECT_LT(shaped, open - 4);
+  GraspOptions options;
+  options.crowded = false;
+  const int shaped = LeastFreeGap(options);
+  options.preshape = options.narrow_openings = false;
+  EXPECT_LT(shaped, LeastFreeGap(options) - 4);
   EXPECT_GT(shaped, 20) << "the thumb's diameter";
+}
+
+// Walls close by that are lower than the box: there is room about its upper part alone.
+TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
+  const robot::HandModel hand = SensorHand();
+  const auto highest_wall = [&](bool crowded) {
+    GraspOptions options;
+    options.crowded = crowded;
+    int highest = 0;
+    for (int mm = 30; mm < 100; mm += 5) {
+      const SceneBuilder builder = BoxBetweenWalls(0.005, mm * core::kMm);
+      if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) highest = mm;
+    }
+    return highest;
+  };
+  EXPECT_GE(highest_wall(true), highest_wall(false) + 5);
 }
 
 TEST(PlanGrasps, FallsBackToTheRimThenToThePowerGrasp) {

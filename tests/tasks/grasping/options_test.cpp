@@ -95,7 +95,7 @@ TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
   EXPECT_EQ(e.object_folder, folder_ / "models/objects");
   EXPECT_EQ(e.trials_per_object, Options{}.trials_per_object);
   EXPECT_EQ(e.physics.timestep_s, sim::PhysicsOptions{}.timestep_s);
-  EXPECT_EQ(e.perception.segment.method, perception::SegmentMethod::kMesh);
+  EXPECT_EQ(e.perception.segment.method, perception::SegmentOptions{}.method);
   EXPECT_TRUE(e.reference.empty());
 }
 
