@@ -174,7 +174,8 @@ void AddScan(CLI::App& app) {
                     "of an experiment: only the target's points, as for rangegrasp parts");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
-      "Fields: x y z [m], label (0 scene, 1 target), state (0 measured, 1 camera shadow, 2 "
+      "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
+      "state (0 measured, 1 camera shadow, 2 "
       "dropout, "
       "3 out of view).\n--picture draws the shadows that the objects throw on the table: laser "
       "red, "

@@ -11,17 +11,45 @@ double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
+// Of a rate p of n trials; n need not be whole.
+std::pair<double, double> Wilson(double p, double n) {
+  constexpr double z = 1.959963984540054;  // 97.5 % point of the normal
+  const double denominator = 1.0 + z * z / n;
+  const double center = (p + z * z / (2.0 * n)) / denominator;
+  const double half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / denominator;
+  return {std::max(0.0, center - half), std::min(1.0, center + half)};
+}
+
 }  // namespace
 
 std::pair<double, double> WilsonInterval(int k, int n) {
   if (n < 1 || k < 0 || k > n) throw std::invalid_argument("Wilson: needs 0 <= k <= n, n >= 1");
-  constexpr double z = 1.959963984540054;  // 97.5 % point of the normal
-  const double p = static_cast<double>(k) / n;
-  const double denominator = 1.0 + z * z / n;
-  const double center = (p + z * z / (2.0 * n)) / denominator;
-  const double half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / denominator;
+  const auto [low, high] = Wilson(static_cast<double>(k) / n, n);
   // At k = 0 and k = n the bound is exactly 0 and 1; rounding must not leave it short.
-  return {k == 0 ? 0.0 : std::max(0.0, center - half), k == n ? 1.0 : std::min(1.0, center + half)};
+  return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
+}
+
+std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters) {
+  int k = 0;
+  int n = 0;
+  int filled = 0;
+  for (const Cluster& cluster : clusters) {
+    if (cluster.k < 0 || cluster.k > cluster.n) {
+      throw std::invalid_argument("ClusteredInterval: needs 0 <= k <= n");
+    }
+    k += cluster.k;
+    n += cluster.n;
+    filled += cluster.n > 0 ? 1 : 0;
+  }
+  if (n < 1) throw std::invalid_argument("ClusteredInterval: needs a trial");
+  const double p = static_cast<double>(k) / n;
+  double squares = 0.0;
+  for (const Cluster& cluster : clusters) squares += std::pow(cluster.k - p * cluster.n, 2);
+  const double variance = filled > 1 ? squares * filled / (filled - 1.0) / (1.0 * n * n) : 0.0;
+  const double effective = variance > 0.0 ? p * (1.0 - p) / variance : 0.0;
+  const auto [low, high] =
+      Wilson(p, std::clamp(effective, static_cast<double>(filled), static_cast<double>(n)));
+  return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
 }
 
 double McNemarExact(int b, int c) {

@@ -1,12 +1,25 @@
 #pragma once
 
 #include <utility>
+#include <vector>
 
 namespace rangegrasp::experiment {
 
 /// Wilson's score interval of a rate k / n at 95 % (Wilson 1927): {low, high} within [0, 1].
 /// @throws std::invalid_argument unless 0 <= k <= n and n >= 1.
 std::pair<double, double> WilsonInterval(int k, int n);
+
+/// Successes of a group of trials that are not independent of each other.
+struct Cluster {
+  int k = 0;
+  int n = 0;
+};
+/// 95 % interval of the rate of all trials: Wilson's, with as many trials as so many independent
+/// ones would have the same variance (Korn and Graubard 1998: n over the design effect of a ratio
+/// of cluster totals, by their variance between the clusters). At least as many as there are
+/// clusters and at most all of them: where all clusters agree, each counts once.
+/// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
+std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters);
 
 /// Exact McNemar test: the two-sided p-value of b against c discordant pairs (binomial with p =
 /// 1/2).

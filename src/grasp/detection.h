@@ -9,6 +9,7 @@
 #include "geometry/observation.h"
 #include "geometry/plane.h"
 #include "grasp/grasp.h"
+#include "grasp/obstacles.h"
 #include "perception/scene.h"
 
 /// What a detector hands over, whether it is the dissertation's method or any other program: plain
@@ -41,9 +42,7 @@ struct Detection {
   geometry::Plane table_C;              ///< normal away from the table; z = 0 where none was found
   std::vector<DetectedObject> objects;  ///< in the order in which they should be taken
   std::vector<DetectedGrasp> grasps;    ///< best first
-  /// What else a motion must keep clear of: what was measured and belongs to no object, and space
-  /// that was not seen. Closed surfaces.
-  std::vector<geometry::TriangleMesh> obstacles_C;
+  Obstacles obstacles;                  ///< what else a motion should keep clear of
 };
 
 /// What the dissertation's method hands over.

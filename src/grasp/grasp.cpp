@@ -29,8 +29,9 @@ geometry::TriangleMesh SurfaceOf(const perception::PerceivedObject& object) {
   return SpeckMesh(object.completed_C, kSpeckCell_m);
 }
 
-std::vector<geometry::TriangleMesh> Others(const perception::Scene& scene, std::size_t own) {
-  std::vector<geometry::TriangleMesh> surfaces;
+std::vector<geometry::TriangleMesh> Others(const perception::Scene& scene, std::size_t own,
+                                           std::span<const geometry::TriangleMesh> obstacles_C) {
+  std::vector<geometry::TriangleMesh> surfaces(obstacles_C.begin(), obstacles_C.end());
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     if (i != own) surfaces.push_back(SurfaceOf(scene.objects[i]));
   }
@@ -89,14 +90,15 @@ void CollectRotational(Task& task, collision::HandCollider& collider, Collected&
 
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
-                              const GraspOptions& options) {
+                              const GraspOptions& options,
+                              std::span<const geometry::TriangleMesh> obstacles_C) {
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
   if (options.max_candidates < 1) {
     throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");
   }
   Task task = MakeTask(scene, object, hand, arm_C, options);
   if (task.samples.points.empty()) return {};
-  collision::HandCollider collider(hand, Others(scene, object), SurfaceOf(task.object),
+  collision::HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),
                                    scene.table.plane,
                                    {options.object_clearance_m, options.table_clearance_m});
   Collected out;

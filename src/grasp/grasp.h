@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -39,9 +40,11 @@ struct Grasp {
 /// @param arm_C  the arm's base in C: grasp points next to the arm are preferred (section 5.2).
 /// "Up" is the table's normal. A power grasp of a rotational object is the last resort: it is
 /// planned where neither a cylindrical nor a rim grasp is free.
+/// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object, or options.max_candidates < 1.
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
-                              const GraspOptions& options);
+                              const GraspOptions& options,
+                              std::span<const geometry::TriangleMesh> obstacles_C = {});
 
 }  // namespace rangegrasp::grasp

@@ -1,6 +1,10 @@
 #include "grasp/obstacles.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
 #include <utility>
 
 #include "geometry/groups.h"
@@ -60,9 +64,17 @@ void DropMixed(const perception::Scene& scene, const Points& places_C, double wi
   }
 }
 
-/// Whether a group is so near to the target that it is a part of it, for all that can be seen: a
-/// corner that lost points have cut off. It goes with the target.
-bool HangsOn(const Points& group, const geometry::KdTree& target, double link_m) {
+double Extent(const Points& points) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  return box.diagonal().norm();
+}
+
+/// Whether a group is so near to the target, and so small, that it is a part of it, for all that
+/// can be seen: a corner that lost points have cut off. It goes with the target.
+bool IsPartOf(const Points& target_C, const geometry::KdTree& target, const Points& group,
+              double link_m) {
+  if (Extent(group) >= Extent(target_C)) return false;
   std::vector<geometry::KdTree::Neighbor> near;
   return std::any_of(group.begin(), group.end(), [&](const Vector3d& p) {
     target.Within(p, link_m, near);
@@ -80,6 +92,21 @@ geometry::TriangleMesh HullAbout(const Points& points, double edge_m) {
     }
   }
   return geometry::ConvexHull(corners);
+}
+
+/// What the points of a thing that need not be convex, as a box that is open, fill: a hull about
+/// those of each cell.
+geometry::TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
+  std::map<std::array<std::int64_t, 3>, Points> cells;
+  for (const Vector3d& p : points) {
+    const Vector3d at = (p / cell_m).array().floor();
+    cells[{std::llround(at.x()), std::llround(at.y()), std::llround(at.z())}].push_back(p);
+  }
+  geometry::TriangleMesh filled;
+  for (const auto& [cell, inside] : cells) {
+    geometry::Append(HullAbout(inside, edge_m), filled);
+  }
+  return filled;
 }
 
 /// The space between a surface and its shadow on the table, seen from a place.
@@ -103,10 +130,9 @@ void AddIfSolid(geometry::TriangleMesh mesh, std::vector<geometry::TriangleMesh>
 
 }  // namespace
 
-std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, std::size_t target,
-                                                const geometry::Points& places_C,
-                                                const ObstacleOptions& options) {
-  std::vector<geometry::TriangleMesh> obstacles_C;
+Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
+                      const geometry::Points& places_C, const ObstacleOptions& options) {
+  Obstacles obstacles;
   const double gap_m = scene.sampling.gap_m;
   if (options.leftovers && gap_m > 0.0) {
     Points leftover = LeftoverPoints(scene);
@@ -115,18 +141,19 @@ std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, 
     const geometry::KdTree of_target(scene.objects[target].completed_C);
     for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
-      if (HangsOn(group, of_target, link_m)) continue;
-      AddIfSolid(HullAbout(group, gap_m), obstacles_C);
+      if (IsPartOf(scene.objects[target].completed_C, of_target, group, link_m)) continue;
+      AddIfSolid(FilledCells(group, options.cell_m, gap_m), obstacles.measured_C);
     }
   }
-  if (!options.unseen) return obstacles_C;
+  if (!options.unseen) return obstacles;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     if (i == target) continue;
     for (const Vector3d& place_C : places_C) {
-      AddIfSolid(ShadowOf(scene.objects[i].surface_C, place_C, scene.table.plane), obstacles_C);
+      AddIfSolid(ShadowOf(scene.objects[i].surface_C, place_C, scene.table.plane),
+                 obstacles.unseen_C);
     }
   }
-  return obstacles_C;
+  return obstacles;
 }
 
 }  // namespace rangegrasp::grasp

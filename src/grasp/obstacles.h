@@ -15,8 +15,11 @@ struct ObstacleOptions {
   /// Fewer points are noise: what is 10 mm wide gives so many even between coarse profiles.
   int min_points = 3;
   /// Points are of one thing within so many gaps between neighboring points; groups that hang on
-  /// the target so are its own, and go with it.
+  /// the target so, and are smaller than it, are its own and go with it.
   double link_gaps = 3.0;
+  /// Such a thing is filled cell by cell of this edge: hulls of less than that close no gap that a
+  /// finger fits into. Smaller: more of them to check against.
+  double cell_m = 0.02;
   /// A point seen within so many gaps of an object's outline, as seen from the sensor, is a mixed
   /// point: the light of the object's edge and of what is behind it.
   double mixed_gaps = 1.5;
@@ -25,13 +28,20 @@ struct ObstacleOptions {
   bool unseen = true;
 };
 
-/// Surfaces in C, closed and convex each: one about each group of leftover points, and the shadows
-/// of the objects but the target down to the table.
+/// What a motion keeps clear of besides the perceived objects; surfaces in C.
+struct Obstacles {
+  /// One about each group of points that belong to no object, made of convex closed surfaces that
+  /// may cut each other.
+  std::vector<geometry::TriangleMesh> measured_C;
+  /// Space that was not seen: the shadows of the objects but the target down to the table, convex
+  /// and closed. Something may be there or not.
+  std::vector<geometry::TriangleMesh> unseen_C;
+};
+
 /// @param target  position in scene.objects
 /// @param places_C  where the sensors stood, at least one [m]
 /// O(n log n) for n points above the table.
-std::vector<geometry::TriangleMesh> ObstaclesOf(const perception::Scene& scene, std::size_t target,
-                                                const geometry::Points& places_C,
-                                                const ObstacleOptions& options);
+Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
+                      const geometry::Points& places_C, const ObstacleOptions& options);
 
 }  // namespace rangegrasp::grasp

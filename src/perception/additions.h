@@ -90,6 +90,10 @@ struct FeatureAdditions {
   /// did not see through. Without it the far half of a lying cylinder is missing and a hand that
   /// closes on the seen half meets the other.
   bool complete_by_symmetry = true;
+  /// Closes an object whose top leans by planes square to the top; off: square to the table. What
+  /// leans on something else has no faces square to the table, and a hand that closes on those
+  /// meets the object's real ones at a slant.
+  bool complete_leaning = true;
   /// Mixed points that hang off an object's ends singly are no part of its completed shape.
   bool trim_strays = true;
   /// A part whose footprint is nowhere long is a needle of mixed points along one ray.
@@ -100,7 +104,7 @@ struct FeatureAdditions {
   /// near rim of a container and its far wall.
   bool open_strays = true;
 };
-constexpr std::array<core::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<core::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
@@ -124,6 +128,8 @@ constexpr std::array<core::Addition<FeatureAdditions>, 18> AdditionsOf(const Fea
       {"merge_fragments", &A::merge_fragments, "join segments of one object"},
       {"complete_by_symmetry", &A::complete_by_symmetry,
        "mirror the surface of objects that are not rotational"},
+      {"complete_leaning", &A::complete_leaning,
+       "close objects that lean square to their top; off: square to the table"},
       {"trim_strays", &A::trim_strays,
        "single points off an object's ends are left out of its completed shape"},
       {"drop_needles", &A::drop_needles,

@@ -224,6 +224,15 @@ struct CompletionOptions {
   double slice_m = 0.020;       ///< thickness of those hulls
   double slice_overlap = 0.15;  ///< of a slice; so that no gap is left between neighbors
 
+  // With complete_leaning.
+  double min_lean_rad = 0.14;       ///< of the top (8 deg): noise and the table's own fit are below
+  double max_lean_rad = 1.13;       ///< a top that leans further (65 deg) is a side
+  double min_lean_depth_m = 0.012;  ///< what is seen below the top says how thick the object is
+  /// Points further than this outside the top's outline, along its normal, are no face square to it
+  /// ...
+  AdaptiveLength lean_margin_m{0.006, {.noises = 4.0, .gaps = 1.0}};
+  double max_lean_outside = 0.15;  ///< ... and at most this share of all may be there
+
   // Bodies of revolution.
   int sides = 36;         ///< of the surface: 0.4 % of the radius inside the circle
   double wall_m = 0.004;  ///< a wall, or the floor under a cavity, that was seen from one side only

@@ -163,6 +163,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &c.free_margin_m,
                                  &c.end_band_m,
                                  &c.wall_outline_m,
+                                 &c.lean_margin_m,
                                  &c.cell_m,
                                  &c.attached_m,
                                  &c.link_m,

@@ -70,14 +70,18 @@ class Execution {
     Moment("start");
     Grasp();
     Lift();
-    if (log_.held_after_lift) Carry();
-    if (log_.held_after_carry) Deliver();
+    if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
+    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) Deliver();
+    if (ByAperture() && holding_) LetGo();
     Finish();
     Moment("end");
     return log_;
   }
 
  private:
+  bool ByAperture() const { return program_.ends_by == EndsBy::kAperture; }
+  bool GoesOn(bool held, bool felt) const { return ByAperture() ? felt : held; }
+
   void Grasp() {
     controller_.Preshape(program_.opening_m);
     Follow(program_.reach);
@@ -93,15 +97,31 @@ class Execution {
     }
     Wait(kClosedHold_s);
     Moment("closed");
+    if (ByAperture()) LookWhatIsHeld();
     closed_pose_ = PoseInHand(world_, hand_, target_);
     center_before_ = world_.ObjectCenterOfMass(target_);
     holding_ = true;
   }
 
+  // What the hand took may be another thing than what it was sent for; figures are of what it
+  // holds.
+  void LookWhatIsHeld() {
+    double hardest_N = 0.0;
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (world_.parked(object)) continue;
+      const double pressure_N =
+          internal::PressureOn(world_.model(), world_.data(), hand_, world_.object_body(object));
+      if (pressure_N <= hardest_N) continue;
+      hardest_N = pressure_N;
+      target_ = object;
+    }
+    audit_.SetTarget(target_);
+  }
+
   void Lift() {
     Follow(program_.lift);
     Wait(kLiftSettle_s);
-    const bool touched = TouchNow().hand;
+    const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
     audit_.BeginRest();
     const double force_N = controller_.force_N();
     for (double t = 0.0; touched && t < kRest_s; t += Period()) {
@@ -111,7 +131,10 @@ class Execution {
     audit_.EndRest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = HeldNow();
+    log_.aperture.lifted_rad = controller_.Aperture();
+    log_.aperture.holds_after_lift = !controller_.FeelsEmpty();
     RecordHold();
+    carrying_ = true;
     Moment("lifted");
   }
 
@@ -119,7 +142,10 @@ class Execution {
     Follow(program_.carry, Start::kRejoin);
     Wait(kCarrySettle_s);
     log_.held_after_carry = HeldNow();
+    log_.aperture.carried_rad = controller_.Aperture();
+    log_.aperture.holds_after_carry = !controller_.FeelsEmpty();
     RecordHold();
+    carrying_ = false;
   }
 
   // Of what is lost already it stays what it was then.
@@ -154,9 +180,7 @@ class Execution {
     FollowUntilContact(program_.lower, "lower");
     Wait(kCarrySettle_s);
     Moment("delivered");
-    holding_ = false;
-    controller_.Open();
-    for (double t = 0.0; !controller_.FullyOpen() && t < kOpenLimit_s; t += Period()) Tick();
+    LetGo();
     Follow(program_.retreat);
     double rest_since_s = world_.time_s();
     for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s;
@@ -166,7 +190,14 @@ class Execution {
     }
   }
 
+  void LetGo() {
+    holding_ = false;
+    controller_.Open();
+    for (double t = 0.0; !controller_.FullyOpen() && t < kOpenLimit_s; t += Period()) Tick();
+  }
+
   void Finish() {
+    log_.target = target_;
     const Eigen::Vector3d center = world_.ObjectCenterOfMass(target_);
     const Eigen::Vector3d place = world_.SitePose("delivery").translation();
     const internal::Touch touch = TouchNow();
@@ -174,27 +205,12 @@ class Execution {
     log_.at_rest = world_.ObjectSpeed(target_) < kRestSpeed_m_s;
     log_.touched_by_hand = touch.hand;
     // A sleeping object's contacts are not listed: at rest over the table and free of the hand, it
-    // rests on the table.
-    log_.on_support = log_.at_rest && !touch.hand && center.z() > place.z() && OverTable(center);
+    // rests on the table, if there is one below it.
+    log_.on_support =
+        log_.at_rest && !touch.hand && center.z() > place.z() && world_.OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
     log_.joints_at_limits = audit_.JointsAtLimits();
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
-  }
-
-  // The engine's planes are infinite whatever their size: what left the table comes to rest on
-  // nothing.
-  bool OverTable(const Eigen::Vector3d& point_W) const {
-    const mjModel* model = world_.model();
-    bool bounded = false;
-    for (int geom = 0; geom < model->ngeom; ++geom) {
-      const mjtNum* size = model->geom_size + 3 * geom;
-      if (model->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model, geom)) continue;
-      if (size[0] <= 0.0 || size[1] <= 0.0) return true;
-      const Eigen::Vector3d point_G = internal::GeomPose(world_.data(), geom).inverse() * point_W;
-      if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
-      bounded = true;
-    }
-    return !bounded;
   }
 
   // From where the arm was stopped it follows lift and retreat by as much beside them: to join them
@@ -208,7 +224,7 @@ class Execution {
     const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
     const double duration = trajectory.Duration();
-    while (!lost_ && world_.time_s() - start < duration) {
+    while (!Ended() && world_.time_s() - start < duration) {
       const double t = world_.time_s() - start + Period();
       command_ = internal::CommandAt(trajectory, t);
       const double share = from == Start::kRejoin ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0;
@@ -232,7 +248,7 @@ class Execution {
   }
 
   void Wait(double duration_s) {
-    for (double t = 0.0; !lost_ && t < duration_s; t += Period()) Tick();
+    for (double t = 0.0; !Ended() && t < duration_s; t += Period()) Tick();
   }
 
   void Tick() {
@@ -247,9 +263,13 @@ class Execution {
         RecordHold();
         lost_ = true;
       }
+      empty_s_ = ByAperture() && controller_.FeelsEmpty() ? empty_s_ + Period() : 0.0;
     }
     Frame();
   }
+
+  // Before the lift has ended an empty hand goes on: it has to leave its place among the objects.
+  bool Ended() const { return ByAperture() ? carrying_ && empty_s_ > kLost_s : lost_; }
 
   void Frame() {
     if (observer_.frame_period_s <= 0.0 || !observer_.on_moment) return;
@@ -272,7 +292,7 @@ class Execution {
   double Period() const { return world_.physics().timestep_s; }
 
   World& world_;
-  const int target_;
+  int target_;
   const GraspProgram& program_;
   const AuditBounds& bounds_;
   const ExecutionObserver& observer_;
@@ -291,7 +311,9 @@ class Execution {
   bool holding_ = false;
   bool moves_freely_ = false;
   bool lost_ = false;
+  bool carrying_ = false;
   double untouched_s_ = 0.0;
+  double empty_s_ = 0.0;
   double next_frame_s_ = 0.0;
 };
 

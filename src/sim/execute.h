@@ -11,11 +11,17 @@
 
 namespace rangegrasp::sim {
 
+/// What ends a grasp early.
+enum class EndsBy {
+  kTruth,     ///< the target is lost: the outcome of a single trial is decided
+  kAperture,  ///< the hand has closed on nothing, by its own joints: what a real hand knows
+};
 /// The motions of one grasp and the hand's part in them.
 struct GraspProgram {
   core::JointTrajectory reach, approach, lift, carry, lower, retreat;
   double opening_m = 0.1;  ///< gap of the pads before closing
   bool firm = false;       ///< begins with the strongest grip
+  EndsBy ends_by = EndsBy::kTruth;
 };
 
 /// The hand's controller: one motor, not back-drivable, slip-controlled grip. Forces are between
@@ -80,9 +86,18 @@ struct Audit {
   std::string failed;  ///< the first figure out of bounds, with value and bound; empty if valid
 };
 
+/// What the hand's joints tell of what it holds, without truth.
+struct ApertureLog {
+  double lifted_rad = 0.0;   ///< from the closed end, when the lift has ended
+  double carried_rad = 0.0;  ///< above the delivery place; 0 where it was not carried
+  bool holds_after_lift = false;
+  bool holds_after_carry = false;
+};
+
 /// What happened, as truth sees it. What describes a hold is of the moment when the hold ended: the
 /// loss of the target, the end of the lift where it was not lifted, the end of the carry.
 struct ExecutionLog {
+  int target = 0;                 ///< the object that all this is of
   double lift_height_m = 0.0;     ///< the target's rise at the end of the lift
   bool held_after_lift = false;   ///< touched by the hand alone
   bool held_after_carry = false;  ///< still so above the delivery place
@@ -103,6 +118,7 @@ struct ExecutionLog {
   /// whose drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
   double simulated_s = 0.0;
+  ApertureLog aperture;  ///< all that is no truth
   Audit audit;
 };
 
@@ -119,8 +135,11 @@ struct ExecutionObserver {
 /// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
 /// that something is in the way; then the world steps until the target rests (3 s
 /// at most). It ends early where the target is not held after the lift, or is lost on the way: the
-/// outcome is decided. The arm should stand at the first sample of `reach`.
-/// Everything depends on the world's state and the arguments alone.
+/// outcome is decided. A program that ends by the aperture is about
+/// what the hand presses hardest when it has closed (the given target if nothing), goes on until
+/// the hand's joints tell that it holds nothing, whatever it holds, and leaves the hand open. The
+/// arm should stand at the first sample of `reach`. Everything depends on the world's state and the
+/// arguments alone.
 /// @param rng  of the slip sensors' noise
 /// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.

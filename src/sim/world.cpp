@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -252,6 +253,19 @@ std::optional<Container> World::container() const {
     throw core::InputError("the scene's site \"container\" must be a box: the interior");
   }
   return Container{internal::SitePose(data(), site), Vec3(model()->site_size + 3 * site)};
+}
+
+bool World::OverTable(const Eigen::Vector3d& point_W) const {
+  bool bounded = false;
+  for (int geom = 0; geom < model()->ngeom; ++geom) {
+    const mjtNum* size = model()->geom_size + 3 * geom;
+    if (model()->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model(), geom)) continue;
+    if (size[0] <= 0.0 || size[1] <= 0.0) return true;
+    const Eigen::Vector3d point_G = internal::GeomPose(data(), geom).inverse() * point_W;
+    if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
+    bounded = true;
+  }
+  return !bounded;
 }
 
 double World::ObjectSpeed(int object) const {

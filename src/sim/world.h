@@ -96,6 +96,9 @@ class World {
   void ParkObject(int object);  ///< out of sight and reach, as before it was placed
   std::shared_ptr<const SavedWorld> Save() const;
   void Restore(const SavedWorld& saved);  ///< @param saved  of this world
+  /// Whether a point stands over a table of the scene: the engine's planes are infinite whatever
+  /// their size. True in a scene without a bounded plane.
+  bool OverTable(const Eigen::Vector3d& point_W) const;
   void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
   Eigen::VectorXd ArmPositions() const;
 

@@ -2,14 +2,17 @@
 
 #include <array>
 
+#include "tasks/clearing/clearing_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
+#include "tasks/times/times_task.h"
 
 namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
-  static const std::array kinds = {grasping::GraspingTask(), seam_task::SeamTask(), PartsTask()};
+  static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
+                                   times::TimesTask(), seam_task::SeamTask(), PartsTask()};
   return kinds;
 }
 

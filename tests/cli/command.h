@@ -17,13 +17,15 @@ namespace rangegrasp::testing_support {
 /// The `rangegrasp` program in a process of its own.
 class Command {
  public:
+  /// @param preload  a shared library that its functions are taken from first; none if empty
   explicit Command(std::vector<std::string> arguments, const std::string& stdout_file = "",
-                   const std::string& stdin_file = "/dev/null") {
+                   const std::string& stdin_file = "/dev/null", const std::string& preload = "") {
     arguments.insert(arguments.begin(), RANGEGRASP_BINARY);
     const std::string out = stdout_file.empty() ? (folder_ / "out").string() : stdout_file;
     const std::string err = (folder_ / "err").string();
     pid_ = fork();
     if (pid_ != 0) return;
+    if (!preload.empty()) setenv("LD_PRELOAD", preload.c_str(), 1);
     Redirect(stdin_file, O_RDONLY, STDIN_FILENO);
     Redirect(out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
     Redirect(err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);

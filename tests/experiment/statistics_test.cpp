@@ -47,6 +47,38 @@ TEST(Wilson, RejectsImpossibleCounts) {
   EXPECT_THROW(WilsonInterval(3, 2), std::invalid_argument);
 }
 
+TEST(ClusteredInterval, IsWilsonsWhereClustersDifferAsIndependentTrialsDo) {
+  // k of n = 4 of each cluster as often as the binomial of p = 1/2 has it: 1, 4, 6, 4, 1 of 16.
+  std::vector<Cluster> clusters;
+  for (const int k : {0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4}) clusters.push_back({k, 4});
+  const auto [low, high] = ClusteredInterval(clusters);
+  const auto [wilson_low, wilson_high] = WilsonInterval(32, 64);
+  // 15 in place of 16 in the clusters' variance: 3 % of the half width of 0.12.
+  EXPECT_NEAR(low, wilson_low, 0.005);
+  EXPECT_NEAR(high, wilson_high, 0.005);
+}
+
+TEST(ClusteredInterval, ClustersThatGoTogetherCountAsOneTrialEach) {
+  std::vector<Cluster> clusters;
+  for (int i = 0; i < 10; ++i) clusters.push_back({i < 4 ? 12 : 0, 12});
+  const auto [low, high] = ClusteredInterval(clusters);
+  const auto [wilson_low, wilson_high] = WilsonInterval(4, 10);
+  EXPECT_DOUBLE_EQ(low, wilson_low);
+  EXPECT_DOUBLE_EQ(high, wilson_high);
+}
+
+TEST(ClusteredInterval, WhereAllSucceedTheNumberOfClustersCounts) {
+  const std::vector<Cluster> clusters(20, Cluster{12, 12});
+  const auto [low, high] = ClusteredInterval(clusters);
+  EXPECT_DOUBLE_EQ(low, WilsonInterval(20, 20).first);
+  EXPECT_EQ(high, 1.0);
+}
+
+TEST(ClusteredInterval, RefusesWhatIsNoCount) {
+  EXPECT_THROW(ClusteredInterval({}), std::invalid_argument);
+  EXPECT_THROW(ClusteredInterval({{3, 2}}), std::invalid_argument);
+}
+
 TEST(McNemar, IsTheTwoSidedBinomialTail) {
   EXPECT_DOUBLE_EQ(McNemarExact(0, 0), 1.0);
   EXPECT_NEAR(McNemarExact(0, 5), 2.0 / 32.0, 1e-12);

@@ -21,9 +21,9 @@ geometry::TriangleMesh Box(const Vector3d& low, const Vector3d& high) {
 }
 
 // The table z = 0 and the target, a box of 40 mm that stands at the origin, seen from above.
-class Obstacles : public ::testing::Test {
+class ObstaclesTest : public ::testing::Test {
  protected:
-  Obstacles() {
+  ObstaclesTest() {
     scene_.sampling.gap_m = kGap_m;
     AddObject({-0.02, -0.02, 0.0}, {0.02, 0.02, 0.04});
   }
@@ -47,16 +47,19 @@ class Obstacles : public ::testing::Test {
     }
   }
   std::vector<geometry::TriangleMesh> Found(const ObstacleOptions& options = {}) const {
-    return ObstaclesOf(scene_, 0, {sensor_}, options);
+    Obstacles obstacles = ObstaclesOf(scene_, 0, {sensor_}, options);
+    std::vector<geometry::TriangleMesh> all = std::move(obstacles.measured_C);
+    all.insert(all.end(), obstacles.unseen_C.begin(), obstacles.unseen_C.end());
+    return all;
   }
 
   const Vector3d sensor_{0.0, 0.0, 1.0};
   perception::Scene scene_;
 };
 
-TEST_F(Obstacles, ATargetAloneHasNone) { EXPECT_TRUE(Found().empty()); }
+TEST_F(ObstaclesTest, ATargetAloneHasNone) { EXPECT_TRUE(Found().empty()); }
 
-TEST_F(Obstacles, WhatBelongsToNoObjectIsOne) {
+TEST_F(ObstaclesTest, WhatBelongsToNoObjectIsOne) {
   AddLeftover({0.10, 0.0, 0.02}, 5);
   const auto found = Found();
   ASSERT_EQ(found.size(), 1u);
@@ -70,7 +73,23 @@ TEST_F(Obstacles, WhatBelongsToNoObjectIsOne) {
   EXPECT_TRUE(Found(without).empty());
 }
 
-TEST_F(Obstacles, PointsOfTheTableAreNone) {
+// A wall of 200 mm on each of two sides of a corner: the space in the corner stays free.
+TEST_F(ObstaclesTest, AThingThatIsNotConvexLeavesRoomInItsBend) {
+  AddLeftover({0.30, 0.0, 0.02}, 50);
+  for (int i = 1; i < 50; ++i) scene_.points_C.emplace_back(0.30 + i * kGap_m, 0.0, 0.02);
+  const auto found = Found();
+  ASSERT_EQ(found.size(), 1u);
+  for (const Vector3d& v : found[0].vertices) {
+    EXPECT_TRUE(std::abs(v.x() - 0.30) < kGap_m || std::abs(v.y()) < kGap_m) << v.transpose();
+  }
+}
+
+TEST_F(ObstaclesTest, WhatTheTargetLeansOnIsNotTheTargetsIfItIsLarger) {
+  AddLeftover({0.02 + 2.5 * kGap_m, 0.0, 0.04}, 30);
+  EXPECT_EQ(Found().size(), 1u);
+}
+
+TEST_F(ObstaclesTest, PointsOfTheTableAreNone) {
   AddLeftover({0.10, 0.0, 0.02}, 5);
   for (std::uint32_t i = 0; i < 5; ++i) {
     scene_.table.points.push_back(static_cast<std::uint32_t>(scene_.points_C.size() - 5 + i));
@@ -78,18 +97,18 @@ TEST_F(Obstacles, PointsOfTheTableAreNone) {
   EXPECT_TRUE(Found().empty());
 }
 
-TEST_F(Obstacles, OneOrTwoPointsAreNoise) {
+TEST_F(ObstaclesTest, OneOrTwoPointsAreNoise) {
   AddLeftover({0.10, 0.0, 0.02}, 2);
   EXPECT_TRUE(Found().empty());
 }
 
-TEST_F(Obstacles, WhatHangsOnTheTargetIsTheTargets) {
+TEST_F(ObstaclesTest, WhatHangsOnTheTargetIsTheTargets) {
   AddLeftover({0.02 + 2.5 * kGap_m, 0.0, 0.04}, 5);
   EXPECT_TRUE(Found().empty());
 }
 
 // In line with the target's edge as the sensor sees it, and far below it.
-TEST_F(Obstacles, PointsBesideAnEdgeInTheImageAreMixed) {
+TEST_F(ObstaclesTest, PointsBesideAnEdgeInTheImageAreMixed) {
   const Vector3d edge(0.021, 0.0, 0.04);
   scene_.objects[0].completed_C.clear();  // so that it does not hang on it
   for (const double share : {1.005, 1.010, 1.015, 1.020}) {
@@ -100,7 +119,7 @@ TEST_F(Obstacles, PointsBesideAnEdgeInTheImageAreMixed) {
 
 // An object of 40 mm height beside the target, seen at a slant: its shadow reaches
 // 0.04 * 0.2 / 0.96 m further from the sensor's foot than its edge does, and down to the table.
-TEST_F(Obstacles, BehindAnotherObjectNothingIsKnown) {
+TEST_F(ObstaclesTest, BehindAnotherObjectNothingIsKnown) {
   AddObject({0.20, -0.02, 0.0}, {0.24, 0.02, 0.04});
   const auto found = Found();
   ASSERT_EQ(found.size(), 1u);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/units.h"
 #include "perception/analytic.h"
 #include "perception/internal/symmetry.h"
 
@@ -130,6 +131,64 @@ TEST(CompleteOther, LeavesPointsOutThatHangOffItsEndsSingly) {
   Part part = given.Describe(points);
   const Completion box = CompleteOther(given.Context(), part, 0.0);
   EXPECT_NEAR(geometry::Volume(box.surface_C), 0.06 * 0.08 * 0.1, 1e-9);
+}
+
+/// The same box turned by an angle about its lower edge on the far side, which stays on the table.
+struct LeaningBox {
+  explicit LeaningBox(double lean_rad) {
+    const Eigen::AngleAxisd turn(lean_rad, -Vector3d::UnitY());
+    Analytic upright;
+    points = AddBox(upright);
+    for (std::size_t i = 0; i < upright.cloud.size(); ++i) {
+      const Vector3d p = upright.cloud.points[i] + Vector3d(0.03, 0.0, 0.0);
+      shape.Add(turn * p, turn * upright.cloud.normals[i]);
+    }
+  }
+  Analytic shape;
+  Indices points;
+};
+
+TEST(CompleteOther, ALeaningBoxIsClosedSquareToItsTop) {
+  const LeaningBox box(core::Deg(25.0));
+  const Given given(box.shape.cloud);
+  const Part part = given.Describe(box.points);
+  ASSERT_TRUE(part.top);
+  // Seen down to 10 mm above its bottom.
+  const Completion closed = CompleteOther(given.Context(), part, 0.0);
+  EXPECT_NEAR(geometry::Volume(closed.surface_C), 0.06 * 0.08 * 0.09, 1e-6);
+  for (const Vector3d& p : closed.points_C) EXPECT_GE(p.z(), -1e-9);
+
+  Given off(box.shape.cloud);
+  off.options.complete_leaning = false;
+  EXPECT_GT(geometry::Volume(CompleteOther(off.Context(), part, 0.0).surface_C),
+            1.2 * 0.06 * 0.08 * 0.1);
+}
+
+TEST(CompleteOther, ALeaningBoxEndsAtWhatItStandsOn) {
+  const LeaningBox box(core::Deg(25.0));
+  const Given given(box.shape.cloud);
+  const Completion closed = CompleteOther(given.Context(), given.Describe(box.points), 0.03);
+  const std::size_t seen = box.points.size();
+  for (std::size_t k = seen; k < closed.points_C.size(); ++k) {
+    EXPECT_GE(closed.points_C[k].z(), 0.03 - 1e-9);
+  }
+}
+
+// A roof's other side is no wall square to the first.
+TEST(CompleteOther, WhatSlopesAwayFromALeaningTopIsNotSquareToIt) {
+  Analytic shape;
+  const Vector3d down_left(-0.03, 0.0, -0.0173);
+  const Vector3d down_right(0.04, 0.0, -0.04);
+  const Vector3d ridge(0.0, 0.04, 0.0);
+  Indices points = shape.AddRectangle(Vector3d(0.0, 0.0, 0.1) + down_left, down_left, ridge);
+  points =
+      Joined(points, shape.AddRectangle(Vector3d(0.0, 0.0, 0.1) + down_right, down_right, ridge));
+  const Given given(shape.cloud);
+  const Part part = given.Describe(points);
+  Given off(shape.cloud);
+  off.options.complete_leaning = false;
+  EXPECT_EQ(geometry::Volume(CompleteOther(given.Context(), part, 0.0).surface_C),
+            geometry::Volume(CompleteOther(off.Context(), part, 0.0).surface_C));
 }
 
 TEST(CompleteOther, AnAngleIsNotFilled) {

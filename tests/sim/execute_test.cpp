@@ -195,6 +195,70 @@ TEST(Execute, RepeatsItselfToTheByteInOneProcessAndAcross) {
   EXPECT_TRUE(first == other);
 }
 
+// What a program without truth goes by: the joints of a hand that has closed on something stop
+// short of where those of an empty one do.
+TEST(Aperture, TellsAHeldObjectFromNothing) {
+  for (const Case* setup : {&kBox, &kCylinder, &kMugRim}) {
+    World world = Arrange(*setup);
+    auto program = testing::MakeProgram(world, setup->grasp);
+    ASSERT_TRUE(program);
+    program->ends_by = EndsBy::kAperture;
+    const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+    EXPECT_TRUE(log.aperture.holds_after_lift) << setup->object;
+    EXPECT_TRUE(log.aperture.holds_after_carry) << setup->object;
+    EXPECT_TRUE(Delivered(log)) << setup->object;
+  }
+  World world = Arrange(kBox);
+  // 20 mm of air between the hand and the box.
+  auto program =
+      testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
+  ASSERT_TRUE(program);
+  program->ends_by = EndsBy::kAperture;
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  EXPECT_FALSE(log.aperture.holds_after_lift);
+  EXPECT_FALSE(log.aperture.holds_after_carry);
+  EXPECT_LT(log.lift_height_m, 0.01);
+}
+
+TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
+  World world = Arrange(kBox);
+  const core::Pose before = world.ObjectPose(0);
+  auto empty =
+      testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
+  const auto full = testing::MakeProgram(world, kBox.grasp);
+  ASSERT_TRUE(empty && full);
+  empty->ends_by = EndsBy::kAperture;
+  Execute(world, 0, *empty, {}, {}, core::Rng(1));
+  world.SetArm(full->reach.positions.front());
+  ASSERT_LT((world.ObjectPose(0).translation() - before.translation()).norm(), 0.001);
+  EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, core::Rng(1))));
+}
+
+// Another object than the meant one is carried on, and what is told is of that one.
+TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
+  const ObjectModel box = testing::RepositoryObject("dextrose");
+  const ObjectModel other = testing::RepositoryObject("salt_cylinder");
+  World world(testing::Tabletop(), {box, other}, {});
+  for (const int object : {0, 1}) {
+    const auto poses = StableRestingPoses(object == 0 ? box : other, 0.0);
+    const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
+    world.PlaceObject(object,
+                      core::MakePose(face.R_WO.toRotationMatrix(),
+                                     {0, object == 0 ? 0.0 : 0.15, face.height_m + 0.0002}));
+  }
+  ASSERT_TRUE(world.Settle());
+  auto program = testing::MakeProgram(world, kBox.grasp);
+  ASSERT_TRUE(program);
+  program->ends_by = EndsBy::kAperture;
+  const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, core::Rng(1));
+  EXPECT_TRUE(log.aperture.holds_after_carry);
+  EXPECT_EQ(log.target, 0);
+  EXPECT_TRUE(Delivered(log));
+  EXPECT_EQ(log.audit.failed, "");
+  const Eigen::Vector3d place_W = world.SitePose("delivery").translation();
+  EXPECT_LT((world.ObjectCenterOfMass(0) - place_W).head<2>().norm(), 0.15);
+}
+
 TEST(Execute, TellsOfItsMoments) {
   World world = Arrange(kBox);
   const auto program = testing::MakeProgram(world, kBox.grasp);

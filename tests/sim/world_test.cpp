@@ -200,5 +200,45 @@ TEST(World, SaysWhyAnObjectIsNone) {
   EXPECT_THAT(Complaint("noscene.xml", {}), HasSubstr("noscene.xml"));
 }
 
+// As if nothing had happened in between, to the last bit.
+TEST(World, GoesBackToWhatWasSaved) {
+  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  world.PlaceObject(0, At(0.0, 0.0, 0.2));
+  for (int i = 0; i < 20; ++i) world.Step();
+  const auto saved = world.Save();
+  const auto run = [&] {
+    world.PlaceObject(1, At(0.01, 0.0, 0.6));
+    for (int i = 0; i < 200; ++i) world.Step();
+    return world.ObjectPose(0).matrix().eval();
+  };
+  const Eigen::Matrix4d first = run();
+  world.Restore(*saved);
+  EXPECT_TRUE(world.parked(1));
+  EXPECT_EQ(first, run());
+}
+
+TEST(World, KnowsHowFarThingsAreApart) {
+  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  world.PlaceObject(0, At(0.0, 0.0, 0.06));
+  world.PlaceObject(1, At(0.1, 0.0, 0.06));  // half edges of 30 mm along x: 40 mm are between them
+  EXPECT_NEAR(world.ObjectDistance(0, 1, 1.0), 0.04, 1e-6);
+  EXPECT_EQ(world.ObjectDistance(0, 1, 0.02), 0.02);
+  EXPECT_NEAR(world.SceneDistance(0, 1.0), 0.01, 1e-9);
+  EXPECT_NEAR(world.ObjectBounds(1).max().x(), 0.13, 1e-9);
+  world.PlaceObject(1, At(0.055, 0.0, 0.06));
+  EXPECT_NEAR(world.ObjectDistance(0, 1, 1.0), -0.005, 1e-6);
+}
+
+TEST(World, SeesAnOpenBoxUnderALabelOfItsOwn) {
+  const World world(std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "scenes/tabletop_box.xml",
+                    {RepositoryObject("dextrose")}, {});
+  ASSERT_TRUE(world.container());
+  EXPECT_NEAR(world.container()->half_m.y(), 0.21, 1e-12);
+  int boxes = 0;
+  for (const auto& mesh : world.VisualMeshes()) boxes += mesh.label == kContainerLabel ? 1 : 0;
+  EXPECT_EQ(boxes, 1);
+  EXPECT_FALSE(World(Tabletop(), {}, {}).container());
+}
+
 }  // namespace
 }  // namespace rangegrasp::sim

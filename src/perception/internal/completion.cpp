@@ -153,6 +153,61 @@ geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& 
   return mesh;
 }
 
+/// What a leaning object's far corners and walls are, if its top leans and its points below the top
+/// stand square to it: the outline in the top's plane, moved against the top's normal as far down
+/// as points were seen, but not below the base.
+std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Part& part,
+                                          const Points& points, double base_m) {
+  const CompletionOptions& options = context.options.completion;
+  if (!part.top || part.top->ridge) return {};
+  const geometry::Plane& plane = part.top->plane;
+  const double upright = plane.normal.dot(context.table.normal);
+  if (upright > std::cos(options.min_lean_rad) || upright < std::cos(options.max_lean_rad)) {
+    return {};
+  }
+  std::vector<double> depths;
+  depths.reserve(points.size());
+  for (const auto& p : points) depths.push_back(-plane.Distance(p));
+  const double depth_m = SupportedEnd(depths, options);
+  if (depth_m < options.min_lean_depth_m) return {};
+
+  const PlanarFrame frame = MakePlanarFrame(plane, part.top->center_C);
+  const auto of_top = Flatten(frame, geometry::Select(context.cloud.points, part.top->points));
+  const auto top = ConvexPolygon::Around(of_top);
+  if (FilledArea(of_top, options.cell_m) < options.min_fill * top.Area()) return {};
+  const auto flat = Flatten(frame, points);
+  const auto outside = std::count_if(flat.begin(), flat.end(), [&](const Eigen::Vector2d& q) {
+    return top.Distance(q) > options.lean_margin_m;
+  });
+  if (static_cast<double>(outside) > options.max_lean_outside * static_cast<double>(flat.size())) {
+    return {};
+  }
+
+  Completion leaning;
+  leaning.points_C = points;
+  Points solid = points;
+  const auto outline = ConvexPolygon::Around(flat);
+  for (std::size_t i = 0; i < outline.corners.size(); ++i) {
+    const Eigen::Vector2d& a = outline.corners[i];
+    const Eigen::Vector2d& b = outline.corners[(i + 1) % outline.corners.size()];
+    const auto posts = static_cast<int>(std::ceil((b - a).norm() / options.wall_step_m));
+    for (int post = 0; post < posts; ++post) {
+      const Eigen::Vector3d high = frame.Lift(a + (b - a) * post / posts);
+      const double to_base_m = (context.table.Distance(high) - base_m) / upright;
+      const double deep_m = std::clamp(to_base_m, 0.0, depth_m);
+      for (double d = 0.0; d < deep_m; d += options.wall_step_m) {
+        leaning.points_C.push_back(high - d * plane.normal);
+      }
+      if (post == 0) {
+        solid.push_back(high);
+        solid.push_back(high - deep_m * plane.normal);
+      }
+    }
+  }
+  leaning.surface_C = geometry::ConvexHull(solid);
+  return leaning;
+}
+
 }  // namespace
 
 Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
@@ -180,6 +235,10 @@ Completion CompleteOther(const ObjectContext& context, const Part& part, double 
     completion.points_C = WithoutStrays(context, part, completion.points_C);
   }
   if (completion.points_C.empty()) return completion;
+  if (context.options.complete_leaning) {
+    auto leaning = CompleteLeaning(context, part, completion.points_C, base_m);
+    if (leaning) return std::move(*leaning);
+  }
   completion.surface_C = ConvexPieces(context, completion.points_C, base_m);
   const Points walls = Walls(context, completion.points_C, base_m);
   completion.points_C.insert(completion.points_C.end(), walls.begin(), walls.end());

@@ -18,6 +18,8 @@ class AuditRecorder {
  public:
   AuditRecorder(const World& world, const HandGeoms& hand, const ArmServo& servo, int target);
 
+  /// Another object, before anything was held.
+  void SetTarget(int target) { target_ = target; }
   /// After each step. Penetration and equality errors count while `holding`: from the closed hand
   /// to its release.
   /// @param free_motion  what the arm was commanded to, where it moves freely; else null

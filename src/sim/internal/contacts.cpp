@@ -92,6 +92,22 @@ std::vector<ContactPoint> ContactsOf(const mjModel* model, const mjData* data,
   return contacts;
 }
 
+double PressureOn(const mjModel* model, const mjData* data, const HandGeoms& hand,
+                  int object_body) {
+  double pressure_N = 0.0;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    for (const int side : {0, 1}) {
+      if (contact.geom[side] < 0 || contact.geom[1 - side] < 0) continue;
+      const bool of_object =
+          model->body_rootid[model->geom_bodyid[contact.geom[side]]] == object_body;
+      if (of_object && hand.IsHand(contact.geom[1 - side]))
+        pressure_N += NormalForce(model, data, i);
+    }
+  }
+  return pressure_N;
+}
+
 Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body) {
   Touch touch;
   for (int i = 0; i < data->ncon; ++i) {

@@ -55,6 +55,8 @@ struct ContactPoint {
 };
 std::vector<ContactPoint> ContactsOf(const mjModel* model, const mjData* data,
                                      const HandGeoms& hand, int object_body);
+/// Sum of the normal forces of the hand's contacts with an object [N].
+double PressureOn(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body);
 Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body);
 
 }  // namespace rangegrasp::sim::internal

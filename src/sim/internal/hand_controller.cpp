@@ -15,6 +15,12 @@ constexpr int kGapSteps = 60;
 // A joint is where it should be within this: 3 mm of gap, twice what the passive fingers' springs
 // move it by.
 constexpr double kAtTarget_rad = 0.02;
+// A gap of the tips that a closed hand's joints tell from none: what it closes on is thicker (the
+// bowl's wall: 3 mm, and the glove gives less than that). Closed on nothing the joints stop at up to
+// 1.1 mm, the passive fingers' springs being in between.
+constexpr double kLeastFelt_m = 0.002;
+// Halvings of one of the steps above: 0.03 mm of gap.
+constexpr int kGapHalvings = 6;
 // And at the closed end of its range within this: 1.4 mm of gap, nothing to be held there.
 constexpr double kAtClosedEnd_rad = 0.01;
 
@@ -76,19 +82,27 @@ double HandController::Speed() const {
 }
 
 // The most closed angle whose gap is at least gap_m, found on a copy of the kinematics.
-double HandController::AngleOfGap(double gap_m) const {
+double HandController::AngleOfGap(double gap_m, int halvings) const {
   const mjModel* model = world_->model();
   mjData* scratch = nullptr;
   double best = open_limit_[0];
   const double upper = model->jnt_range[2 * joints_[0] + 1];
   CallEngine(nullptr, [&] { scratch = mj_makeData(model); });
   const DataPtr owner(scratch);
-  for (int i = 0; i <= kGapSteps; ++i) {
-    const double angle = open_limit_[0] + (upper - open_limit_[0]) * i / kGapSteps;
+  const auto is_open = [&](double angle) {
     for (const int joint : joints_) scratch->qpos[model->jnt_qposadr[joint]] = angle;
     CallEngine(nullptr, [&] { mj_kinematics(model, scratch); });
-    if (hand_->Gap(model, scratch) < gap_m) break;
+    return hand_->Gap(model, scratch) >= gap_m;
+  };
+  for (int i = 0; i <= kGapSteps; ++i) {
+    const double angle = open_limit_[0] + (upper - open_limit_[0]) * i / kGapSteps;
+    if (!is_open(angle)) break;
     best = angle;
+  }
+  double step = (upper - open_limit_[0]) / kGapSteps;
+  for (int i = 0; i < halvings && best < upper; ++i) {
+    step *= 0.5;
+    if (is_open(best + step)) best += step;
   }
   return best;
 }
@@ -130,8 +144,14 @@ void HandController::Tick(bool slips) {
 }
 
 bool HandController::Preshaped() const { return std::abs(Angle() - target_angle_) < kAtTarget_rad; }
-bool HandController::FullyClosed() const {
-  return Angle() > world_->model()->jnt_range[2 * joints_[0] + 1] - kAtClosedEnd_rad;
+double HandController::Aperture() const {
+  return world_->model()->jnt_range[2 * joints_[0] + 1] - Angle();
+}
+bool HandController::FullyClosed() const { return Aperture() < kAtClosedEnd_rad; }
+
+bool HandController::FeelsEmpty() {
+  if (!empty_angle_) empty_angle_ = AngleOfGap(kLeastFelt_m, kGapHalvings);
+  return Angle() > *empty_angle_;
 }
 bool HandController::FullyOpen() const { return Angle() < open_limit_[0] + kAtTarget_rad; }
 

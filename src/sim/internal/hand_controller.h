@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <optional>
 #include <vector>
 
 #include "sim/internal/contacts.h"
@@ -24,6 +25,10 @@ class HandController {
   bool Preshaped() const;
   bool Gripping() const { return control_.Gripping(); }
   bool FullyClosed() const;  ///< at the end of its range
+  double Aperture() const;   ///< of the driven joints, from that end [rad]
+  /// Whether the joints stand where the tips would meet, or almost: the hand holds nothing. Known
+  /// of a real hand by closing it on nothing once.
+  bool FeelsEmpty();
   bool FullyOpen() const;
   double force_N() const { return control_.force_N(); }
   int slips_heard() const { return control_.slips_heard(); }
@@ -31,7 +36,7 @@ class HandController {
  private:
   double Angle() const;
   double Speed() const;
-  double AngleOfGap(double gap_m) const;
+  double AngleOfGap(double gap_m, int halvings = 0) const;
   void FeelPressure(HandReading& reading) const;
   void RatchetJoints();
 
@@ -43,6 +48,7 @@ class HandController {
   HandDrive drive_;
   GripControl control_;
   double target_angle_ = 0.0;
+  std::optional<double> empty_angle_;
 };
 
 }  // namespace rangegrasp::sim::internal

@@ -1,5 +1,7 @@
 #include "tasks/grasping/detector.h"
 
+#include <algorithm>
+
 #include "core/stopwatch.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
@@ -14,34 +16,60 @@ geometry::Points PlacesOf(const geometry::Observation& observation) {
   return places_C;
 }
 
+std::vector<geometry::SampleId> SamplesOf(const perception::Scene& scene,
+                                          const perception::PerceivedObject& object) {
+  std::vector<geometry::SampleId> samples;
+  for (const auto point : object.points) samples.push_back(scene.SampleOf(point));
+  return samples;
+}
+
+// Moves the object whose turn is first before the others. @return whether there is one.
+bool PutFirst(const Turn& turn, perception::Scene& scene) {
+  if (!turn) return true;
+  auto& objects = scene.objects;
+  auto first = objects.end();
+  int first_turn = 0;
+  for (auto object = objects.begin(); object != objects.end(); ++object) {
+    const auto its = turn(SamplesOf(scene, *object));
+    if (!its || (first != objects.end() && *its >= first_turn)) continue;
+    first = object;
+    first_turn = *its;
+  }
+  if (first == objects.end()) return false;
+  std::rotate(objects.begin(), first, first + 1);
+  return true;
+}
+
 class DissertationDetector : public Detector {
  public:
   DissertationDetector(const Options& options, const robot::Robot& robot, SceneObserver observer)
       : options_(options), robot_(robot), observer_(std::move(observer)) {}
 
-  Detected Detect(const geometry::Observation& observation, core::Rng& rng) const override {
+  Detected Detect(const geometry::Observation& observation, core::Rng& rng,
+                  const Turn& turn) const override {
     Detected detected;
     core::Stopwatch watch;
-    const perception::Scene scene =
+    perception::Scene scene =
         perception::Perceive(observation, options_.perception, rng, Workspace());
     detected.seconds.emplace_back("perceive", watch.Restart());
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
     }
+    detected.has_turn = PutFirst(turn, scene);
+    grasp::Obstacles obstacles;
     std::vector<grasp::Grasp> grasps;
-    if (!scene.objects.empty()) {
+    if (detected.has_turn && !scene.objects.empty()) {
+      obstacles = grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
+      detected.seconds.emplace_back("obstacles", watch.Restart());
       const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
-      grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp);
+      grasps =
+          grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp, obstacles.measured_C);
+      detected.seconds.emplace_back("grasp", watch.Restart());
     }
-    detected.seconds.emplace_back("grasp", watch.Restart());
     if (observer_) observer_(scene, grasps, observation);
     detected.segments = static_cast<int>(scene.segments.size());
     detected.detection = grasp::DetectionFrom(scene, grasps);
-    if (!scene.objects.empty()) {
-      detected.detection.obstacles_C =
-          grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
-    }
-    detected.seconds.emplace_back("obstacles", watch.Restart());
+    detected.detection.obstacles = std::move(obstacles);
     detected.kept = scene.cloud.size();
     return detected;
   }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,15 +22,22 @@ struct Detected {
   grasp::Detection detection;
   std::size_t kept = 0;  ///< samples that it took for parts of objects, after its filters
   int segments = 0;
+  bool has_turn = true;  ///< whether the first object may be taken; if not, none may
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };
+
+/// When an object is to be taken, by its samples: lower ones first, those of one turn in the
+/// detector's own order; nullopt: not at all. Empty: the detector's own order.
+using Turn = std::function<std::optional<int>(const std::vector<geometry::SampleId>&)>;
 
 /// Stage 3: finds objects and grasps in an observation, without truth.
 class Detector {
  public:
   virtual ~Detector() = default;
+  /// @param turn  decides which object is taken first, and is the one with grasps
   /// @throws core::InputError for an observation in which it finds no table.
-  virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng) const = 0;
+  virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng,
+                          const Turn& turn = {}) const = 0;
 };
 
 /// What a viewer may see of the dissertation's method.

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "geometry/plane.h"
 #include "grasp/detection.h"
 #include "sim/execute.h"
+#include "sim/world.h"
 #include "tasks/grasping/sensor.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -50,8 +52,27 @@ struct TargetTruth {
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
 
+/// The object that a detection's first one mostly is: of the labels above 0 of its samples the most
+/// frequent one; of those that bear none (what was taken for an object is a part of the scene) the
+/// one in the world that is nearest to it. nullopt if the world holds no object.
+std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
+                           const sim::World& world);
+
+/// Whether an object rests at the delivery place, as Delivered asks for.
+bool IsAtDelivery(const sim::World& world, int object);
+
 /// What an execution is worth (docs/architecture.md, definitions): delivered, not_lifted, dropped,
 /// misplaced or invalid_physics.
 Outcome JudgeExecution(const sim::ExecutionLog& log);
+
+/// What became of the objects beside the target.
+struct OthersVerdict {
+  int moved = 0;       ///< further than 5 mm, from before the grasp to its end
+  int left_table = 0;  ///< no longer over the table
+};
+/// Centers of mass of all objects, which JudgeOthers compares with later ones.
+std::vector<Eigen::Vector3d> CentersOf(const sim::World& world);
+OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const sim::World& world,
+                          int target);
 
 }  // namespace rangegrasp::tasks::grasping

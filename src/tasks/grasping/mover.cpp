@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <utility>
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -15,8 +16,8 @@ planning::PlanningScene SceneFrom(const grasp::Detection& detection) {
   for (std::size_t i = 1; i < detection.objects.size(); ++i) {
     scene.obstacles_W.push_back(detection.objects[i].surface_C);
   }
-  scene.obstacles_W.insert(scene.obstacles_W.end(), detection.obstacles_C.begin(),
-                           detection.obstacles_C.end());
+  const auto& measured = detection.obstacles.measured_C;
+  scene.obstacles_W.insert(scene.obstacles_W.end(), measured.begin(), measured.end());
   return scene;
 }
 
@@ -26,8 +27,24 @@ class PlannedMover : public Mover {
       : options_(options), robot_(robot) {}
 
   Move Plan(const grasp::Detection& detection, core::Rng& rng) const override {
+    const planning::PlanningScene seen = SceneFrom(detection);
+    const auto& unseen = detection.obstacles.unseen_C;
+    planning::PlanningScene scene = seen;
+    scene.obstacles_W.insert(scene.obstacles_W.end(), unseen.begin(), unseen.end());
+    Move move = PlanFirst(detection, scene, rng);
+    if (move.plan || unseen.empty()) return move;
+    // Nothing may be there: the last resort, and the approach stops at what it touches.
+    const Move before = std::exchange(move, PlanFirst(detection, seen, rng));
+    move.blind = move.plan.has_value();
+    move.tried += before.tried;
+    return move;
+  }
+
+ private:
+  /// A motion for the best grasp that has one.
+  Move PlanFirst(const grasp::Detection& detection, const planning::PlanningScene& scene,
+                 core::Rng& rng) const {
     planning::Planner planner(robot_, options_.planning);
-    const planning::PlanningScene scene = SceneFrom(detection);
     Move move;
     std::map<std::string, int> failures;
     for (std::size_t i = 0; i < detection.grasps.size() && move.tried < options_.max_plans; ++i) {
@@ -47,7 +64,6 @@ class PlannedMover : public Mover {
     return move;
   }
 
- private:
   planning::PickRequest RequestFor(const grasp::DetectedGrasp& grasp) const {
     planning::PickRequest request;
     request.q_start = robot_.home;

@@ -17,6 +17,7 @@ struct Move {
   std::optional<planning::PickPlan> plan;
   std::size_t grasp = 0;  ///< of Detection::grasps, which the plan is for
   int tried = 0;          ///< grasps that were offered to the planner
+  bool blind = false;     ///< the motion passes through space that was not seen
   std::string failures;   ///< "no_ik x3, ...", one word a grasp that was given up
 };
 

@@ -57,7 +57,7 @@ struct ClutterOptions {
   /// What rolls off its place is put back on top, so often at most in one heap.
   int max_put_back = 12;
   /// The target is dropped last, so often at most onto one heap; then all is drawn again.
-  int target_drops = 6;
+  int target_drops = 8;
   int max_draws = 30;
   double settle_limit_s = 4.0;
   /// At rest all objects are slower than this, for as long (sim::World::Settle), and once more.

@@ -1,39 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <string>
 
 #include "experiment/record.h"
-#include "geometry/plane.h"
-#include "robot/robot.h"
-#include "sensing/line_scanner_options.h"
-#include "tasks/grasping/arranger.h"
-#include "tasks/grasping/detector.h"
-#include "tasks/grasping/mover.h"
-#include "tasks/grasping/options.h"
-#include "tasks/grasping/sensor.h"
+#include "tasks/grasping/attempt.h"
 
 namespace rangegrasp::tasks::grasping {
-
-/// What all trials of an experiment share: its options, what they name, and the five parts. Made
-/// once, before processes are forked; stays where it was made, since the parts refer to it.
-struct Cell {
-  /// @throws core::InputError for a scene, sensor or object that is not what it should be.
-  explicit Cell(Options options);
-  Cell(const Cell&) = delete;
-  Cell& operator=(const Cell&) = delete;
-
-  geometry::Plane TablePlane() const;  ///< in W, as the scene's model has it
-
-  Options options;
-  robot::Robot robot;
-  sensing::LineScannerOptions scanner;
-  std::unique_ptr<Arranger> arranger;
-  std::unique_ptr<Sensor> sensor;
-  std::unique_ptr<Detector> detector;
-  std::unique_ptr<Mover> mover;
-};
 
 /// One attempt on one object. Each stage draws from its own stream of the trial's seed.
 struct TrialSpec {
@@ -53,8 +27,10 @@ Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& sp
 
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
-/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, grasp_type,
-/// detected, log (what the simulation measured, with the audit).
+/// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
+/// others_moved (by more than 5 mm), others_left_table, scan_points, object_points, segments,
+/// objects, candidates, free_candidates, plans, blind, grasp_type, detected, log (what the simulation
+/// measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,

@@ -1,5 +1,6 @@
 #include "tasks/grasping/internal/arranging.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/units.h"
@@ -20,21 +21,29 @@ Eigen::Vector3d PlaceInDisc(const core::Pose& X_WWorkspace, double radius_m, cor
   return X_WWorkspace * Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0);
 }
 
-bool InView(const sim::World& world, const core::Pose& X_WS,
-            const sensing::LineScannerOptions& scanner) {
+namespace {
+
+bool Sees(const sensing::LineScannerOptions& scanner, const Eigen::Vector3d& p_S) {
+  const double pan = std::atan2(p_S.x(), p_S.z());
+  const double fan = std::atan2(p_S.y(), std::hypot(p_S.x(), p_S.z()));
+  return std::abs(pan) <= 0.5 * scanner.pan_range_rad && std::abs(fan) <= 0.5 * scanner.fan_rad;
+}
+
+}  // namespace
+
+std::vector<int> OutOfView(const sim::World& world, const core::Pose& X_WS,
+                           const sensing::LineScannerOptions& scanner) {
   const core::Pose X_SW = X_WS.inverse();
+  std::vector<int> unseen;
   for (const auto& visual : world.VisualMeshes()) {
     if (visual.label == 0 || visual.label == sim::kContainerLabel) continue;
-    for (const Eigen::Vector3d& p_W : visual.mesh_W.vertices) {
-      const Eigen::Vector3d p_S = X_SW * p_W;
-      const double pan = std::atan2(p_S.x(), p_S.z());
-      const double fan = std::atan2(p_S.y(), std::hypot(p_S.x(), p_S.z()));
-      if (std::abs(pan) > 0.5 * scanner.pan_range_rad || std::abs(fan) > 0.5 * scanner.fan_rad) {
-        return false;
-      }
+    const auto& vertices_W = visual.mesh_W.vertices;
+    if (!std::all_of(vertices_W.begin(), vertices_W.end(),
+                     [&](const Eigen::Vector3d& p_W) { return Sees(scanner, X_SW * p_W); })) {
+      unseen.push_back(static_cast<int>(visual.label) - 1);
     }
   }
-  return true;
+  return unseen;
 }
 
 }  // namespace rangegrasp::tasks::grasping::internal

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include <vector>
+
 #include "core/rng.h"
 #include "robot/robot.h"
 #include "sensing/line_scanner_options.h"
@@ -15,8 +17,9 @@ Eigen::Quaterniond RandomRotation(core::Rng& rng);
 /// Uniform over a disc round the middle of the workspace, in W.
 Eigen::Vector3d PlaceInDisc(const core::Pose& X_WWorkspace, double radius_m, core::Rng& rng);
 
-/// Whether all vertices of the visual surfaces of all objects lie in the scanner's field of view.
-bool InView(const sim::World& world, const core::Pose& X_WS,
-            const sensing::LineScannerOptions& scanner);
+/// The objects of whose visual surfaces not all vertices lie in the scanner's field of view,
+/// ascending.
+std::vector<int> OutOfView(const sim::World& world, const core::Pose& X_WS,
+                           const sensing::LineScannerOptions& scanner);
 
 }  // namespace rangegrasp::tasks::grasping::internal

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/words.h"
 #include "sim/resting_poses.h"
 #include "tasks/grasping/internal/arranging.h"
 
@@ -50,18 +51,21 @@ class Heap {
   // The target onto what lies there. @return what is wrong with the arrangement.
   std::optional<Redraw> DropTarget(core::Rng& rng) {
     world_.AllowCreep(true);
+    center_W_ = MiddleOfOthers();
     if (!LetGo(kTarget, rng)) return Redraw::kDoesNotFit;
-    if (const auto wrong = Settle()) return wrong;
+    if (const auto wrong = SettleTarget()) return wrong;
     world_.AllowCreep(false);
     if (const auto wrong = Settle()) return wrong;
-    if (!Highest()) return Redraw::kNotHighest;
-    if (options_.arranger == ArrangerKind::kTouching && Touching() < clutter_.min_touching) {
-      return Redraw::kTouchesFew;
-    }
+    if (world_.ObjectTop(kTarget) <= OthersTop()) return Redraw::kNotHighest;
+    if (Touching() < MinTouching()) return Redraw::kTouchesFew;
     if (!InReach()) return Redraw::kOutOfReach;
     if (Overlaps()) return Redraw::kOverlaps;
-    if (!InView(world_, robot_.X_WScanner, scanner_)) return Redraw::kOutOfView;
+    if (!OutOfView(world_, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
     return std::nullopt;
+  }
+
+  int MinTouching() const {
+    return options_.arranger == ArrangerKind::kTouching ? clutter_.min_touching : 1;
   }
 
   // How many others the target touches.
@@ -119,6 +123,15 @@ class Heap {
     return container_->X_WI * Eigen::Vector3d(x, y, 0.0);
   }
 
+  // The target falls onto the middle of what lies there.
+  Eigen::Vector3d MiddleOfOthers() const {
+    Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
+    for (int other = 1; other < world_.objects(); ++other) {
+      sum_W += world_.ObjectCenterOfMass(other);
+    }
+    return sum_W / (world_.objects() - 1);
+  }
+
   // The highest place of what lies below something with these bounds.
   double TopBelow(int object, const Eigen::AlignedBox3d& bounds) const {
     double top = robot_.X_WWorkspace.translation().z();
@@ -146,17 +159,38 @@ class Heap {
       if (next + 1 < queue.size()) continue;
       if (Settle() == Redraw::kNotAtRest) return Redraw::kNotAtRest;
       TakeAway(queue);
+      for (const int unseen : OutOfView(world_, robot_.X_WScanner, scanner_)) {
+        PutBack(unseen, queue);
+      }
     }
     return std::nullopt;
+  }
+
+  void PutBack(int object, std::vector<int>& queue) {
+    world_.ParkObject(object);
+    queue.push_back(object);
   }
 
   // Parks what has left its place and appends it to the queue.
   void TakeAway(std::vector<int>& queue) {
     for (int object = 1; object < world_.objects(); ++object) {
       if (world_.parked(object) || !Lost(object)) continue;
-      world_.ParkObject(object);
-      queue.push_back(object);
+      PutBack(object, queue);
     }
+  }
+
+  // The same, and only as long as the target may still come to lie highest: what has fallen well
+  // below the others' top does not climb up again.
+  std::optional<Redraw> SettleTarget() {
+    const double end_s = world_.time_s() + clutter_.settle_limit_s;
+    while (world_.time_s() < end_s) {
+      if (world_.Settle(clutter_.rest_time_s, clutter_.rest_speed_m_s, clutter_.rest_time_s)) {
+        return AnyLost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
+      }
+      if (Lost(kTarget)) return Redraw::kLeftTable;
+      if (world_.ObjectTop(kTarget) + clutter_.touch_m < OthersTop()) return Redraw::kNotHighest;
+    }
+    return Redraw::kNotAtRest;
   }
 
   // Until all is at rest or something has left its place.
@@ -192,12 +226,12 @@ class Heap {
     return p_P.head<2>().norm() <= radius_m && p_P.z() > 0.0;
   }
 
-  bool Highest() const {
-    const double top = world_.ObjectTop(kTarget);
+  double OthersTop() const {
+    double top = 0.0;
     for (int other = 1; other < world_.objects(); ++other) {
-      if (world_.ObjectTop(other) >= top) return false;
+      top = std::max(top, world_.ObjectTop(other));
     }
-    return true;
+    return top;
   }
 
   // A box is where it stands, whatever part of it the arm reaches.
@@ -230,6 +264,17 @@ class ClutterArranger : public Arranger {
   ClutterArranger(const Options& options, const robot::Robot& robot,
                   const sensing::LineScannerOptions& scanner)
       : options_(options), robot_(robot), scanner_(scanner) {
+    if (options.objects.size() <= static_cast<std::size_t>(NeededOthers())) {
+      throw core::InputError(fmt::format(
+          "arrangement: {} needs {} objects beside the target's; objects names {} in all",
+          core::Word(options.arranger), NeededOthers(), options.objects.size()));
+    }
+    if (options.arranger == ArrangerKind::kBox &&
+        !sim::World(options.scene, {}, options.physics).container()) {
+      throw core::InputError(options.scene.string() +
+                             ": arrangement: box needs a scene with a box (a site \"container\", "
+                             "a box that is its interior)");
+    }
     for (const std::string& object : options.objects) {
       resting_poses_[object] =
           sim::StableRestingPoses(ObjectModelOf(options, object), options.min_tipping_rad);
@@ -238,13 +283,13 @@ class ClutterArranger : public Arranger {
 
   std::optional<Arrangement> Arrange(const std::string& target, core::Rng& rng,
                                      Redraws& redraws) const override {
-    std::vector<sim::ObjectModel> models = {ObjectModelOf(options_, target)};
-    for (const std::string& other : OthersOf(target, rng)) {
-      models.push_back(ObjectModelOf(options_, other));
-    }
-    Arrangement trial{sim::World(options_.scene, models, options_.physics)};
+    Arrangement trial{WorldWith(target, rng)};
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
+      // Other objects, too: among some the target can hardly be the highest.
+      if (draw > 0 && options_.arranger == ArrangerKind::kTouching) {
+        trial.world = WorldWith(target, rng);
+      }
       if (const auto wrong = heap.DropOthers(rng)) {
         ++redraws[*wrong];
         continue;
@@ -267,6 +312,19 @@ class ClutterArranger : public Arranger {
   }
 
  private:
+  int NeededOthers() const {
+    return options_.arranger == ArrangerKind::kTouching ? options_.clutter.max_others : 1;
+  }
+
+  // The target first.
+  sim::World WorldWith(const std::string& target, core::Rng& rng) const {
+    std::vector<sim::ObjectModel> models = {ObjectModelOf(options_, target)};
+    for (const std::string& other : OthersOf(target, rng)) {
+      models.push_back(ObjectModelOf(options_, other));
+    }
+    return sim::World(options_.scene, models, options_.physics);
+  }
+
   std::vector<std::string> OthersOf(const std::string& target, core::Rng& rng) const {
     std::vector<std::string> others;
     for (const std::string& object : options_.objects) {
@@ -277,7 +335,7 @@ class ClutterArranger : public Arranger {
     const auto range = static_cast<std::size_t>(clutter.max_others - clutter.min_others + 1);
     const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);
     Shuffle(others, rng);
-    others.resize(std::min(count, others.size()));
+    others.resize(count);
     return others;
   }
 

@@ -100,7 +100,7 @@ class SingleArranger : public Arranger {
     const bool same_pose = turned > 1.0 + 2.0 * std::cos(kMaxTurn_rad);
     if (!rests) return Redraw::kNotAtRest;
     if (!same_pose) return Redraw::kOtherPose;
-    if (!InView(trial.world, robot_.X_WScanner, scanner_)) return Redraw::kOutOfView;
+    if (!OutOfView(trial.world, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
     return std::nullopt;
   }
 

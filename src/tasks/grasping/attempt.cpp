@@ -1,0 +1,245 @@
+#include "tasks/grasping/attempt.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/stopwatch.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json JsonOf(const sim::Audit& a) {
+  return {{"penetration_p95_m", a.penetration_p95_m},
+          {"penetration_max_m", a.penetration_max_m},
+          {"penetration_share", a.penetration_share},
+          {"creep_m_s", a.creep_m_s},
+          {"creep_rad_s", a.creep_rad_s},
+          {"equality_share", a.equality_share},
+          {"drive_limit_s", a.drive_limit_s},
+          {"tracking_error_rad", a.tracking_error_rad},
+          {"energy_gain_j", a.energy_gain_J},
+          {"warnings", a.warnings},
+          {"failed", a.failed}};
+}
+
+ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& grasp) {
+  return {{"lift_height_m", log.lift_height_m},
+          {"held_after_lift", log.held_after_lift},
+          {"held_after_carry", log.held_after_carry},
+          {"final_distance_m", log.final_distance_m},
+          {"at_rest", log.at_rest},
+          {"touched_by_hand", log.touched_by_hand},
+          {"on_support", log.on_support},
+          {"tilt_in_hand_rad", log.tilt_in_hand_rad},
+          {"slip_in_hand_m", log.slip_in_hand_m},
+          {"grip_force_n", log.grip_force_N},
+          {"slips_heard", log.slips_heard},
+          {"tracking_error_m", log.tracking_error_m},
+          {"joints_at_limits", log.joints_at_limits},
+          {"stopped_by_contact", log.stopped_by_contact},
+          {"simulated_s", log.simulated_s},
+          {"aperture",
+           {{"lifted_rad", log.aperture.lifted_rad},
+            {"carried_rad", log.aperture.carried_rad},
+            {"holds_after_lift", log.aperture.holds_after_lift},
+            {"holds_after_carry", log.aperture.holds_after_carry}}},
+          {"grasp",
+           {{"pitch_rad", grasp.pitch_rad},
+            {"width_m", grasp.width_m},
+            {"contact_angle_rad", grasp.contact_angle_rad},
+            {"score", grasp.score}}},
+          {"audit", JsonOf(log.audit)}};
+}
+
+std::size_t MeasuredSamples(const geometry::Observation& observation) {
+  std::size_t count = 0;
+  for (const auto& view : observation.views) {
+    count += static_cast<std::size_t>(
+        std::count_if(view.image.points_C.begin(), view.image.points_C.end(),
+                      [](const Eigen::Vector3d& p) { return p.allFinite(); }));
+  }
+  return count;
+}
+
+std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
+  return std::count_if(detection.grasps.begin(), detection.grasps.end(),
+                       [](const grasp::DetectedGrasp& g) { return !g.collides; });
+}
+
+// One attempt while it runs: what a stage leaves for the next.
+class AttemptRun {
+ public:
+  AttemptRun(const Cell& cell, sim::World& world, const AttemptOptions& options)
+      : cell_(cell), world_(world), options_(options) {}
+
+  Attempt Run() {
+    try {
+      RunStages();
+    } catch (const std::exception& e) {
+      End(Outcome::kCrashed, e.what());
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void End(Outcome outcome, const std::string& detail) {
+    result_.outcome = outcome;
+    result_.detail = detail;
+  }
+  void Begin(const char* stage) {
+    result_.stage = stage;
+    watch_.Restart();
+  }
+  void Timed(const char* stage) { result_.seconds.emplace_back(stage, watch_.Restart()); }
+  core::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
+
+  void RunStages() {
+    Begin("scan");
+    std::optional<Sensed> own;
+    if (!options_.sensed) {
+      own = Look(cell_, world_, options_.seed);
+      Timed("scan");
+    }
+    const Sensed& sensed = own ? *own : *options_.sensed;
+    result_.scan_points = MeasuredSamples(sensed.observation);
+
+    Begin("perceive");
+    Detect(sensed.observation);
+    result_.target =
+        options_.target ? options_.target : AimedAt(result_.detected.detection, sensed, world_);
+    if (!Accept(sensed)) return;
+
+    Begin("plan");
+    core::Rng rng = Stream("plan");
+    const Move move = cell_.mover->Plan(result_.detected.detection, rng);
+    Timed("plan");
+    result_.plans = move.tried;
+    result_.blind = move.blind;
+    if (!move.plan) return End(Outcome::kNoPath, move.failures);
+    Execute(*move.plan, result_.detected.detection.grasps[move.grasp]);
+  }
+
+  void Detect(const geometry::Observation& observation) {
+    core::Rng rng = Stream("perceive");
+    const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
+    result_.detected = detector.Detect(observation, rng, options_.turn);
+    const auto& seconds = result_.detected.seconds;
+    result_.seconds.insert(result_.seconds.end(), seconds.begin(), seconds.end());
+    if (options_.prefer) options_.prefer(result_.detected.detection);
+  }
+
+  // Whether there is something to plan for; if not, the attempt has ended.
+  bool Accept(const Sensed& sensed) {
+    if (options_.target ? !IsTarget(sensed) : !IsAnything()) return false;
+    if (FreeGrasps(result_.detected.detection) == 0) {
+      Begin("grasp");
+      End(Outcome::kNoGrasp,
+          fmt::format("{} candidates, all collide", result_.detected.detection.grasps.size()));
+      return false;
+    }
+    result_.accepted = true;
+    return true;
+  }
+
+  // The judge's verdict on the detection.
+  bool IsTarget(const Sensed& sensed) {
+    const grasp::Detection& detection = result_.detected.detection;
+    const auto verdict =
+        JudgeDetection(detection, sensed,
+                       {static_cast<std::uint32_t>(*options_.target) + 1, cell_.TablePlane(),
+                        cell_.options.perception.preprocess.table_clearance_m});
+    if (verdict.right_target && verdict.segmented) return true;
+    const bool none = detection.objects.empty();
+    End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
+        fmt::format("share of the object {:f}, of the target {:f}", verdict.share_of_object,
+                    verdict.share_of_target));
+    return false;
+  }
+
+  bool IsAnything() {
+    const bool none = result_.detected.detection.objects.empty();
+    if (!none && result_.detected.has_turn && result_.target) return true;
+    End(Outcome::kNotSegmented, none ? "nothing is perceived" : "nothing that may be taken");
+    return false;
+  }
+
+  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp) {
+    Begin("execute");
+    result_.grasp = grasp;
+    const sim::GraspProgram program{plan.reach,
+                                    plan.approach,
+                                    plan.lift,
+                                    plan.carry,
+                                    plan.lower,
+                                    plan.retreat,
+                                    grasp.opening_m,
+                                    grasp.contact_angle_rad > cell_.options.firm_from_rad,
+                                    options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
+    const auto before_W = CentersOf(world_);
+    result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
+                               cell_.options.audit, Stream("execute"), options_.observer);
+    Timed("execute");
+    Begin("score");
+    result_.others = JudgeOthers(before_W, world_, *result_.target);
+    End(JudgeExecution(*result_.log), result_.log->audit.failed);
+  }
+
+  const Cell& cell_;
+  sim::World& world_;
+  const AttemptOptions& options_;
+  core::Stopwatch watch_;
+  Attempt result_;
+};
+
+}  // namespace
+
+Cell::Cell(Options o)
+    : options(std::move(o)),
+      robot(robot::Robot::Load(options.scene)),
+      scanner(sensing::ReadLineScanner(options.sensor)),
+      arranger(MakeArranger(options, robot, scanner)),
+      sensor(MakeLineScanner(scanner, robot.X_WScanner)),
+      detector(MakeDetector(options, robot)),
+      mover(MakeMover(options, robot)) {}
+
+geometry::Plane Cell::TablePlane() const {
+  const Eigen::Vector3d up_W = robot.X_WWorkspace.linear().col(2);
+  return {up_W, -up_W.dot(robot.X_WWorkspace.translation())};
+}
+
+core::Rng StageStream(std::uint64_t seed, std::string_view stage) {
+  return core::Rng(core::DeriveSeed(seed, stage));
+}
+
+Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed) {
+  core::Rng rng = StageStream(seed, "scan");
+  return cell.sensor->Sense(world, rng);
+}
+
+Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options) {
+  return AttemptRun(cell, world, options).Run();
+}
+
+ordered_json JsonOf(const Attempt& attempt) {
+  const grasp::Detection& detection = attempt.detected.detection;
+  return {
+      {"scan_points", attempt.scan_points},
+      {"object_points", attempt.detected.kept},
+      {"segments", attempt.detected.segments},
+      {"objects", detection.objects.size()},
+      {"candidates", detection.grasps.size()},
+      {"free_candidates", FreeGrasps(detection)},
+      {"plans", attempt.plans},
+      {"blind", attempt.blind},
+      {"grasp_type", attempt.grasp ? std::string(core::Word(attempt.grasp->type)) : std::string()},
+      {"detected", attempt.accepted},
+      {"others_moved", attempt.others.moved},
+      {"others_left_table", attempt.others.left_table},
+      {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
+}
+
+}  // namespace rangegrasp::tasks::grasping

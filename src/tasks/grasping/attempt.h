@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/plane.h"
+#include "robot/robot.h"
+#include "sensing/line_scanner_options.h"
+#include "tasks/grasping/arranger.h"
+#include "tasks/grasping/detector.h"
+#include "tasks/grasping/judge.h"
+#include "tasks/grasping/mover.h"
+#include "tasks/grasping/options.h"
+#include "tasks/grasping/sensor.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// What all trials of an experiment share: its options, what they name, and the five parts. Made
+/// once, before processes are forked; stays where it was made, since the parts refer to it.
+struct Cell {
+  /// @throws core::InputError for a scene, sensor or object that is not what it should be.
+  explicit Cell(Options options);
+  Cell(const Cell&) = delete;
+  Cell& operator=(const Cell&) = delete;
+
+  geometry::Plane TablePlane() const;  ///< in W, as the scene's model has it
+
+  Options options;
+  robot::Robot robot;
+  sensing::LineScannerOptions scanner;
+  std::unique_ptr<Arranger> arranger;
+  std::unique_ptr<Sensor> sensor;
+  std::unique_ptr<Detector> detector;
+  std::unique_ptr<Mover> mover;
+};
+
+/// The stream that a stage draws from.
+core::Rng StageStream(std::uint64_t seed, std::string_view stage);
+
+/// Stage 2, at a settled world. Draws from the seed's stream "scan".
+Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed);
+
+/// What an attempt is told.
+struct AttemptOptions {
+  std::uint64_t seed = 0;  ///< each stage draws from its own stream of it
+  /// The object that the detector has to take first: another one ends the attempt. Without it the
+  /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
+  std::optional<int> target;
+  const Sensed* sensed = nullptr;      ///< an earlier look at the same world; null: looks itself
+  const Detector* detector = nullptr;  ///< in place of the cell's; may be null
+  Turn turn;                           ///< which object is taken first
+  /// Puts the grasps of the first object into the order in which they are offered to the mover; may
+  /// be empty.
+  std::function<void(grasp::Detection&)> prefer;
+  sim::ExecutionObserver observer;
+};
+
+/// One attempt at the topmost object: how far it came, and what each stage left.
+struct Attempt {
+  Outcome outcome = Outcome::kCrashed;
+  std::string stage;  ///< that it ended in
+  std::string detail;
+  std::size_t scan_points = 0;
+  Detected detected;
+  std::optional<int> target;                  ///< truth: the object that it was at
+  bool accepted = false;                      ///< detected, with a grasp that is free
+  int plans = 0;                              ///< grasps that were offered to the mover
+  bool blind = false;                         ///< the motion passes through space that was not seen
+  std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
+  std::optional<sim::ExecutionLog> log;
+  OthersVerdict others;
+  std::vector<std::pair<std::string, double>> seconds;  ///< by stage
+};
+
+/// Stages 2 to 6: looks, detects, plans, executes, judges. What it may run into is an outcome.
+Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options);
+
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, blind,
+/// grasp_type, detected, log (what the simulation measured, with the audit).
+nlohmann::ordered_json JsonOf(const Attempt& attempt);
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,71 @@
+#include "tasks/grasping/mover.h"
+
+#include <gtest/gtest.h>
+
+#include "experiment/experiment.h"
+#include "geometry/hull.h"
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/grasping/trial.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+geometry::TriangleMesh BoxAbout(const Eigen::Vector3d& center, double half_m) {
+  geometry::Points corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back(center + half_m * Eigen::Vector3d(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0,
+                                                        k & 4 ? 1.0 : -1.0));
+  }
+  return geometry::ConvexHull(corners);
+}
+
+// A can that stands alone, and what the detector makes of it.
+class MoverTest : public testing::Test {
+ protected:
+  MoverTest()
+      : experiment_(experiment::OpenExperiment(
+            RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", AllKinds(), {})),
+        cell_(CellOf(*experiment_.task)) {
+    const TrialSpec spec{"salt_cylinder", 0, TrialSeed(11, "salt_cylinder", 0)};
+    const auto arranged = ArrangeTrial(cell_, spec);
+    core::Rng rng(1);
+    detection_ =
+        cell_.detector->Detect(SenseTrial(cell_, arranged->world, spec).observation, rng).detection;
+    // Above the can, where the hand has to pass.
+    in_the_way_ = BoxAbout(detection_.grasps.front().X_CH.translation(), 0.05);
+  }
+  Move Plan() const {
+    core::Rng rng(1);
+    return cell_.mover->Plan(detection_, rng);
+  }
+
+  experiment::Experiment experiment_;
+  const Cell& cell_;
+  grasp::Detection detection_;
+  geometry::TriangleMesh in_the_way_;
+};
+
+TEST_F(MoverTest, SeesWhereItGoesWhereItCan) {
+  const Move move = Plan();
+  EXPECT_TRUE(move.plan);
+  EXPECT_FALSE(move.blind);
+}
+
+TEST_F(MoverTest, PassesUnseenSpaceAsTheLastResort) {
+  detection_.obstacles.unseen_C = {in_the_way_};
+  const Move move = Plan();
+  EXPECT_TRUE(move.plan);
+  EXPECT_TRUE(move.blind);
+}
+
+TEST_F(MoverTest, NeverPassesWhatWasMeasured) {
+  detection_.obstacles.measured_C = {in_the_way_};
+  const Move move = Plan();
+  EXPECT_FALSE(move.plan);
+  EXPECT_FALSE(move.blind);
+  EXPECT_NE(move.failures, "");
+}
+
+}  // namespace
+}  // namespace rangegrasp::tasks::grasping
