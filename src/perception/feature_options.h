@@ -157,9 +157,14 @@ struct MergeOptions {
   double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
   double above_share = 0.9;   ///< of a cap's points over the footprint that it is above
   /// Points this near were neighbors to the segmentation, which cut between them: their parts are
-  /// joined neither as kSurface nor as kWithin (unless about an axis), and as kAbove only if the
-  /// cap is round and in the middle. 0: the segmentation cuts nothing (perceive.cpp sets it).
+  /// joined neither as kSurface nor as kWithin (unless about an axis), as kAbove only if the
+  /// cap is round and in the middle, and as kHanging. 0: the segmentation cuts nothing
+  /// (perceive.cpp sets it).
   double cut_m = 0.0;
+  /// Of what the segmentation cut from its host, and hangs in the air: the share under which the
+  /// sensor saw through. Larger: handles are things of their own; smaller: what leans on a host,
+  /// its foot hidden, is a handle.
+  double min_free_below = 0.5;
   /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
   double max_cap_offset = 0.15;
   double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's
@@ -180,18 +185,25 @@ struct ContainerOptions {
   /// A wall's points lie this near the border of the box: its thickness, and how far noise and
   /// spacing move its ends. Larger: things that lean on a wall are taken for it.
   AdaptiveLength wall_m{0.008, {.noises = 3.0, .gaps = 2.0}};
-  double border_share = 0.9;  ///< of a wall's points; the others are mixed points
+  /// A segment is a piece of wall if this share of it lies within so many wall_m of the border:
+  /// what leans flat on a wall and is no thicker goes with it.
+  double piece_share = 0.9;
+  double piece_walls = 1.5;
   /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
   double min_side_m = 0.15;
   /// How much of the border is seen: two walls and half of the others. Less: boxes that stand about
   /// make a rectangle by chance.
   double min_coverage = 0.6;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
-  /// The rim is this quantile of the heights of the upright points at the border, and this much for
-  /// noise: what rises above it there is not of the box.
-  double rim_quantile = 0.9;
+  /// Over the rim, for noise: what rises above it at the border is not of the box.
   AdaptiveLength rim_margin_m{0.003, {.noises = 3.0}};
   double coverage_step_m = 0.010;  ///< in which it is counted: two lines of a line scanner
+  int min_end_points = 4;  ///< that lie within wall_m of a sheet's end; fewer are mixed points
+  /// More of the box's area at the height of its rim is a lid.
+  double max_lid = 0.5;
+  double direction_step_rad = core::Deg(2.0);  ///< of the histogram of the walls' directions
+  int max_directions = 3;                      ///< of its maxima that are tried
+  int turn_rounds = 2;                         ///< in which a direction is made better
 };
 
 /// The unseen sides (section 5.1.4).

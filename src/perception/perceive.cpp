@@ -94,21 +94,31 @@ geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& 
 /// Fills the scene's segments, and the box that they lie in: without its walls things come apart
 /// that touch its rim.
 void FindSegments(const PerceptionOptions& options, Scene& scene) {
-  scene.segments = Segment(scene.cloud, options.segment);
-  if (!options.features.containers) return;
-  scene.container = internal::FindContainer(scene.cloud, scene.table.plane,
-                                            options.features.container, scene.segments);
-  if (scene.container.empty()) return;
+  const ContainerOptions& as_options = options.features.container;
+  std::optional<internal::Container> container;
+  if (options.features.containers) {
+    container = internal::FindContainer(scene.cloud, scene.table.plane, as_options);
+  }
+  if (!container) {
+    scene.segments = Segment(scene.cloud, options.segment);
+    return;
+  }
+  scene.container = internal::PointsOfWalls(scene.cloud, *container, as_options);
   Indices rest;
   for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
     if (!std::ranges::binary_search(scene.container, i)) rest.push_back(i);
   }
   const geometry::PointCloud inside{geometry::Select(scene.cloud.points, rest),
                                     geometry::Select(scene.cloud.normals, rest)};
-  scene.segments = Segment(inside, options.segment);
-  for (Indices& segment : scene.segments) {
+  for (Indices& segment : Segment(inside, options.segment)) {
     for (auto& i : segment) i = rest[i];
+    if (internal::IsPieceOfWall(scene.cloud, *container, as_options, segment)) {
+      scene.container.insert(scene.container.end(), segment.begin(), segment.end());
+    } else {
+      scene.segments.push_back(std::move(segment));
+    }
   }
+  std::ranges::sort(scene.container);
 }
 
 /// One view of all that was measured from each place.

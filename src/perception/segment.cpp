@@ -1,5 +1,7 @@
 #include "perception/segment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -39,6 +41,30 @@ void Check(const SegmentOptions& options) {
   if (!(options.min_alpha_m <= options.max_alpha_m)) {
     throw std::invalid_argument("Segment: min_alpha_m must be <= max_alpha_m");
   }
+}
+
+void Require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(fmt::format("Segment: convexity: {}", what));
+}
+
+void Check(const ConvexityOptions& o) {
+  const auto is_share = [](double share) { return share >= 0.0 && share <= 1.0; };
+  Require(o.link_m > 0.0 && std::isfinite(o.link_m), "link_m must be > 0");
+  Require(o.patch_m > 0.0 && std::isfinite(o.patch_m), "patch_m must be > 0");
+  Require(o.step_m >= 0.0, "step_m must be >= 0");
+  Require(o.patch_turn > 0.0, "patch_turn must be > 0");
+  Require(o.on_a_line >= 0.0, "on_a_line must be >= 0");
+  Require(o.grazing_reach >= 1.0, "grazing_reach must be >= 1");
+  Require(o.few_links >= 0, "few_links must be >= 0");
+  Require(is_share(o.max_along_line), "max_along_line must be from 0 to 1");
+  Require(is_share(o.max_link_slope), "max_link_slope must be from 0 to 1");
+  Require(o.min_seed_points >= 1, "min_seed_points must be >= 1");
+  Require(o.concavity_rad >= 0.0 && o.concavity_rad < o.concave_rad,
+          "concavity_rad must be >= 0 and < concave_rad");
+  Require(o.concave_weight >= 0.0, "concave_weight must be >= 0");
+  Require(o.speck_patches >= 0.0, "speck_patches must be >= 0");
+  Require(is_share(o.sliver_share), "sliver_share must be from 0 to 1");
+  Require(o.sliver_depth >= 0.0, "sliver_depth must be >= 0");
 }
 
 }  // namespace
@@ -93,6 +119,7 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
 std::vector<Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
                                         const SegmentOptions& options) {
   Check(options);
+  Check(options.convexity);
   if (cloud.normals.size() != cloud.size()) {
     throw std::invalid_argument("SegmentByConvexity: needs one normal a point");
   }

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <stdexcept>
 #include <vector>
 
 #include "perception/perceive.h"
@@ -138,6 +140,17 @@ TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
   EXPECT_GT(static_cast<double>(scene.objects[0].points.size()), 0.85 * static_cast<double>(all));
 }
 
+TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
+  // The handle points to the side: the sensor sees it whole, and the table under it.
+  for (const double yaw : {1.3, 1.6, -1.6}) {
+    const auto scan = synthetic::MakeRasterScan(
+        {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(yaw, {0, 0, 0}))});
+    core::Rng rng(1);
+    const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+    EXPECT_EQ(scene.objects.size(), 1u) << yaw;
+  }
+}
+
 /// Four walls of 6 mm round 300 x 300 mm, 100 mm high.
 std::vector<TriangleMesh> OpenBox() {
   const auto along = synthetic::BoxMesh(0.312, 0.006, 0.10);
@@ -176,6 +189,43 @@ TEST(OpenBoxes, WallsAreNoObjectsAndWhatLiesInTheBoxIs) {
   }
 }
 
+TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
+  for (const double yaw : {0.2, 0.6, 0.8}) {
+    auto meshes = OpenBox();
+    meshes.push_back(At(synthetic::CylinderMesh(0.035, 0.08), 0.0, {-0.03, 0.06, 0.04}));
+    for (auto& mesh : meshes) mesh = At(mesh, yaw, Vector3d::Zero());
+    synthetic::RasterOptions raster;
+    raster.table_half_m = 0.26;
+    const auto scan = synthetic::MakeRasterScan(meshes, raster);
+    core::Rng rng(1);
+    const Scene scene = Perceive(scan.points_W, raster.sensor_W, {}, rng);
+    const auto walls = std::ranges::count_if(scan.label, [](int l) { return l >= 0 && l < 4; });
+    // Without the points within the table's clearance, and of the mixed ones those off the walls.
+    EXPECT_GT(static_cast<double>(scene.container.size()), 0.85 * static_cast<double>(walls))
+        << yaw;
+    EXPECT_EQ(scene.objects.size(), 1u) << yaw;
+  }
+}
+
+TEST(OpenBoxes, AClosedOneIsAnObject) {
+  // Seen from two sides, all of its walls but the inner sides.
+  const std::vector<TriangleMesh> carton{At(synthetic::BoxMesh(0.2, 0.22, 0.1), 0.0, {0, 0, 0.05})};
+  geometry::Observation observation;
+  for (const double x : {0.8, -0.8}) {
+    synthetic::RasterOptions raster;
+    raster.sensor_W.x() = x;
+    const auto scan = synthetic::MakeRasterScan(carton, raster);
+    observation.views.emplace_back().image = {.profiles = 1,
+                                              .samples = static_cast<int>(scan.points_W.size()),
+                                              .points_C = scan.points_W,
+                                              .origins_C = {raster.sensor_W}};
+  }
+  core::Rng rng(1);
+  const Scene scene = Perceive(observation, {}, rng, std::nullopt);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 1u);
+}
+
 TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
   const auto scan = synthetic::MakeRasterScan(
       {At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, -0.08, 0.075}),
@@ -185,6 +235,27 @@ TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
   const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 3u);
+}
+
+TEST(ConvexityOptions, OutOfRangeIsRefused) {
+  const geometry::PointCloud cloud{geometry::Points(5, Vector3d::Zero()),
+                                   geometry::Points(5, Vector3d::UnitZ())};
+  EXPECT_NO_THROW(SegmentByConvexity(cloud, {}));
+  for (const auto& spoil : std::vector<void (*)(ConvexityOptions&)>{
+           [](ConvexityOptions& o) { o.link_m = 0.0; },
+           [](ConvexityOptions& o) { o.patch_m = -0.01; },
+           [](ConvexityOptions& o) { o.step_m = std::nan(""); },
+           [](ConvexityOptions& o) { o.patch_turn = 0.0; },
+           [](ConvexityOptions& o) { o.min_seed_points = 0; },
+           [](ConvexityOptions& o) { o.few_links = -1; },
+           [](ConvexityOptions& o) { o.grazing_reach = 0.5; },
+           [](ConvexityOptions& o) { o.concavity_rad = o.concave_rad; },
+           [](ConvexityOptions& o) { o.concave_weight = -1.0; },
+           [](ConvexityOptions& o) { o.sliver_share = 1.5; }}) {
+    SegmentOptions options;
+    spoil(options.convexity);
+    EXPECT_THROW(SegmentByConvexity(cloud, options), std::invalid_argument);
+  }
 }
 
 }  // namespace

@@ -18,16 +18,11 @@ Points PartPoints(const ObjectContext& context, const Part& part) {
   return geometry::Select(context.cloud.points, part.points);
 }
 
-/// The highest value that has enough others close below it.
-double SupportedEnd(std::vector<double> values, const CompletionOptions& options) {
-  std::sort(values.begin(), values.end());
-  const auto share = options.end_share * static_cast<double>(values.size());
-  const auto min =
-      std::max(static_cast<std::size_t>(options.min_end_points), static_cast<std::size_t>(share));
-  for (std::size_t k = values.size(); k-- > min;) {
-    if (values[k - min] >= values[k] - options.end_band_m) return values[k];
-  }
-  return values.back();
+double EndOf(std::vector<double> values, const CompletionOptions& options) {
+  const auto share =
+      static_cast<std::size_t>(options.end_share * static_cast<double>(values.size()));
+  const auto others = std::max(static_cast<std::size_t>(options.min_end_points), share);
+  return SupportedEnd(std::move(values), others, options.end_band_m);
 }
 
 /// The points without those that hang off the ends of their rectangle singly: mixed points, which
@@ -44,7 +39,7 @@ Points WithoutStrays(const ObjectContext& context, const Part& part, const Point
     std::vector<double> offsets;
     offsets.reserve(flat.size());
     for (const auto& q : flat) offsets.push_back(q.dot(side));
-    double end = SupportedEnd(offsets, options);
+    double end = EndOf(offsets, options);
     if (part.top) {
       for (const auto i : part.top->points) {
         end = std::max(end, frame.Flat(context.cloud.points[i]).dot(side));
@@ -168,7 +163,7 @@ std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Pa
   std::vector<double> depths;
   depths.reserve(points.size());
   for (const auto& p : points) depths.push_back(-plane.Distance(p));
-  const double depth_m = SupportedEnd(depths, options);
+  const double depth_m = EndOf(depths, options);
   if (depth_m < options.min_lean_depth_m) return {};
 
   const PlanarFrame frame = MakePlanarFrame(plane, part.top->center_C);

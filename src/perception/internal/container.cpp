@@ -1,140 +1,388 @@
 #include "perception/internal/container.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
-#include <set>
+#include <map>
+#include <numbers>
 #include <utility>
 
 #include "core/quantile.h"
-#include "perception/internal/planar.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
 using Flat = std::vector<Eigen::Vector2d>;
 
-/// A point in a rectangle's frame, from its middle.
-Eigen::Vector2d In(const Rectangle& r, const Eigen::Vector2d& q) {
-  const Eigen::Vector2d d = q - r.center;
-  return {d.dot(r.axis), Cross(r.axis, d)};
-}
-
-/// How far inside the rectangle's border; < 0: outside.
-double Depth(const Rectangle& r, const Eigen::Vector2d& q) {
-  const Eigen::Vector2d p = In(r, q).cwiseAbs();
-  return std::min(0.5 * r.length_m - p.x(), 0.5 * r.width_m - p.y());
-}
-
-double ShareAtBorder(const Rectangle& r, const Flat& points, double band_m) {
-  const auto at =
-      std::ranges::count_if(points, [&](const auto& q) { return std::abs(Depth(r, q)) <= band_m; });
-  return static_cast<double>(at) / static_cast<double>(points.size());
-}
-
-/// Share of the border that has points at it.
-double Coverage(const Rectangle& r, const Flat& points, const ContainerOptions& options) {
-  std::set<std::pair<int, long>> covered;  // side and position along it
-  for (const auto& q : points) {
-    if (std::abs(Depth(r, q)) > options.wall_m) continue;
-    const Eigen::Vector2d p = In(r, q);
-    const bool end = 0.5 * r.length_m - std::abs(p.x()) < 0.5 * r.width_m - std::abs(p.y());
-    const double along = end ? p.y() : p.x();
-    const int side = (end ? 2 : 0) + ((end ? p.x() : p.y()) > 0.0 ? 1 : 0);
-    covered.emplace(side, std::lround(along / options.coverage_step_m));
-  }
-  return static_cast<double>(covered.size()) * options.coverage_step_m /
-         (2.0 * (r.length_m + r.width_m));
-}
-
-/// The upright surfaces of a segment as seen from above.
-struct Sheet {
-  Flat points;
-  Flat hull;
+/// All that the search reads of a cloud: where its points are from above, and which are of upright
+/// surfaces.
+struct Seen {
+  Flat all;
+  Flat upright;
+  Flat facing;  ///< one an upright point: its normal's share in the table's plane
 };
 
-Rectangle Around(const std::vector<const Sheet*>& sheets) {
-  Flat corners;
-  for (const Sheet* sheet : sheets) {
-    corners.insert(corners.end(), sheet->hull.begin(), sheet->hull.end());
+Seen SeeFromAbove(const geometry::PointCloud& cloud, const PlanarFrame& frame,
+                  const ContainerOptions& options) {
+  Seen seen;
+  seen.all = Flatten(frame, cloud.points);
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d& n = cloud.normals[i];
+    if (std::abs(n.dot(frame.n)) > options.max_upward) continue;
+    seen.upright.push_back(seen.all[i]);
+    seen.facing.emplace_back(n.dot(frame.u), n.dot(frame.v));
   }
-  return MinAreaRectangle(corners);
+  return seen;
 }
 
-/// The sheets that stand round one rectangle with the first, which is one of them.
-std::vector<const Sheet*> GroupRound(const Sheet& first, const std::vector<Sheet>& sheets,
-                                     const ContainerOptions& options) {
-  std::vector<const Sheet*> group{&first};
-  for (const Sheet& next : sheets) {
-    if (&next == &first) continue;
-    group.push_back(&next);
-    const Rectangle r = Around(group);
-    const bool fits = std::ranges::all_of(group, [&](const Sheet* sheet) {
-      return ShareAtBorder(r, sheet->points, options.wall_m) >= options.border_share;
-    });
-    if (!fits) group.pop_back();
+/// The directions [rad, up to a quarter turn] that most of the upright points face: the local
+/// maxima of their histogram, the highest first.
+std::vector<double> Directions(const Seen& seen, const ContainerOptions& options) {
+  constexpr double kQuarter = std::numbers::pi / 2.0;
+  const auto bins = static_cast<std::size_t>(std::lround(kQuarter / options.direction_step_rad));
+  std::vector<double> count(bins, 0.0);
+  for (const auto& n : seen.facing) {
+    const double turn = std::atan2(n.y(), n.x()) / kQuarter;
+    const double part = turn - std::floor(turn);
+    ++count[std::min(bins - 1, static_cast<std::size_t>(part * static_cast<double>(bins)))];
   }
-  return group;
-}
-
-/// The rectangle that an open box's walls stand on.
-std::optional<Rectangle> FindWalls(const std::vector<Sheet>& segments, const Flat& all,
-                                   const ContainerOptions& options) {
-  std::vector<Sheet> sheets;
-  for (const Sheet& segment : segments) {
-    if (segment.hull.empty()) continue;
-    const Rectangle r = MinAreaRectangle(segment.hull);
-    if (r.length_m >= 0.5 * options.min_side_m &&
-        ShareAtBorder(r, segment.points, options.wall_m) >= options.border_share) {
-      sheets.push_back(segment);
+  std::vector<std::pair<double, std::size_t>> peaks;
+  const auto smooth = [&](std::size_t k) {
+    return count[(k + bins - 1) % bins] + count[k] + count[(k + 1) % bins];
+  };
+  for (std::size_t k = 0; k < bins; ++k) {
+    const double here = smooth(k);
+    if (here > 0.0 && here >= smooth((k + bins - 1) % bins) && here > smooth((k + 1) % bins)) {
+      peaks.emplace_back(-here, k);
     }
   }
-  std::optional<Rectangle> best;
-  double best_coverage = options.min_coverage;
-  for (const Sheet& first : sheets) {
-    const Rectangle r = Around(GroupRound(first, sheets, options));
-    if (r.width_m < options.min_side_m) continue;
-    const double coverage = Coverage(r, all, options);
-    if (coverage < best_coverage) continue;
-    best = r;
-    best_coverage = coverage;
+  std::ranges::sort(peaks);
+  std::vector<double> directions;
+  for (const auto& [negative, k] : peaks) {
+    if (directions.size() == static_cast<std::size_t>(options.max_directions)) break;
+    directions.push_back((static_cast<double>(k) + 0.5) / static_cast<double>(bins) * kQuarter);
+  }
+  return directions;
+}
+
+/// Points turned so that the direction is the x axis.
+Flat Turned(const Flat& points, double by_rad) {
+  const Eigen::Rotation2Dd back(-by_rad);
+  Flat turned;
+  turned.reserve(points.size());
+  for (const auto& q : points) turned.push_back(back * q);
+  return turned;
+}
+
+/// A line across one of the axes: where it crosses that axis, and which steps along it have points.
+struct Line {
+  double at_m = 0.0;
+  std::vector<int> covered_before;  ///< of the steps before each
+};
+
+/// One axis of the search; positions are along it, steps across.
+class Axis {
+ public:
+  Axis(const Flat& all, const Flat& upright, Eigen::Index axis, const ContainerOptions& options)
+      : options_(options), all_(all), upright_(upright), at_(axis), along_(1 - axis) {
+    double min = 0.0;
+    double max = 0.0;
+    for (const auto& q : all) {
+      min = std::min(min, q[along_]);
+      max = std::max(max, q[along_]);
+    }
+    first_step_ = StepOf(min);
+    steps_ = static_cast<std::size_t>(StepOf(max) - first_step_ + 1);
+  }
+
+  /// The sheets: windows as wide as a wall that have more steps with upright points than their
+  /// neighbors, and enough for a wall. With the ends of each along the other axis.
+  void FindSheets(std::vector<double>& at, std::vector<double>& ends) const {
+    if (upright_.empty()) return;
+    const double half_m = 0.5 * options_.wall_m;
+    double low = upright_.front()[at_];
+    double high = low;
+    for (const auto& q : upright_) {
+      low = std::min(low, q[at_]);
+      high = std::max(high, q[at_]);
+    }
+    const auto bins = static_cast<std::size_t>((high - low) / half_m) + 2;
+    std::vector<std::vector<std::uint32_t>> in(bins);
+    for (std::uint32_t i = 0; i < upright_.size(); ++i) {
+      in[static_cast<std::size_t>((upright_[i][at_] - low) / half_m)].push_back(i);
+    }
+    std::vector<int> support;
+    for (std::size_t k = 0; k + 1 < bins; ++k) support.push_back(Support(in[k], in[k + 1]));
+    for (std::size_t k = 0; k < support.size(); ++k) {
+      if (support[k] * options_.coverage_step_m < 0.5 * options_.min_side_m) continue;
+      if (k > 0 && support[k - 1] > support[k]) continue;
+      if (k + 1 < support.size() && support[k + 1] > support[k]) continue;
+      std::vector<double> positions;
+      std::vector<double> along;
+      for (const auto* bin : {&in[k], &in[k + 1]}) {
+        for (const auto i : *bin) {
+          positions.push_back(upright_[i][at_]);
+          along.push_back(upright_[i][along_]);
+        }
+      }
+      at.push_back(core::UpperMedianOf(std::move(positions)));
+      const auto others = static_cast<std::size_t>(options_.min_end_points);
+      ends.push_back(SupportedEnd(along, others, options_.wall_m));
+      for (auto& s : along) s = -s;
+      ends.push_back(-SupportedEnd(along, others, options_.wall_m));
+    }
+  }
+
+  /// A line at each of the positions; positions nearer to each other than a wall is thick are one.
+  std::vector<Line> LinesAt(std::vector<double> positions) const {
+    std::ranges::sort(positions);
+    std::vector<Line> lines;
+    for (const double at : positions) {
+      if (!lines.empty() && at - lines.back().at_m < 0.5 * options_.wall_m) continue;
+      lines.push_back({at, {}});
+    }
+    for (Line& line : lines) {
+      std::vector<int> points(steps_, 0);
+      for (const auto& q : all_) {
+        if (std::abs(q[at_] - line.at_m) <= options_.wall_m) ++points[Step(q)];
+      }
+      line.covered_before.push_back(0);
+      for (const int n : points) {
+        line.covered_before.push_back(line.covered_before.back() + (n > 0 ? 1 : 0));
+      }
+    }
+    return lines;
+  }
+
+  /// How much [m] of the line from one position of the other axis to another has points.
+  double Covered(const Line& line, double from_m, double to_m) const {
+    const auto bound = [&](double m) {
+      return static_cast<std::size_t>(
+          std::clamp(StepOf(m) - first_step_, 0L, static_cast<long>(steps_)));
+    };
+    const double covered = (line.covered_before[bound(to_m)] - line.covered_before[bound(from_m)]) *
+                           options_.coverage_step_m;
+    return std::min(covered, to_m - from_m);
+  }
+
+ private:
+  long StepOf(double along_m) const {
+    return static_cast<long>(std::floor(along_m / options_.coverage_step_m));
+  }
+  std::size_t Step(const Eigen::Vector2d& q) const {
+    return static_cast<std::size_t>(StepOf(q[along_]) - first_step_);
+  }
+
+  /// Steps with points of a window of two bins; single points are strays.
+  int Support(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) const {
+    if (a.empty() && b.empty()) return 0;
+    std::vector<int> points(steps_, 0);
+    for (const auto i : a) ++points[Step(upright_[i])];
+    for (const auto i : b) ++points[Step(upright_[i])];
+    return static_cast<int>(std::ranges::count_if(points, [](int n) { return n > 1; }));
+  }
+
+  const ContainerOptions& options_;
+  const Flat& all_;
+  const Flat& upright_;
+  Eigen::Index at_;
+  Eigen::Index along_;
+  long first_step_ = 0;
+  std::size_t steps_ = 0;
+};
+
+/// A rectangle along the axes of a turned frame.
+struct Border {
+  Eigen::AlignedBox2d box;
+  double coverage = 0.0;  ///< share of it that has points; 0: there is none
+};
+
+/// The best covered rectangle that two sheets are opposite sides of.
+Border FindBorder(const Flat& all, const Flat& upright, const ContainerOptions& options) {
+  const std::array<Axis, 2> axes{Axis(all, upright, 0, options), Axis(all, upright, 1, options)};
+  std::array<std::vector<double>, 2> sheets;
+  std::array<std::vector<double>, 2> ends;  // of the sheets of the other axis
+  axes[0].FindSheets(sheets[0], ends[1]);
+  axes[1].FindSheets(sheets[1], ends[0]);
+  Border best;
+  for (std::size_t a = 0; a < 2; ++a) {
+    const auto opposite = axes[a].LinesAt(sheets[a]);
+    std::vector<double> others = sheets[1 - a];
+    others.insert(others.end(), ends[1 - a].begin(), ends[1 - a].end());
+    const auto between = axes[1 - a].LinesAt(std::move(others));
+    for (const Line& low : opposite) {
+      for (const Line& high : opposite) {
+        if (high.at_m - low.at_m < options.min_side_m) continue;
+        for (const Line& left : between) {
+          for (const Line& right : between) {
+            if (right.at_m - left.at_m < options.min_side_m) continue;
+            const double covered = axes[a].Covered(low, left.at_m, right.at_m) +
+                                   axes[a].Covered(high, left.at_m, right.at_m) +
+                                   axes[1 - a].Covered(left, low.at_m, high.at_m) +
+                                   axes[1 - a].Covered(right, low.at_m, high.at_m);
+            const double length = 2.0 * (high.at_m - low.at_m + right.at_m - left.at_m);
+            if (covered <= best.coverage * length) continue;
+            best.coverage = covered / length;
+            Eigen::Vector2d min(low.at_m, left.at_m);
+            Eigen::Vector2d max(high.at_m, right.at_m);
+            if (a == 1) {
+              std::swap(min.x(), min.y());
+              std::swap(max.x(), max.y());
+            }
+            best.box = {min, max};
+          }
+        }
+      }
+    }
   }
   return best;
 }
 
+/// By how much [rad] the upright points at the border are turned against it: the slope of one line
+/// through those of all sides.
+double TurnOf(const Border& border, const Flat& upright, double wall_m) {
+  double turned = 0.0;
+  double spread = 0.0;
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    for (const double side : {border.box.min()[axis], border.box.max()[axis]}) {
+      Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+      Flat at;
+      for (const auto& q : upright) {
+        if (std::abs(q[axis] - side) > wall_m) continue;
+        if (border.box.exteriorDistance(q) > wall_m) continue;
+        at.push_back(q);
+        mean += q;
+      }
+      if (at.empty()) continue;
+      mean /= static_cast<double>(at.size());
+      for (const auto& q : at) {
+        const Eigen::Vector2d d = q - mean;
+        turned += (axis == 0 ? -1.0 : 1.0) * d.x() * d.y();
+        spread += d[1 - axis] * d[1 - axis];
+      }
+    }
+  }
+  return spread > 0.0 ? turned / spread : 0.0;
+}
+
+/// The best border over all directions, each made better by its own points.
+std::optional<Rectangle> FindWalls(const Seen& seen, const ContainerOptions& options) {
+  Border best;
+  double best_rad = 0.0;
+  for (double direction : Directions(seen, options)) {
+    for (int round = 0; round <= options.turn_rounds; ++round) {
+      const Flat upright = Turned(seen.upright, direction);
+      const Border border = FindBorder(Turned(seen.all, direction), upright, options);
+      if (border.coverage == 0.0) break;
+      if (border.coverage > best.coverage) {
+        best = border;
+        best_rad = direction;
+      }
+      direction += TurnOf(border, upright, options.wall_m);
+    }
+  }
+  if (best.coverage < options.min_coverage) return std::nullopt;
+  const Eigen::Rotation2Dd turn(best_rad);
+  const Eigen::Vector2d sides = best.box.sizes();
+  const bool along_x = sides.x() >= sides.y();
+  return Rectangle{
+      .center = turn * best.box.center(),
+      .axis = turn * (along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY()).eval(),
+      .length_m = sides.maxCoeff(),
+      .width_m = sides.minCoeff()};
+}
+
+/// How far inside the rectangle's border; < 0: outside.
+double Depth(const Rectangle& r, const Eigen::Vector2d& q) {
+  const Eigen::Vector2d d = q - r.center;
+  return std::min(0.5 * r.length_m - std::abs(d.dot(r.axis)),
+                  0.5 * r.width_m - std::abs(Cross(r.axis, d)));
+}
+
+double HeightOver(const PlanarFrame& frame, const Eigen::Vector3d& p) {
+  return (p - frame.origin).dot(frame.n);
+}
+
+/// The height of the rim: of the highest points of each step along the border, the median, so that
+/// neither what leans over the rim nor what hides it says how high it is.
+std::optional<double> RimOf(const geometry::PointCloud& cloud, const Container& container,
+                            const ContainerOptions& options) {
+  const Rectangle& r = container.walls;
+  std::map<std::pair<int, long>, double> highest;  // by side and step along it
+  for (const auto& p : cloud.points) {
+    const Eigen::Vector2d q = container.frame.Flat(p);
+    if (std::abs(Depth(r, q)) > options.wall_m) continue;
+    const Eigen::Vector2d d = q - r.center;
+    const Eigen::Vector2d at(d.dot(r.axis), Cross(r.axis, d));
+    const bool end = 0.5 * r.length_m - std::abs(at.x()) < 0.5 * r.width_m - std::abs(at.y());
+    const int side = (end ? 2 : 0) + ((end ? at.x() : at.y()) > 0.0 ? 1 : 0);
+    const long step = std::lround((end ? at.y() : at.x()) / options.coverage_step_m);
+    const double height_m = HeightOver(container.frame, p);
+    const auto [known, isnew] = highest.try_emplace({side, step}, height_m);
+    if (!isnew) known->second = std::max(known->second, height_m);
+  }
+  std::vector<double> heights;
+  for (const auto& [where, height_m] : highest) heights.push_back(height_m);
+  if (heights.empty()) return std::nullopt;
+  return core::UpperMedianOf(std::move(heights)) + options.rim_margin_m;
+}
+
+/// Whether what is seen inside at the height of the rim closes the box: a cuboid.
+bool HasLid(const geometry::PointCloud& cloud, const Container& container,
+            const ContainerOptions& options) {
+  Flat lid;
+  for (const auto& p : cloud.points) {
+    const Eigen::Vector2d q = container.frame.Flat(p);
+    const double below = container.rim_m - HeightOver(container.frame, p);
+    if (std::abs(below - options.rim_margin_m) <= 2.0 * options.rim_margin_m &&
+        Depth(container.walls, q) > options.wall_m) {
+      lid.push_back(q);
+    }
+  }
+  return FilledArea(lid, options.coverage_step_m) >
+         options.max_lid * container.walls.length_m * container.walls.width_m;
+}
+
 }  // namespace
 
-geometry::Indices FindContainer(const geometry::PointCloud& cloud, const geometry::Plane& table,
-                                const ContainerOptions& options,
-                                const std::vector<geometry::Indices>& segments) {
-  const PlanarFrame frame = MakePlanarFrame(table, Eigen::Vector3d::Zero());
-  const Flat all = Flatten(frame, cloud.points);
-  const auto upright = [&](std::uint32_t i) {
-    return std::abs(cloud.normals[i].dot(table.normal)) <= options.max_upward;
-  };
-  std::vector<Sheet> seen;
-  for (const auto& segment : segments) {
-    Sheet sheet;
-    for (const auto i : segment) {
-      if (upright(i)) sheet.points.push_back(all[i]);
-    }
-    if (!sheet.points.empty()) sheet.hull = ConvexPolygon::Around(sheet.points).corners;
-    seen.push_back(std::move(sheet));
-  }
-  const auto walls = FindWalls(seen, all, options);
-  if (!walls) return {};
+std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
+                                       const geometry::Plane& table,
+                                       const ContainerOptions& options) {
+  Container container;
+  container.frame = MakePlanarFrame(table, geometry::Centroid(cloud.points));
+  const Seen seen = SeeFromAbove(cloud, container.frame, options);
+  const auto walls = FindWalls(seen, options);
+  if (!walls) return std::nullopt;
+  container.walls = *walls;
+  const auto rim_m = RimOf(cloud, container, options);
+  if (!rim_m) return std::nullopt;
+  container.rim_m = *rim_m;
+  if (HasLid(cloud, container, options)) return std::nullopt;
+  return container;
+}
+
+geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Container& container,
+                                const ContainerOptions& options) {
   geometry::Indices band;
-  std::vector<double> heights;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    if (std::abs(Depth(*walls, all[i])) > options.wall_m) continue;
-    band.push_back(i);
-    if (upright(i)) heights.push_back(table.Distance(cloud.points[i]));
+    const Eigen::Vector3d& p = cloud.points[i];
+    if (std::abs(Depth(container.walls, container.frame.Flat(p))) <= options.wall_m &&
+        HeightOver(container.frame, p) <= container.rim_m) {
+      band.push_back(i);
+    }
   }
-  if (heights.empty()) return {};
-  const double rim_m =
-      core::QuantileOf(std::move(heights), options.rim_quantile) + options.rim_margin_m;
-  std::erase_if(band, [&](auto i) { return table.Distance(cloud.points[i]) > rim_m; });
   return band;
+}
+
+bool IsPieceOfWall(const geometry::PointCloud& cloud, const Container& container,
+                   const ContainerOptions& options, const geometry::Indices& segment) {
+  const auto close = std::ranges::count_if(segment, [&](auto i) {
+    const Eigen::Vector3d& p = cloud.points[i];
+    return std::abs(Depth(container.walls, container.frame.Flat(p))) <=
+               options.piece_walls * options.wall_m &&
+           HeightOver(container.frame, p) <= container.rim_m;
+  });
+  return static_cast<double>(close) >= options.piece_share * static_cast<double>(segment.size());
 }
 
 }  // namespace rangegrasp::perception::internal

@@ -1,22 +1,38 @@
 #pragma once
 
-#include <vector>
+#include <optional>
 
 #include "geometry/plane.h"
 #include "geometry/point_cloud.h"
 #include "perception/feature_options.h"
+#include "perception/internal/planar.h"
 
 namespace rangegrasp::perception::internal {
 
-/// The walls of an open box: what stands round other things is in the hand's way, and nothing to
-/// grasp. A box is known by its geometry alone: sheets that stand upright along the border of one
-/// rectangle, which is wider both ways than a hand can grasp, and go round most of it. Its walls
-/// are all points at that border up to the rim.
-/// @param segments  those of all points, the walls' among them; a thing that touches the rim may be
-/// in one segment with its wall.
-/// @return positions in the cloud, ascending; empty where there is no box.
-geometry::Indices FindContainer(const geometry::PointCloud& cloud, const geometry::Plane& table,
-                                const ContainerOptions& options,
-                                const std::vector<geometry::Indices>& segments);
+/// An open box that things lie in. Its walls are in the hand's way, and nothing to grasp.
+struct Container {
+  PlanarFrame frame;   ///< on the table
+  Rectangle walls;     ///< in that frame: the border that the walls stand on
+  double rim_m = 0.0;  ///< height over the table below which what is at the border is a wall
+};
+
+/// A box is known by its geometry alone: two upright sheets face each other, further apart than a
+/// hand can grasp; a rectangle of which they are sides is wider that way, too, and things are seen
+/// along most of its border; and there is no lid. A sheet is a straight line, seen from above, that
+/// upright points lie on for the most part of a side: what is off it, singly or as a thing, does
+/// not move it. Where a wall is not seen but for its rim, the ends of the sheets say where it is.
+/// O(n); @return nullopt where there is no box.
+std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
+                                       const geometry::Plane& table,
+                                       const ContainerOptions& options);
+
+/// The points at the border, up to the rim: positions in the cloud, ascending.
+geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Container& container,
+                                const ContainerOptions& options);
+
+/// Whether a segment is a piece of wall that the border has missed: nearly all of it lies close to
+/// it and below the rim.
+bool IsPieceOfWall(const geometry::PointCloud& cloud, const Container& container,
+                   const ContainerOptions& options, const geometry::Indices& segment);
 
 }  // namespace rangegrasp::perception::internal

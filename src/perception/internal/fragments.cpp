@@ -108,6 +108,27 @@ bool AreCutApart(const ObjectContext& context,
   return touching >= options.min_pairs;
 }
 
+/// Whether nothing but the host can hold the fragment: it is off the table, the sensor saw through
+/// under most of it, and it does not lie on the host.
+bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f,
+           const Part& host) {
+  const CompletionOptions& completion = context.options.completion;
+  if (f.base_m <= completion.on_table_m) return false;
+  const auto& points = context.cloud.points;
+  const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
+    const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
+    return context.views.IsFree(points[i] - down_m * context.table.normal,
+                                completion.free_margin_m);
+  });
+  const auto all = static_cast<double>(fragment.points.size());
+  if (static_cast<double>(free) < context.options.merge.min_free_below * all) return false;
+  const auto under = std::ranges::count_if(host.points, [&](auto i) {
+    return context.table.Distance(points[i]) < f.base_m &&
+           f.hull.Distance(f.frame.Flat(points[i])) == 0.0;
+  });
+  return under < completion.min_support_points;
+}
+
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
                   const Part& host, const Footprint& h) {
   const MergeOptions& options = context.options.merge;
@@ -119,7 +140,9 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
   const auto pairs = Across(context, fragment, host, options.fragment_gap_m);
-  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
+  if (cuts && AreCutApart(context, pairs)) {
+    return Hangs(context, fragment, f, host) ? Kinship::kHanging : Kinship::kNone;
+  }
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
   if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {

@@ -15,9 +15,10 @@ enum class Kinship {
              ///< front face under its top surface
   kAbove,    ///< a small part above the host, over its footprint: the cap of a bottle
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
+  kHanging,  ///< it touches the host and nothing else, in the air: a handle
 };
-constexpr std::array<std::string_view, 4> WordsOf(Kinship) {
-  return {"none", "within", "above", "surface"};
+constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
+  return {"none", "within", "above", "surface", "hanging"};
 }
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
@@ -31,7 +32,9 @@ constexpr std::array<std::string_view, 4> WordsOf(Kinship) {
 /// - kSurface: at least eight points have their nearest neighbor in the host across the gap, more
 ///   along the sensor's viewing plane than sideways, and neither surface lies in front of the other
 ///   one's tangent plane (smooth or convex, as objects in contact are not).
-/// Objects beside each other fail all three: their footprints do not overlap and the gap between
+/// - kHanging: the segmentation cut it from the host; it is off the table, the sensor saw through
+///   under half of it and more, and the host does not carry it from below.
+/// Objects beside each other fail all of them: their footprints do not overlap and the gap between
 /// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
 

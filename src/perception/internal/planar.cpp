@@ -126,6 +126,14 @@ double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
   return core::UpperMedianOf(std::move(offsets));
 }
 
+double SupportedEnd(std::vector<double> values, std::size_t others, double band_m) {
+  std::sort(values.begin(), values.end());
+  for (std::size_t k = values.size(); k-- > others;) {
+    if (values[k - others] >= values[k] - band_m) return values[k];
+  }
+  return values.back();
+}
+
 double FilledArea(std::span<const Eigen::Vector2d> points, double cell_m) {
   std::set<std::pair<long, long>> cells;
   for (const auto& q : points) {

@@ -61,6 +61,10 @@ std::vector<std::uint32_t> HullPositions(std::span<const Eigen::Vector2d> points
 double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
                    geometry::PointSpan points);
 
+/// The highest value that has so many others within the band below it, or the highest of all: the
+/// end of what was measured without the few mixed points beyond it. O(n log n); needs a value.
+double SupportedEnd(std::vector<double> values, std::size_t others, double band_m);
+
 /// The area [m^2] that points in the plane fill, counted in square cells of a grid.
 double FilledArea(std::span<const Eigen::Vector2d> points, double cell_m);
 
