@@ -16,8 +16,8 @@ constexpr int kGapSteps = 60;
 // move it by.
 constexpr double kAtTarget_rad = 0.02;
 // A gap of the tips that a closed hand's joints tell from none: what it closes on is thicker (the
-// bowl's wall: 3 mm, and the glove gives less than that). Closed on nothing the joints stop at up to
-// 1.1 mm, the passive fingers' springs being in between.
+// bowl's wall: 3 mm, and the glove gives less than that). Closed on nothing the joints stop at up
+// to 1.1 mm, the passive fingers' springs being in between.
 constexpr double kLeastFelt_m = 0.002;
 // Halvings of one of the steps above: 0.03 mm of gap.
 constexpr int kGapHalvings = 6;
