@@ -140,11 +140,11 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
   const auto pairs = Across(context, fragment, host, options.fragment_gap_m);
-  if (cuts && AreCutApart(context, pairs)) {
-    return Hangs(context, fragment, f, host) ? Kinship::kHanging : Kinship::kNone;
-  }
+  const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
+  if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
-  if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
+  if (!close) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
     return ContinuesAcross(context, pair.first, pair.second);
   });
