@@ -161,10 +161,10 @@ struct MergeOptions {
   /// cap is round and in the middle, and as kHanging. 0: the segmentation cuts nothing
   /// (perceive.cpp sets it).
   double cut_m = 0.0;
-  /// Of what the segmentation cut from its host, and hangs in the air: the share under which the
-  /// sensor saw through. Larger: handles are things of their own; smaller: what leans on a host,
-  /// its foot hidden, is a handle.
-  double min_free_below = 0.5;
+  /// What hangs in the air at a host is of it: the sensor saw through under this share of its
+  /// points; a handle 20 mm over the table has 0.36, what leans on a host with its foot hidden next
+  /// to none. Larger: handles are things of their own; smaller: leaning things are handles.
+  double min_free_below = 0.25;
   /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
   double max_cap_offset = 0.15;
   double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's

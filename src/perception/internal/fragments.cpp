@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "geometry/kd_tree.h"
@@ -13,8 +15,27 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
+/// A part's points, and their tree once somebody asks for it: few parts come close to another.
+class Surface {
+ public:
+  explicit Surface(geometry::Points points) : points_(std::move(points)) {
+    for (const auto& p : points_) box_.extend(p);
+  }
+  const Eigen::AlignedBox3d& box() const { return box_; }
+  const geometry::KdTree& Tree() {
+    if (!tree_) tree_.emplace(points_);
+    return *tree_;
+  }
+
+ private:
+  geometry::Points points_;
+  Eigen::AlignedBox3d box_;
+  std::optional<geometry::KdTree> tree_;
+};
+
 /// What the rules about fragments read of a part.
 struct Footprint {
+  std::unique_ptr<Surface> surface;  ///< not moved: the tree keeps a view of its points
   PlanarFrame frame;
   ConvexPolygon hull;
   double fill = 0.0;  ///< share of the hull's area that has points
@@ -26,7 +47,9 @@ Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
   const double cell_m = context.options.merge.cell_m;
   Footprint footprint;
   footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Eigen::Vector3d::UnitX());
-  const auto flat = Flatten(footprint.frame, geometry::Select(context.cloud.points, part.points));
+  auto points = geometry::Select(context.cloud.points, part.points);
+  const auto flat = Flatten(footprint.frame, points);
+  footprint.surface = std::make_unique<Surface>(std::move(points));
   footprint.hull = ConvexPolygon::Around(flat);
   footprint.fill = FilledArea(flat, cell_m) / std::max(footprint.hull.Area(), cell_m * cell_m);
   footprint.top_m = TopHeight(context.cloud, part.points, context.table);
@@ -35,9 +58,12 @@ Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
 }
 
 double ShareOver(const ObjectContext& context, const Part& part, const Footprint& host) {
+  const double margin_m = context.options.merge.footprint_margin_m;
+  Eigen::AlignedBox2d box;  // most points of other parts are far off: no need for the polygon
+  for (const auto& corner : host.hull.corners) box.extend(corner);
   const auto over = std::count_if(part.points.begin(), part.points.end(), [&](auto i) {
-    return host.hull.Distance(host.frame.Flat(context.cloud.points[i])) <=
-           context.options.merge.footprint_margin_m;
+    const Eigen::Vector2d q = host.frame.Flat(context.cloud.points[i]);
+    return box.exteriorDistance(q) <= 2.0 * margin_m && host.hull.Distance(q) <= margin_m;
   });
   return static_cast<double>(over) / static_cast<double>(part.points.size());
 }
@@ -45,18 +71,13 @@ double ShareOver(const ObjectContext& context, const Part& part, const Footprint
 /// Pairs (fragment point, nearest host point) across at most the gap.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext& context,
                                                             const Part& fragment, const Part& host,
-                                                            double gap_m) {
-  const geometry::Points host_points = geometry::Select(context.cloud.points, host.points);
-  Eigen::AlignedBox3d box;
-  for (const auto& p : host_points) box.extend(p);
-  std::optional<geometry::KdTree> tree;
+                                                            Surface& surface, double gap_m) {
   std::vector<geometry::KdTree::Neighbor> found;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const auto i : fragment.points) {
     const Eigen::Vector3d& p = context.cloud.points[i];
-    if (box.squaredExteriorDistance(p) > gap_m * gap_m) continue;
-    if (!tree) tree.emplace(host_points);
-    tree->Nearest(p, 1, found);
+    if (surface.box().squaredExteriorDistance(p) > gap_m * gap_m) continue;
+    surface.Tree().Nearest(p, 1, found);
     if (!found.empty() && found[0].squared_distance <= gap_m * gap_m) {
       pairs.emplace_back(i, host.points[found[0].index]);
     }
@@ -139,12 +160,12 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   }
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
-  const auto pairs = Across(context, fragment, host, options.fragment_gap_m);
-  if (cuts && AreCutApart(context, pairs)) {
-    return Hangs(context, fragment, f, host) ? Kinship::kHanging : Kinship::kNone;
-  }
+  const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
+  const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
+  if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
-  if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
+  if (!close) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
     return ContinuesAcross(context, pair.first, pair.second);
   });
@@ -154,32 +175,65 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
              : Kinship::kNone;
 }
 
-/// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
-/// joined.
-bool JoinOne(const ObjectContext& context, std::vector<Part>& parts,
-             std::vector<Footprint>& footprints, core::Rng& rng) {
-  std::vector<std::size_t> order(parts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return parts[a].points.size() < parts[b].points.size();
-  });
-  for (std::size_t a = 0; a < order.size(); ++a) {
-    for (std::size_t b = order.size(); b-- > a + 1;) {
-      const std::size_t fragment = order[a];
-      const std::size_t host = order[b];
-      if (KinshipOf(context, parts[fragment], footprints[fragment], parts[host],
-                    footprints[host]) == Kinship::kNone) {
-        continue;
-      }
-      parts[host] = DescribeUnion(context, parts[host], parts[fragment], rng);
-      footprints[host] = MakeFootprint(context, parts[host]);
-      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(fragment));
-      footprints.erase(footprints.begin() + static_cast<std::ptrdiff_t>(fragment));
-      return true;
+/// Joins fragments to hosts until nothing changes. What was found of two parts holds until one of
+/// them does.
+class Joining {
+ public:
+  Joining(const ObjectContext& context, std::vector<Part>& parts)
+      : context_(context), parts_(parts) {
+    for (const Part& part : parts) {
+      footprints_.push_back(MakeFootprint(context, part));
+      names_.push_back(next_name_++);
     }
   }
-  return false;
-}
+
+  /// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
+  /// joined.
+  bool JoinOne(core::Rng& rng) {
+    std::vector<std::size_t> order(parts_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return parts_[a].points.size() < parts_[b].points.size();
+    });
+    for (std::size_t a = 0; a < order.size(); ++a) {
+      for (std::size_t b = order.size(); b-- > a + 1;) {
+        if (AreStrangers(order[a], order[b])) continue;
+        Join(order[a], order[b], rng);
+        return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  bool AreStrangers(std::size_t fragment, std::size_t host) {
+    const std::pair pair(names_[fragment], names_[host]);
+    if (strangers_.contains(pair)) return true;
+    if (KinshipOf(context_, parts_[fragment], footprints_[fragment], parts_[host],
+                  footprints_[host]) != Kinship::kNone) {
+      return false;
+    }
+    strangers_.insert(pair);
+    return true;
+  }
+
+  void Join(std::size_t fragment, std::size_t host, core::Rng& rng) {
+    parts_[host] = DescribeUnion(context_, parts_[host], parts_[fragment], rng);
+    footprints_[host] = MakeFootprint(context_, parts_[host]);
+    names_[host] = next_name_++;
+    const auto at = static_cast<std::ptrdiff_t>(fragment);
+    parts_.erase(parts_.begin() + at);
+    footprints_.erase(footprints_.begin() + at);
+    names_.erase(names_.begin() + at);
+  }
+
+  const ObjectContext& context_;
+  std::vector<Part>& parts_;
+  std::vector<Footprint> footprints_;  ///< one a part
+  std::vector<std::uint32_t> names_;   ///< one a part; a union has a new one
+  std::set<std::pair<std::uint32_t, std::uint32_t>> strangers_;  ///< fragment and host, by name
+  std::uint32_t next_name_ = 0;
+};
 
 }  // namespace
 
@@ -189,10 +243,8 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
 }
 
 void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng) {
-  std::vector<Footprint> footprints;
-  footprints.reserve(parts.size());
-  for (const Part& part : parts) footprints.push_back(MakeFootprint(context, part));
-  while (JoinOne(context, parts, footprints, rng)) {
+  Joining joining(context, parts);
+  while (joining.JoinOne(rng)) {
   }
 }
 

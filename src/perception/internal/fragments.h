@@ -32,8 +32,9 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 /// - kSurface: at least eight points have their nearest neighbor in the host across the gap, more
 ///   along the sensor's viewing plane than sideways, and neither surface lies in front of the other
 ///   one's tangent plane (smooth or convex, as objects in contact are not).
-/// - kHanging: the segmentation cut it from the host; it is off the table, the sensor saw through
-///   under half of it and more, and the host does not carry it from below.
+/// - kHanging, where the segmentation cuts: at least eight points within the gap from the host; it
+///   is off the table, the sensor saw through under a good part of it, and the host does not carry
+///   it from below.
 /// Objects beside each other fail all of them: their footprints do not overlap and the gap between
 /// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);

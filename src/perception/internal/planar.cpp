@@ -157,15 +157,17 @@ double ConvexPolygon::Area() const {
 }
 
 double ConvexPolygon::Distance(const Eigen::Vector2d& q) const {
-  double nearest = std::numeric_limits<double>::infinity();
+  const auto next = [&](std::size_t i) { return i + 1 == corners.size() ? 0 : i + 1; };
   bool inside = corners.size() >= 3;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d& a = corners[i];
-    const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
-    if (Cross(b - a, q - a) < 0.0) inside = false;
-    nearest = std::min(nearest, SegmentDistance(a, b, q));
+  for (std::size_t i = 0; inside && i < corners.size(); ++i) {
+    inside = Cross(corners[next(i)] - corners[i], q - corners[i]) >= 0.0;
   }
-  return inside ? 0.0 : nearest;
+  if (inside) return 0.0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    nearest = std::min(nearest, SegmentDistance(corners[i], corners[next(i)], q));
+  }
+  return nearest;
 }
 
 }  // namespace rangegrasp::perception::internal
