@@ -59,6 +59,7 @@ class Heap {
     if (world_.ObjectTop(kTarget) <= OthersTop()) return Redraw::kNotHighest;
     if (Touching() < MinTouching()) return Redraw::kTouchesFew;
     if (!InReach()) return Redraw::kOutOfReach;
+    if (AnyTouchesArm()) return Redraw::kTouchesArm;
     if (Overlaps()) return Redraw::kOverlaps;
     if (!OutOfView(world_, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
     return std::nullopt;
@@ -179,8 +180,8 @@ class Heap {
     }
   }
 
-  // The same, and only as long as the target may still come to lie highest: what has fallen well
-  // below the others' top does not climb up again.
+  // The same, and only as long as the target lies highest, so that a lost drop costs little: what
+  // has come to lie lower hardly climbs up again.
   std::optional<Redraw> SettleTarget() {
     const double end_s = world_.time_s() + clutter_.settle_limit_s;
     while (world_.time_s() < end_s) {
@@ -238,6 +239,13 @@ class Heap {
   bool InReach() const {
     return container_ ||
            OverWorkspace(world_.ObjectCenterOfMass(kTarget), robot_.workspace_radius_m);
+  }
+
+  bool AnyTouchesArm() const {
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (world_.RobotDistance(object, clutter_.touch_m) < clutter_.touch_m) return true;
+    }
+    return false;
   }
 
   bool Overlaps() const {
