@@ -100,6 +100,7 @@ class Growth {
         per_square_m_(1.0 / (options.patch_m * options.patch_m)),
         per_square_turn_(1.0 / (options.patch_turn * options.patch_turn)) {
     grown_.patch_of.assign(cloud.size(), kNone);
+    nearest_.assign(cloud.size(), std::numeric_limits<double>::infinity());
   }
 
   Patches Run(const geometry::Indices& seeds) {
@@ -155,6 +156,9 @@ class Growth {
       if (grown_.patch_of[other] != kNone) continue;
       const double distance = (cloud_.points[other] - center).squaredNorm() * per_square_m_ +
                               (cloud_.normals[other] - normal).squaredNorm() * per_square_turn_;
+      // A nearer patch that waits for the point will have it.
+      if (distance > nearest_[other]) continue;
+      nearest_[other] = distance;
       queue_.push({distance, other, p});
     }
   }
@@ -165,6 +169,7 @@ class Growth {
   double per_square_turn_;
   Patches grown_;  ///< centers and normals are sums until the end
   std::priority_queue<Candidate> queue_;
+  std::vector<double> nearest_;  ///< of each point, to the patches that wait for it
 };
 
 }  // namespace
