@@ -167,18 +167,30 @@ double LoopLength(std::span<const Eigen::Vector2d> points, const std::vector<std
 
 using EdgesFrom = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 
-/// The directed edges of the triangles whose reverse is in none, by their start.
+/// The directed edges of the triangles whose reverse is in none, by their start; ends ascending.
+/// O(n): a point has few edges, so that looking through them beats sorting all.
 EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  std::uint32_t points = 0;
+  for (const Triangle& t : triangles) points = std::max(points, 1 + *std::ranges::max_element(t));
+  std::vector<std::uint32_t> first(points + 1, 0);  // of each point's edges
   for (const Triangle& t : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
+    for (const auto a : t) ++first[a + 1];
   }
-  std::sort(edges.begin(), edges.end());
+  for (std::uint32_t a = 0; a < points; ++a) first[a + 1] += first[a];
+  std::vector<std::uint32_t> ends(first.back());
+  std::vector<std::uint32_t> at(first.begin(), first.end() - 1);
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ends[at[t[i]]++] = t[(i + 1) % 3];
+  }
+  const auto ends_of = [&](std::uint32_t a) {
+    return std::span(ends).subspan(first[a], first[a + 1] - first[a]);
+  };
   EdgesFrom from;
-  for (const auto& [a, b] : edges) {
-    if (!std::binary_search(edges.begin(), edges.end(), std::make_pair(b, a))) {
-      from[a].push_back(b);
+  for (std::uint32_t a = 0; a < points; ++a) {
+    for (const auto b : ends_of(a)) {
+      if (std::ranges::find(ends_of(b), a) == ends_of(b).end()) from[a].push_back(b);
     }
+    if (const auto of_a = from.find(a); of_a != from.end()) std::ranges::sort(of_a->second);
   }
   return from;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <queue>
+#include <span>
 
 #include "geometry/kd_tree.h"
 
@@ -43,6 +44,27 @@ Eigen::Vector3d LineOf(const geometry::PointCloud& cloud, std::uint32_t point,
   return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
 }
 
+using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+/// The pairs ascending, each once. O(n) for few pairs a point: by the first, then each point's own.
+Pairs SortedUnique(const Pairs& pairs, std::size_t points) {
+  std::vector<std::uint32_t> first(points + 1, 0);
+  for (const auto& [a, b] : pairs) ++first[a + 1];
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  std::vector<std::uint32_t> seconds(pairs.size());
+  std::vector<std::uint32_t> at(first.begin(), first.end() - 1);
+  for (const auto& [a, b] : pairs) seconds[at[a]++] = b;
+  Pairs sorted;
+  sorted.reserve(pairs.size());
+  for (std::uint32_t a = 0; a < points; ++a) {
+    const auto own = std::span(seconds).subspan(first[a], first[a + 1] - first[a]);
+    std::ranges::sort(own);
+    const auto end = std::ranges::unique(own).begin();
+    for (auto b = own.begin(); b != end; ++b) sorted.emplace_back(a, *b);
+  }
+  return sorted;
+}
+
 /// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
 /// wall, have their own.
 std::array<long, 4> CellOf(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double size_m) {
@@ -78,6 +100,7 @@ class Growth {
         per_square_m_(1.0 / (options.patch_m * options.patch_m)),
         per_square_turn_(1.0 / (options.patch_turn * options.patch_turn)) {
     grown_.patch_of.assign(cloud.size(), kNone);
+    nearest_.assign(cloud.size(), std::numeric_limits<double>::infinity());
   }
 
   Patches Run(const geometry::Indices& seeds) {
@@ -133,6 +156,9 @@ class Growth {
       if (grown_.patch_of[other] != kNone) continue;
       const double distance = (cloud_.points[other] - center).squaredNorm() * per_square_m_ +
                               (cloud_.normals[other] - normal).squaredNorm() * per_square_turn_;
+      // A nearer patch that waits for the point will have it.
+      if (distance > nearest_[other]) continue;
+      nearest_[other] = distance;
       queue_.push({distance, other, p});
     }
   }
@@ -143,13 +169,14 @@ class Growth {
   double per_square_turn_;
   Patches grown_;  ///< centers and normals are sums until the end
   std::priority_queue<Candidate> queue_;
+  std::vector<double> nearest_;  ///< of each point, to the patches that wait for it
 };
 
 }  // namespace
 
 Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& options) {
   const KdTree tree(cloud.points);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // (from, to), to < from
+  Pairs pairs;  // (from, to), to < from
   std::vector<KdTree::Neighbor> near;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     tree.Within(cloud.points[i], options.link_m, near);
@@ -172,8 +199,7 @@ Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& optio
       --left;
     }
   }
-  std::ranges::sort(pairs);
-  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  pairs = SortedUnique(pairs, cloud.size());
   Links links;
   links.first.assign(cloud.size() + 1, 0);
   for (const auto& [a, b] : pairs) {
