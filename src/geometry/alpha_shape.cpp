@@ -16,6 +16,7 @@
 #include <tuple>
 #include <utility>
 
+#include "geometry/adjacency.h"
 #include "geometry/union_find.h"
 
 namespace rangegrasp::geometry {
@@ -171,24 +172,17 @@ using EdgesFrom = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 /// O(n): a point has few edges, so that looking through them beats sorting all.
 EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
   std::uint32_t points = 0;
-  for (const Triangle& t : triangles) points = std::max(points, 1 + *std::ranges::max_element(t));
-  std::vector<std::uint32_t> first(points + 1, 0);  // of each point's edges
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
-    for (const auto a : t) ++first[a + 1];
+    points = std::max(points, 1 + *std::ranges::max_element(t));
+    for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
   }
-  for (std::uint32_t a = 0; a < points; ++a) first[a + 1] += first[a];
-  std::vector<std::uint32_t> ends(first.back());
-  std::vector<std::uint32_t> at(first.begin(), first.end() - 1);
-  for (const Triangle& t : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) ends[at[t[i]]++] = t[(i + 1) % 3];
-  }
-  const auto ends_of = [&](std::uint32_t a) {
-    return std::span(ends).subspan(first[a], first[a + 1] - first[a]);
-  };
+  const Adjacency ends = MakeAdjacency(edges, points);
   EdgesFrom from;
   for (std::uint32_t a = 0; a < points; ++a) {
-    for (const auto b : ends_of(a)) {
-      if (std::ranges::find(ends_of(b), a) == ends_of(b).end()) from[a].push_back(b);
+    for (const auto b : ends.Of(a)) {
+      if (std::ranges::find(ends.Of(b), a) == ends.Of(b).end()) from[a].push_back(b);
     }
     if (const auto of_a = from.find(a); of_a != from.end()) std::ranges::sort(of_a->second);
   }

@@ -6,8 +6,7 @@ namespace {
 DetectedObject ObjectFrom(const perception::Scene& scene,
                           const perception::PerceivedObject& object) {
   DetectedObject out;
-  out.samples.reserve(object.points.size());
-  for (const std::uint32_t i : object.points) out.samples.push_back(scene.SampleOf(i));
+  out.samples = scene.SamplesOf(object);
   out.surface_C = object.surface_C;
   out.rotational = object.kind == perception::ObjectKind::kRotational;
   out.open = object.open;

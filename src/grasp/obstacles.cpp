@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
 #include <map>
 #include <set>
 #include <utility>
@@ -11,6 +9,7 @@
 #include "geometry/groups.h"
 #include "geometry/hull.h"
 #include "geometry/kd_tree.h"
+#include "grasp/surface.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -73,9 +72,9 @@ double Extent(const Points& points) {
 
 /// Whether a group is so near to the target, and so small, that it is a part of it, for all that
 /// can be seen: a corner that lost points have cut off. It goes with the target.
-bool IsPartOf(const Points& target_C, const geometry::KdTree& target, const Points& group,
+bool IsPartOf(const geometry::KdTree& target, double target_extent_m, const Points& group,
               double link_m) {
-  if (Extent(group) >= Extent(target_C)) return false;
+  if (Extent(group) >= target_extent_m) return false;
   std::vector<geometry::KdTree::Neighbor> near;
   return std::any_of(group.begin(), group.end(), [&](const Vector3d& p) {
     target.Within(p, link_m, near);
@@ -113,11 +112,8 @@ geometry::TriangleMesh HullAbout(const Points& points, double edge_m) {
 /// What the points of a thing that need not be convex, as a box that is open, fill: a hull about
 /// those of each cell.
 geometry::TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
-  std::map<std::array<std::int64_t, 3>, Points> cells;
-  for (const Vector3d& p : points) {
-    const Vector3d at = (p / cell_m).array().floor();
-    cells[{std::llround(at.x()), std::llround(at.y()), std::llround(at.z())}].push_back(p);
-  }
+  std::map<std::array<long, 3>, Points> cells;
+  for (const Vector3d& p : points) cells[GridCell(p, cell_m)].push_back(p);
   geometry::TriangleMesh filled;
   for (const auto& [cell, inside] : cells) {
     geometry::Append(HullAbout(Outermost(inside), edge_m), filled);
@@ -154,10 +150,12 @@ Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
     Points leftover = LeftoverPoints(scene);
     DropMixed(scene, places_C, options.mixed_gaps * gap_m, leftover);
     const double link_m = options.link_gaps * gap_m;
-    const geometry::KdTree of_target(scene.objects[target].completed_C);
+    const Points& target_C = scene.objects[target].completed_C;
+    const geometry::KdTree of_target(target_C);
+    const double target_extent_m = Extent(target_C);
     for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
-      if (IsPartOf(scene.objects[target].completed_C, of_target, group, link_m)) continue;
+      if (IsPartOf(of_target, target_extent_m, group, link_m)) continue;
       AddIfSolid(FilledCells(group, options.cell_m, gap_m), obstacles.measured_C);
     }
   }

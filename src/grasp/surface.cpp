@@ -111,12 +111,14 @@ Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& 
   return inside ? center : mean;
 }
 
+std::array<long, 3> GridCell(const Vector3d& p, double cell_m) {
+  const Vector3d c = (p / cell_m).array().floor();
+  return {std::lround(c.x()), std::lround(c.y()), std::lround(c.z())};
+}
+
 geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
   std::map<std::array<long, 3>, Vector3d> cells;
-  for (const Vector3d& p : points) {
-    const Vector3d c = (p / cell_m).array().floor();
-    cells.try_emplace({std::lround(c.x()), std::lround(c.y()), std::lround(c.z())}, p);
-  }
+  for (const Vector3d& p : points) cells.try_emplace(GridCell(p, cell_m), p);
   geometry::TriangleMesh mesh;
   for (const auto& [cell, p] : cells) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "geometry/mesh.h"
 #include "perception/scene.h"
@@ -27,6 +28,9 @@ SurfaceSamples SampleObject(const perception::Scene& scene,
 /// object its centre of mass; where the surface does not enclose one (open, turned mixed) the mean
 /// of the samples.
 Eigen::Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& samples);
+
+/// The cell of a grid from the origin that a point lies in.
+std::array<long, 3> GridCell(const Eigen::Vector3d& p, double cell_m);
 
 /// One small triangle (side 1 mm) for every cell of a grid of cell_m that holds points: a surface
 /// for point sets that have none.

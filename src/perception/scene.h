@@ -98,6 +98,12 @@ struct Scene {
 
   /// The sample that a point of the cloud (and of an object) was measured as.
   const SampleId& SampleOf(std::uint32_t point) const { return samples[source[point]]; }
+  std::vector<SampleId> SamplesOf(const PerceivedObject& object) const {
+    std::vector<SampleId> of_object;
+    of_object.reserve(object.points.size());
+    for (const auto point : object.points) of_object.push_back(SampleOf(point));
+    return of_object;
+  }
 };
 
 }  // namespace rangegrasp::perception

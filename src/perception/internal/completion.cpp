@@ -148,35 +148,49 @@ geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& 
   return mesh;
 }
 
+/// Whether a top is a plane that leans, and no side of something.
+bool Leans(const TopSurface& top, double upright, const CompletionOptions& options) {
+  return !top.ridge && upright <= std::cos(options.min_lean_rad) &&
+         upright >= std::cos(options.max_lean_rad);
+}
+
+/// How far below the top's plane a part was seen.
+double DepthBelow(const geometry::Plane& plane, const Points& points,
+                  const CompletionOptions& options) {
+  std::vector<double> depths;
+  depths.reserve(points.size());
+  for (const auto& p : points) depths.push_back(-plane.Distance(p));
+  return EndOf(std::move(depths), options);
+}
+
+/// Whether the top fills its outline, and what lies below it stands square to it: within the
+/// outline, seen along the top's normal.
+bool IsSquareTo(std::span<const Eigen::Vector2d> top, std::span<const Eigen::Vector2d> all,
+                const CompletionOptions& options) {
+  const auto outline = ConvexPolygon::Around(top);
+  if (FilledArea(top, options.cell_m) < options.min_fill * outline.Area()) return false;
+  const auto outside = std::count_if(all.begin(), all.end(), [&](const Eigen::Vector2d& q) {
+    return outline.Distance(q) > options.lean_margin_m;
+  });
+  return static_cast<double>(outside) <= options.max_lean_outside * static_cast<double>(all.size());
+}
+
 /// What a leaning object's far corners and walls are, if its top leans and its points below the top
 /// stand square to it: the outline in the top's plane, moved against the top's normal as far down
 /// as points were seen, but not below the base.
 std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Part& part,
                                           const Points& points, double base_m) {
   const CompletionOptions& options = context.options.completion;
-  if (!part.top || part.top->ridge) return {};
+  if (!part.top) return {};
   const geometry::Plane& plane = part.top->plane;
   const double upright = plane.normal.dot(context.table.normal);
-  if (upright > std::cos(options.min_lean_rad) || upright < std::cos(options.max_lean_rad)) {
-    return {};
-  }
-  std::vector<double> depths;
-  depths.reserve(points.size());
-  for (const auto& p : points) depths.push_back(-plane.Distance(p));
-  const double depth_m = EndOf(depths, options);
+  if (!Leans(*part.top, upright, options)) return {};
+  const double depth_m = DepthBelow(plane, points, options);
   if (depth_m < options.min_lean_depth_m) return {};
-
   const PlanarFrame frame = MakePlanarFrame(plane, part.top->center_C);
-  const auto of_top = Flatten(frame, geometry::Select(context.cloud.points, part.top->points));
-  const auto top = ConvexPolygon::Around(of_top);
-  if (FilledArea(of_top, options.cell_m) < options.min_fill * top.Area()) return {};
   const auto flat = Flatten(frame, points);
-  const auto outside = std::count_if(flat.begin(), flat.end(), [&](const Eigen::Vector2d& q) {
-    return top.Distance(q) > options.lean_margin_m;
-  });
-  if (static_cast<double>(outside) > options.max_lean_outside * static_cast<double>(flat.size())) {
-    return {};
-  }
+  const auto of_top = Flatten(frame, geometry::Select(context.cloud.points, part.top->points));
+  if (!IsSquareTo(of_top, flat, options)) return {};
 
   Completion leaning;
   leaning.points_C = points;

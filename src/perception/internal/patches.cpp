@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <queue>
-#include <span>
 
 #include "geometry/kd_tree.h"
 
@@ -42,27 +41,6 @@ Eigen::Vector3d LineOf(const geometry::PointCloud& cloud, std::uint32_t point,
   }
   if (across > on_a_line * on_a_line * along) return Eigen::Vector3d::Zero();
   return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
-}
-
-using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
-
-/// The pairs ascending, each once. O(n) for few pairs a point: by the first, then each point's own.
-Pairs SortedUnique(const Pairs& pairs, std::size_t points) {
-  std::vector<std::uint32_t> first(points + 1, 0);
-  for (const auto& [a, b] : pairs) ++first[a + 1];
-  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-  std::vector<std::uint32_t> seconds(pairs.size());
-  std::vector<std::uint32_t> at(first.begin(), first.end() - 1);
-  for (const auto& [a, b] : pairs) seconds[at[a]++] = b;
-  Pairs sorted;
-  sorted.reserve(pairs.size());
-  for (std::uint32_t a = 0; a < points; ++a) {
-    const auto own = std::span(seconds).subspan(first[a], first[a + 1] - first[a]);
-    std::ranges::sort(own);
-    const auto end = std::ranges::unique(own).begin();
-    for (auto b = own.begin(); b != end; ++b) sorted.emplace_back(a, *b);
-  }
-  return sorted;
 }
 
 /// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
@@ -176,12 +154,16 @@ class Growth {
 
 Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& options) {
   const KdTree tree(cloud.points);
-  Pairs pairs;  // (from, to), to < from
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // both ways
+  const auto link = [&](std::uint32_t a, std::uint32_t b) {
+    pairs.emplace_back(a, b);
+    pairs.emplace_back(b, a);
+  };
   std::vector<KdTree::Neighbor> near;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     tree.Within(cloud.points[i], options.link_m, near);
     for (const auto& n : near) {
-      if (n.index < i) pairs.emplace_back(i, n.index);
+      if (n.index < i) link(i, n.index);
     }
     const Eigen::Vector3d line = LineOf(cloud, i, near, options.on_a_line);
     if (line.isZero()) continue;
@@ -195,25 +177,11 @@ Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& optio
       const Eigen::Vector3d d = cloud.points[n.index] - cloud.points[i];
       if (std::abs(line.dot(d)) > options.max_along_line * d.norm()) continue;
       if (!Tangential(cloud, i, n.index, options.max_link_slope)) continue;
-      pairs.emplace_back(std::max(i, n.index), std::min(i, n.index));
+      link(i, n.index);
       --left;
     }
   }
-  pairs = SortedUnique(pairs, cloud.size());
-  Links links;
-  links.first.assign(cloud.size() + 1, 0);
-  for (const auto& [a, b] : pairs) {
-    ++links.first[a + 1];
-    ++links.first[b + 1];
-  }
-  for (std::size_t i = 1; i < links.first.size(); ++i) links.first[i] += links.first[i - 1];
-  links.to.resize(2 * pairs.size());
-  std::vector<std::uint32_t> at(links.first.begin(), links.first.end() - 1);
-  for (const auto& [a, b] : pairs) {
-    links.to[at[a]++] = b;
-    links.to[at[b]++] = a;
-  }
-  return links;
+  return geometry::Unique(geometry::MakeAdjacency(pairs, cloud.size()));
 }
 
 Patches GrowPatches(const geometry::PointCloud& cloud, const Links& links,

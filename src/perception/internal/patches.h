@@ -3,21 +3,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/adjacency.h"
 #include "geometry/point_cloud.h"
 #include "perception/segment.h"
 
 namespace rangegrasp::perception::internal {
 
-/// Which points are neighbors on a surface: those of point i are in `to` from first[i] to
-/// first[i + 1]. Symmetric.
-struct Links {
-  std::vector<std::uint32_t> first;
-  geometry::Indices to;
-
-  std::span<const std::uint32_t> Of(std::uint32_t i) const {
-    return std::span(to).subspan(first[i], first[i + 1] - first[i]);
-  }
-};
+/// Which points are neighbors on a surface: of each those that it has, ascending. Symmetric.
+using Links = geometry::Adjacency;
 
 /// Points within link_m; and where a surface is seen at a grazing angle, so that there are few of
 /// them, points further off that lie in each other's tangent planes.

@@ -145,11 +145,14 @@ bool BranchBuilder::Lift(Branch& branch) const {
   Stage stage = HeldStage();
   if (task_.may_brush) stage.contacts.target = Target::kGone;
   std::vector<char>& ignored = stage.contacts.held_ignores;
-  ignored = check_.collider().TouchedByTarget(task_.X_WH, stage.contacts.X_HT);
+  if (!task_.may_brush) {
+    ignored = check_.collider().TouchedByTarget(task_.X_WH, stage.contacts.X_HT);
+  }
   for (std::size_t i = 1; i < path->size(); ++i) {
     if (!check_.PathFree({(*path)[i - 1], (*path)[i]}, stage, options_.resolution_rad)) {
       return false;
     }
+    if (task_.may_brush) continue;
     const auto touched =
         check_.collider().TouchedByTarget(robot_.HandPose((*path)[i]), stage.contacts.X_HT);
     for (std::size_t k = 0; k < ignored.size(); ++k) ignored[k] = ignored[k] && touched[k];

@@ -25,10 +25,7 @@ const Samples& FirstSamples(const Attempt& attempt) {
 
 // The object whose label most of the samples bear; nullopt for the scene's.
 std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
-  std::map<int, int> votes;
-  for (const auto& id : samples) {
-    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
-  }
+  const auto votes = grasping::ObjectVotes(samples, sensed);
   const auto most = std::max_element(
       votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == votes.end() || most->first < 0 || most->first >= objects) return std::nullopt;

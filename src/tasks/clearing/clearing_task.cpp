@@ -78,8 +78,6 @@ class ClearingExperiment : public experiment::Task {
       return {
           experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
     }
-    core::Rng friction = grasping::StageStream(which.seed, "friction");
-    arranged->world.DrawFriction(friction);
     const double arrange_s = watch.Restart();
     const Clearing clearing =
         ClearTable(cell_, options_, max_grasps_, arranged->world, which.seed, observer);
@@ -104,22 +102,21 @@ std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Com
 }  // namespace
 
 const experiment::TaskKind& ClearingTask() {
-  static const experiment::TaskKind kind{
-      .name = "clearing",
-      .description =
-          "Tables that are cleared object by object: one case an arrangement. Beside the keys "
-          "below "
-          "it has all of `task: grasping` but `trials_per_object`.",
-      .trials_key = "runs",
-      .uses_seed = true,
-      .success = kCleared,
-      .read = Read,
-      .read_keys =
-          [](core::YamlMap& map) {
-            ClearingOptions options;
-            ReadClearingKeys(map, options);
-          },
-      .report = ReportOf};
+  static const experiment::TaskKind kind{.name = "clearing",
+                                         .description =
+                                             "Tables that are cleared object by object: one case "
+                                             "an arrangement. Beside the keys below it "
+                                             "has all of `task: grasping` but `trials_per_object`.",
+                                         .trials_key = "runs",
+                                         .uses_seed = true,
+                                         .success = kCleared,
+                                         .read = Read,
+                                         .read_keys =
+                                             [](core::YamlMap& map) {
+                                               ClearingOptions options;
+                                               ReadClearingKeys(map, options);
+                                             },
+                                         .report = ReportOf};
   return kind;
 }
 

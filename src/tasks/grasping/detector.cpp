@@ -16,13 +16,6 @@ geometry::Points PlacesOf(const geometry::Observation& observation) {
   return places_C;
 }
 
-std::vector<geometry::SampleId> SamplesOf(const perception::Scene& scene,
-                                          const perception::PerceivedObject& object) {
-  std::vector<geometry::SampleId> samples;
-  for (const auto point : object.points) samples.push_back(scene.SampleOf(point));
-  return samples;
-}
-
 // Moves the object whose turn is first before the others. @return whether there is one.
 bool PutFirst(const Turn& turn, perception::Scene& scene) {
   if (!turn) return true;
@@ -30,7 +23,7 @@ bool PutFirst(const Turn& turn, perception::Scene& scene) {
   auto first = objects.end();
   int first_turn = 0;
   for (auto object = objects.begin(); object != objects.end(); ++object) {
-    const auto its = turn(SamplesOf(scene, *object));
+    const auto its = turn(scene.SamplesOf(*object));
     if (!its || (first != objects.end() && *its >= first_turn)) continue;
     first = object;
     first_turn = *its;

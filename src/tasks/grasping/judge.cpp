@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -49,14 +48,22 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
   return verdict;
 }
 
+std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
+                               const Sensed& sensed) {
+  std::map<int, int> votes;
+  for (const auto& id : samples) {
+    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
+  }
+  return votes;
+}
+
 std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
                            const sim::World& world) {
   if (detection.objects.empty()) return std::nullopt;
-  std::map<int, int> votes;
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();
   const auto& samples = detection.objects.front().samples;
+  auto votes = ObjectVotes(samples, sensed);
   for (const auto& id : samples) {
-    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
     center_W += sensed.observation.views[id.view].image.points_C[id.sample];
   }
   center_W /= std::max(1.0, static_cast<double>(samples.size()));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -51,6 +52,10 @@ struct TargetTruth {
 };
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
+
+/// How many of the samples bear each object's label, by object; -1: the scene's.
+std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
+                               const Sensed& sensed);
 
 /// The object that a detection's first one mostly is: of the labels above 0 of its samples the most
 /// frequent one; of those that bear none (what was taken for an object is a part of the scene) the

@@ -31,15 +31,16 @@ class PlannedMover : public Mover {
     const auto& unseen = detection.obstacles.unseen_C;
     planning::PlanningScene all = seen;
     all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
-    Move move = PlanFirst(detection, all, false, rng);
+    planning::Planner planner(robot_, options_.planning);
+    Move move = PlanFirst(planner, detection, all, false, rng);
     // Nothing may be there, and the approach stops at what it touches.
     if (!move.plan && !unseen.empty()) {
-      move = After(move, PlanFirst(detection, seen, false, rng));
+      move = After(move, PlanFirst(planner, detection, seen, false, rng));
       move.blind = move.plan.has_value();
     }
     // Neighbors may give way.
     if (!move.plan && !seen.obstacles_W.empty()) {
-      move = After(move, PlanFirst(detection, seen, true, rng));
+      move = After(move, PlanFirst(planner, detection, seen, true, rng));
       move.blind = move.brushes = move.plan.has_value();
     }
     return move;
@@ -52,9 +53,8 @@ class PlannedMover : public Mover {
   }
 
   /// A motion for the best grasp that has one.
-  Move PlanFirst(const grasp::Detection& detection, const planning::PlanningScene& scene,
-                 bool may_brush, core::Rng& rng) const {
-    planning::Planner planner(robot_, options_.planning);
+  Move PlanFirst(planning::Planner& planner, const grasp::Detection& detection,
+                 const planning::PlanningScene& scene, bool may_brush, core::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
     for (std::size_t i = 0; i < detection.grasps.size() && move.tried < options_.max_plans; ++i) {

@@ -27,8 +27,6 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
     none.detail = "no arrangement: " + Text(redraws);
     return none;
   }
-  core::Rng friction = StageStream(spec.seed, "friction");
-  arranged->world.DrawFriction(friction);
   data["scene_objects"] = arranged->world.objects();
   data["touching"] = arranged->touching;
   data["pose_class"] = arranged->pose_class;
@@ -60,7 +58,12 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec)
 
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws) {
   core::Rng rng = StageStream(spec.seed, "arrange");
-  return cell.arranger->Arrange(spec.object, rng, redraws);
+  auto arranged = cell.arranger->Arrange(spec.object, rng, redraws);
+  if (arranged) {
+    core::Rng friction = StageStream(spec.seed, "friction");
+    arranged->world.DrawFriction(friction);
+  }
+  return arranged;
 }
 
 Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec) {

@@ -160,13 +160,12 @@ std::vector<SceneTimes> ScenesOf(const experiment::Stamp& stamp,
     }
   }
   const auto text = stamp.data.find(kReference);
+  std::optional<core::CsvTable> csv;
+  if (text != stamp.data.end()) csv = core::CsvTable::Parse(text->second, "reference table");
   std::vector<SceneTimes> list;
   for (auto& [number, one] : scenes) {
-    if (text != stamp.data.end()) {
-      const auto csv = core::CsvTable::Parse(text->second, "reference table");
-      const auto row = static_cast<std::size_t>(number - 1);
-      if (row < csv.rows()) one.published = PublishedOf(csv, row);
-    }
+    const auto row = static_cast<std::size_t>(number - 1);
+    if (csv && row < csv->rows()) one.published = PublishedOf(*csv, row);
     list.push_back(one);
   }
   return list;
@@ -239,8 +238,7 @@ experiment::Report SegmentationsReport(const experiment::Stamp& stamp,
   report.sections.push_back({"Figures 5.8 and 5.9: times of the segmentations", grid});
   report.notes.push_back(
       "own: the segmentation alone, without the normals that region growing asks for; median of "
-      "the "
-      "repeats; published: 2 GHz Core 2 Duo");
+      "the repeats; published: 2 GHz Core 2 Duo");
   report.csv = csv;
   report.files = {{"segmentation_times.csv", experiment::CsvOf(csv)},
                   {"segmentation_times.svg", PictureOf(scenes, methods)}};
