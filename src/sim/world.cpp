@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -51,6 +52,13 @@ struct World::Impl {
   std::vector<int> arm_joints;
   std::vector<int> arm_actuators;
   std::vector<std::string> warnings;
+  // Before the step at hand.
+  struct {
+    std::vector<mjtNum> state;
+    std::vector<int> asleep;
+    std::array<mjWarningStat, mjNWARNING> counts;
+    std::size_t warnings = 0;
+  } before;
 
   const ObjectEntry& at(int object) const { return objects.at(static_cast<std::size_t>(object)); }
   ObjectEntry& at(int object) { return objects.at(static_cast<std::size_t>(object)); }
@@ -145,6 +153,26 @@ struct World::Impl {
     return distance;
   }
 
+  // What a step depends on.
+  void KeepState() {
+    mj_getState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
+    std::copy_n(data->tree_asleep, model->ntree, before.asleep.data());
+    std::copy_n(data->warning, mjNWARNING, before.counts.data());
+  }
+  void GoBack() {
+    mj_setState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
+    std::copy_n(before.asleep.data(), model->ntree, data->tree_asleep);
+    std::copy_n(before.counts.data(), mjNWARNING, data->warning);
+    warnings.resize(before.warnings);
+  }
+
+  // Whether the solver ended before its iterations did, in every island of the last step.
+  bool Solved() const {
+    const int islands = std::clamp(data->nisland, 1, static_cast<int>(mjNISLAND));
+    return std::all_of(data->solver_niter, data->solver_niter + islands,
+                       [&](int iterations) { return iterations < model->opt.iterations; });
+  }
+
   void Refresh() {
     internal::CallEngine(&warnings, [this] {
       mj_kinematics(model.get(), data.get());
@@ -165,6 +193,9 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   internal::CallEngine(&impl_->warnings, [&] { data = mj_makeData(impl_->model.get()); });
   if (!data) throw core::RunError("MuJoCo has no memory for the scene's data");
   impl_->data.reset(data);
+  impl_->before.state.resize(
+      static_cast<std::size_t>(mj_stateSize(impl_->model.get(), mjSTATE_INTEGRATION)));
+  impl_->before.asleep.resize(static_cast<std::size_t>(impl_->model->ntree));
   impl_->LoadArm();
   const std::vector<double> home = internal::NumericOf(model(), "home");
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {
@@ -340,8 +371,17 @@ double World::time_s() const { return data()->time; }
 void World::Refresh() { impl_->Refresh(); }
 
 void World::Step() {
+  impl_->before.warnings = impl_->warnings.size();
+  internal::CallEngine(&impl_->warnings, [this] {
+    impl_->KeepState();
+    mj_step(impl_->model.get(), impl_->data.get());
+  });
+  if (model()->opt.solver != mjSOL_NEWTON || impl_->Solved()) return;
+  impl_->GoBack();
+  model()->opt.solver = mjSOL_CG;
   internal::CallEngine(&impl_->warnings,
                        [this] { mj_step(impl_->model.get(), impl_->data.get()); });
+  model()->opt.solver = mjSOL_NEWTON;
 }
 
 bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
