@@ -36,6 +36,12 @@ constexpr double kCarrySettle_s = 0.10;
 // What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
 // most. The wrist's drives then push with about 20 N at the hand.
 constexpr double kFelt_rad = 0.005;
+// And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
+// drive then has a tenth of its torque left.
+constexpr double kGives_rad = 0.004;
+// A joint this far behind where nothing should be in the way ends the grasp: the drives of a real
+// arm would have stopped it. Below the audit's bound, by what a joint moves in a step or two.
+constexpr double kBlocked_rad = 0.008;
 // Time in which an arm that was stopped so comes back to its planned way.
 constexpr double kRejoin_s = 1.0;
 // The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
@@ -69,7 +75,7 @@ class Execution {
   ExecutionLog Run() {
     Moment("start");
     Grasp();
-    Lift();
+    if (!blocked_) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
     if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) Deliver();
     if (ByAperture() && holding_) LetGo();
@@ -80,11 +86,12 @@ class Execution {
 
  private:
   bool ByAperture() const { return program_.ends_by == EndsBy::kAperture; }
-  bool GoesOn(bool held, bool felt) const { return ByAperture() ? felt : held; }
+  bool GoesOn(bool held, bool felt) const { return !blocked_ && (ByAperture() ? felt : held); }
 
   void Grasp() {
     controller_.Preshape(program_.opening_m);
-    Follow(program_.reach);
+    FollowFreely(program_.reach, "reach");
+    if (blocked_) return;
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
     FollowUntilContact(program_.approach, "approach");
     Wait(kApproachSettle_s);
@@ -94,8 +101,12 @@ class Execution {
     for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
       if (controller_.Gripping() || controller_.FullyClosed()) break;
       Tick();
+      GiveWay();
     }
-    Wait(kClosedHold_s);
+    for (double t = 0.0; t < kClosedHold_s; t += Period()) {
+      Tick();
+      GiveWay();
+    }
     Moment("closed");
     if (ByAperture()) LookWhatIsHeld();
     closed_pose_ = PoseInHand(world_, hand_, target_);
@@ -119,18 +130,18 @@ class Execution {
   }
 
   void Lift() {
-    Follow(program_.lift);
+    FollowFreely(program_.lift, "lift");
     Wait(kLiftSettle_s);
     const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
     audit_.BeginRest();
     const double force_N = controller_.force_N();
-    for (double t = 0.0; touched && t < kRest_s; t += Period()) {
+    for (double t = 0.0; touched && !blocked_ && t < kRest_s; t += Period()) {
       Tick();
       audit_.RestStep(glove_.Slides(), controller_.force_N() != force_N);
     }
     audit_.EndRest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
-    log_.held_after_lift = HeldNow();
+    log_.held_after_lift = !blocked_ && HeldNow();
     log_.aperture.lifted_rad = controller_.Aperture();
     log_.aperture.holds_after_lift = !controller_.FeelsEmpty();
     RecordHold();
@@ -139,9 +150,9 @@ class Execution {
   }
 
   void Carry() {
-    Follow(program_.carry, Start::kRejoin);
+    FollowFreely(program_.carry, "carry", Start::kRejoin);
     Wait(kCarrySettle_s);
-    log_.held_after_carry = HeldNow();
+    log_.held_after_carry = !blocked_ && HeldNow();
     log_.aperture.carried_rad = controller_.Aperture();
     log_.aperture.holds_after_carry = !controller_.FeelsEmpty();
     RecordHold();
@@ -181,7 +192,7 @@ class Execution {
     Wait(kCarrySettle_s);
     Moment("delivered");
     LetGo();
-    Follow(program_.retreat);
+    FollowFreely(program_.retreat, "retreat");
     double rest_since_s = world_.time_s();
     for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s;
          t += Period()) {
@@ -217,9 +228,13 @@ class Execution {
   // would push once more against what stopped it. The carry comes back to the planned way.
   enum class Start { kKeepOffset, kRejoin };
 
-  // @return false if the motion is guarded and the drives felt that something is in the way.
-  bool Follow(const core::JointTrajectory& trajectory, Start from = Start::kKeepOffset,
-              bool guarded = false) {
+  enum class Motion {
+    kFree,     // nothing may be in the way
+    kGuarded,  // it ends at what it touches
+  };
+
+  // @return false if the drives felt that something is in the way.
+  bool Follow(const core::JointTrajectory& trajectory, Start from, Motion motion) {
     if (trajectory.positions.empty()) return true;
     const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
@@ -229,10 +244,10 @@ class Execution {
       command_ = internal::CommandAt(trajectory, t);
       const double share = from == Start::kRejoin ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0;
       command_.position += share * offset;
-      moves_freely_ = !guarded;
+      moves_freely_ = motion == Motion::kFree;
       Tick();
       moves_freely_ = false;
-      if (guarded && servo_.TrackingError(world_.model(), world_.data(), command_) > kFelt_rad) {
+      if (Lag() > (motion == Motion::kFree ? kBlocked_rad : kFelt_rad)) {
         command_.velocity.setZero();
         return false;
       }
@@ -242,9 +257,27 @@ class Execution {
   }
 
   void FollowUntilContact(const core::JointTrajectory& trajectory, const char* motion) {
-    if (!Follow(trajectory, Start::kKeepOffset, /*guarded=*/true)) {
+    if (!Follow(trajectory, Start::kKeepOffset, Motion::kGuarded)) {
       log_.stopped_by_contact.emplace_back(motion);
     }
+  }
+
+  void FollowFreely(const core::JointTrajectory& trajectory, const char* motion,
+                    Start from = Start::kKeepOffset) {
+    if (Follow(trajectory, from, Motion::kFree)) return;
+    log_.stopped_by_contact.emplace_back(motion);
+    blocked_ = true;
+    command_.position = world_.ArmPositions();  // it pushes no longer
+  }
+
+  double Lag() const { return servo_.TrackingError(world_.model(), world_.data(), command_); }
+
+  // A hand that closes on what does not move, such as an object that leans on a wall, pushes the
+  // arm; the arm goes with it.
+  void GiveWay() {
+    const Eigen::VectorXd q = world_.ArmPositions();
+    command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
+                            .cwiseMax((q.array() - kGives_rad).matrix());
   }
 
   void Wait(double duration_s) {
@@ -311,6 +344,7 @@ class Execution {
   bool holding_ = false;
   bool moves_freely_ = false;
   bool lost_ = false;
+  bool blocked_ = false;
   bool carrying_ = false;
   double untouched_s_ = 0.0;
   double empty_s_ = 0.0;

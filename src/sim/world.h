@@ -109,10 +109,13 @@ class World {
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
 
-  /// Leaves out the engine's iterations against creep (noslip), or takes them up again as the scene
-  /// has them. They hold things in a hand, and are four fifths of the time in which twelve objects
-  /// fall; what falls meanwhile obeys the same friction, and comes to rest under the scene's own.
-  void AllowCreep(bool allow);
+  /// Steps as coarsely as falling things allow, or as the scene and the options have it. Coarsely:
+  /// steps of 4 ms, no iterations against creep (noslip; they are four fifths of the time in which
+  /// twelve objects fall), friction as stiff as contact (impratio 1), and an arm that nothing
+  /// touches may sleep. All of that is there to hold things in a hand. What falls meanwhile obeys
+  /// the same Coulomb friction. Back in the scene's own steps nothing sleeps any more: what rested
+  /// comes to rest again under them.
+  void StepCoarsely(bool coarsely);
 
   /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out), a
   /// container with its own.

@@ -259,6 +259,68 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
   EXPECT_LT((world.ObjectCenterOfMass(0) - place_W).head<2>().norm(), 0.15);
 }
 
+// The same motion, and then the shoulder turns on by 17 deg in a second, which brings the hand 0.2
+// m down.
+core::JointTrajectory AndDown(core::JointTrajectory motion) {
+  for (double t = 0.0; t < 1.0; t += motion.period_s) {
+    Eigen::VectorXd q = motion.positions.back();
+    q[1] += 0.3 * motion.period_s;
+    motion.positions.push_back(q);
+  }
+  return motion;
+}
+
+// The table is in the way of a motion that should be free. A robot's drives stop there: the grasp
+// has failed, and nothing is wrong with the physics.
+TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
+  for (const char* motion : {"reach", "lift"}) {
+    for (const EndsBy ends_by : {EndsBy::kTruth, EndsBy::kAperture}) {
+      World world = Arrange(kBox);
+      auto program = testing::MakeProgram(world, kBox.grasp);
+      ASSERT_TRUE(program);
+      program->ends_by = ends_by;
+      if (motion == std::string("reach")) {
+        core::JointTrajectory to_grasp = program->reach;
+        to_grasp.positions.insert(to_grasp.positions.end(), program->approach.positions.begin(),
+                                  program->approach.positions.end());
+        program->reach = AndDown(to_grasp);
+      } else {
+        core::JointTrajectory down = program->lift;
+        down.positions.resize(1);
+        program->lift = AndDown(down);
+      }
+      const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+      EXPECT_EQ(log.stopped_by_contact, std::vector<std::string>{motion});
+      EXPECT_FALSE(log.held_after_lift) << motion;
+      EXPECT_FALSE(Delivered(log)) << motion;
+      EXPECT_EQ(log.audit.failed, "") << motion;
+      EXPECT_LT(log.audit.tracking_error_rad, AuditBounds().tracking_error_rad) << motion;
+    }
+  }
+}
+
+// A box as if in tar, 20 mm beside the hand's middle, does not come to it: the arm does, and is not
+// bent when the hand has closed.
+TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
+  World world = Arrange(kBox);
+  const auto program = testing::MakeProgram(world, testing::Beside(kBox.grasp, {0, 0.02, 0}));
+  ASSERT_TRUE(program);
+  const int dof = world.model()->body_dofadr[world.object_body(0)];
+  std::fill_n(world.model()->dof_damping + dof, 6, 1e5);
+  double lag_rad = -1.0;
+  ExecutionObserver observer;
+  observer.on_moment = [&](const std::string& moment, World& now) {
+    if (moment != "closed") return;
+    const Eigen::VectorXd sent =
+        Eigen::Map<const Eigen::VectorXd>(now.data()->ctrl, now.ArmPositions().size());
+    lag_rad = (sent - now.ArmPositions()).cwiseAbs().maxCoeff();
+  };
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
+  EXPECT_GE(lag_rad, 0.0);
+  EXPECT_LT(lag_rad, 0.0045);  // 4 mrad, and what a step moves
+  EXPECT_LT(log.audit.drive_limit_s, AuditBounds().drive_limit_s);
+}
+
 TEST(Execute, TellsOfItsMoments) {
   World world = Arrange(kBox);
   const auto program = testing::MakeProgram(world, kBox.grasp);

@@ -240,5 +240,33 @@ TEST(World, SeesAnOpenBoxUnderALabelOfItsOwn) {
   EXPECT_FALSE(World(Tabletop(), {}, {}).container());
 }
 
+// What lies there after coarse steps rests under the scene's own as well, and there nothing of the
+// robot ever sleeps.
+TEST(World, WhatFellCoarselyRestsUnderTheScenesOwnSteps) {
+  World world(Tabletop(), {RepositoryObject("dextrose"), RepositoryObject("salt_cylinder")}, {});
+  world.StepCoarsely(true);
+  world.PlaceObject(0, At(0.0, 0.0, 0.10));
+  world.PlaceObject(1, At(0.0, 0.01, 0.25));
+  const auto robot_sleeps = [&] { return world.data()->tree_asleep[0] >= 0; };
+  ASSERT_TRUE(world.Settle());
+  EXPECT_NEAR(world.model()->opt.timestep, 0.004, 1e-12);
+  EXPECT_TRUE(robot_sleeps());
+  const double coarse_s = world.time_s();
+  world.StepCoarsely(false);
+  const std::array<Eigen::Vector3d, 2> before_W = {world.ObjectCenterOfMass(0),
+                                                   world.ObjectCenterOfMass(1)};
+  EXPECT_TRUE(world.Settle());
+  // Awake at first: ten steps of stillness are asked for before anything may sleep.
+  EXPECT_GT(world.time_s() - coarse_s, 0.015);
+  EXPECT_FALSE(robot_sleeps());
+  EXPECT_EQ(world.model()->opt.timestep, 0.002);
+  EXPECT_EQ(world.model()->opt.impratio, 10.0);
+  EXPECT_EQ(world.model()->opt.noslip_iterations, 10);
+  for (const int i : {0, 1}) {
+    const Eigen::Vector3d way = world.ObjectCenterOfMass(i) - before_W[static_cast<std::size_t>(i)];
+    EXPECT_LT(way.norm(), 0.001) << i;
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::sim
