@@ -191,11 +191,12 @@ struct ContainerOptions {
   double piece_walls = 1.5;
   /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
   double min_side_m = 0.15;
-  /// How much of the border is seen: two walls and half of the others. Less: boxes that stand about
-  /// make a rectangle by chance.
+  /// How much of the border is seen to be as high as its rim: two walls and half of the others.
+  /// Less: things that stand about make a rectangle by chance.
   double min_coverage = 0.6;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
-  /// Over the rim, for noise: what rises above it at the border is not of the box.
+  /// Over the rim, for noise: what rises above it at the border is not of the box; what differs
+  /// from its height by twice as much is not level.
   AdaptiveLength rim_margin_m{0.003, {.noises = 3.0}};
   double coverage_step_m = 0.010;  ///< in which it is counted: two lines of a line scanner
   int min_end_points = 4;  ///< that lie within wall_m of a sheet's end; fewer are mixed points

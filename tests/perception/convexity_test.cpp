@@ -237,6 +237,18 @@ TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
   EXPECT_EQ(scene.objects.size(), 3u);
 }
 
+TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
+  const auto along = [](double height) { return synthetic::BoxMesh(0.312, 0.02, height); };
+  const auto across = [](double height) { return synthetic::BoxMesh(0.02, 0.26, height); };
+  const auto scan = synthetic::MakeRasterScan(
+      {At(along(0.08), 0, {0, -0.146, 0.04}), At(along(0.11), 0, {0, 0.146, 0.055}),
+       At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})});
+  core::Rng rng(1);
+  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 4u);
+}
+
 TEST(ConvexityOptions, OutOfRangeIsRefused) {
   const geometry::PointCloud cloud{geometry::Points(5, Vector3d::Zero()),
                                    geometry::Points(5, Vector3d::UnitZ())};
