@@ -191,9 +191,10 @@ struct ContainerOptions {
   double piece_walls = 1.5;
   /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
   double min_side_m = 0.15;
-  /// How much of the border is seen to be as high as its rim: two walls and half of the others.
-  /// Less: things that stand about make a rectangle by chance.
-  double min_coverage = 0.6;
+  /// How much of the border is seen to be as high as its rim: things in the box hide up to a fifth
+  /// of one (24 simulated boxes of twelve things). Less: things that stand about make a rectangle
+  /// by chance, or a round pot does, which has three fifths.
+  double min_coverage = 0.75;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
   /// Over the rim, for noise: what rises above it at the border is not of the box; what differs
   /// from its height by twice as much is not level.
