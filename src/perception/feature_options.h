@@ -144,7 +144,8 @@ struct MergeOptions {
   // axis from half a rim leave uncertain.
   double max_height_difference_m = 0.010;
   double max_center_distance_m = 0.010;
-  /// The body share holds for the union (as printed); the part with the handle may be below it.
+  /// The body share holds for the union (as printed); the part with the handle may be below it. Of
+  /// the points that could agree; of all points where the union has no rim.
   double min_own_body = 0.5;
 
   // Fragments (see fragments.h).
@@ -165,6 +166,8 @@ struct MergeOptions {
   /// points; a handle 20 mm over the table has 0.36, what leans on a host with its foot hidden next
   /// to none. Larger: handles are things of their own; smaller: leaning things are handles.
   double min_free_below = 0.25;
+  /// Of its points to its host's. Larger: what leans on a thing as large is its handle.
+  double max_hanging_share = 0.5;
   /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
   double max_cap_offset = 0.15;
   double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's

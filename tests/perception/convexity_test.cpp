@@ -114,6 +114,13 @@ TEST_P(TouchingThings, ASmallBoxOnALargeOneIsAnother) {
   EXPECT_GT(owners[1].share, kMost);
 }
 
+TEST_P(TouchingThings, AThingThatHangsOverTheOneItLiesOnIsNoHandle) {
+  // The sensor sees the table under it.
+  const auto owners = See({At(synthetic::BoxMesh(0.09, 0.10, 0.09), 0.0, {0.0, -0.05, 0.045}),
+                           At(synthetic::BoxMesh(0.07, 0.16, 0.03), 0.0, {0.0, 0.06, 0.105})});
+  EXPECT_NE(owners[0].object, owners[1].object);
+}
+
 TEST_P(TouchingThings, ABoxStaysOne) {
   for (const double yaw : {0.0, 0.4, 0.8}) {
     const auto owners = See({At(synthetic::BoxMesh(0.09, 0.06, 0.135), yaw, {0.0, 0.0, 0.0675})});

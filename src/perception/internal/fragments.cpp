@@ -135,6 +135,10 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
            const Part& host) {
   const CompletionOptions& completion = context.options.completion;
   if (f.base_m <= completion.on_table_m) return false;
+  if (static_cast<double>(fragment.points.size()) >
+      context.options.merge.max_hanging_share * static_cast<double>(host.points.size())) {
+    return false;
+  }
   const auto& points = context.cloud.points;
   const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
     const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
