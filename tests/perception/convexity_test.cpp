@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "perception/analytic.h"
 #include "perception/perceive.h"
 #include "raster_scan.h"
 
@@ -135,6 +136,22 @@ INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
                                            SensorCase{0.0018, 0.0004, 3},
                                            SensorCase{0.0015, 0.0020, 1}),
                          [](const auto& tested) { return "Case" + std::to_string(tested.index); });
+
+TEST(SegmentByConvexity, TheInsideOfARoundThingIsOneSurface) {
+  // Patches of 15 mm differ by more than the noise that is taken for none.
+  for (const double radius_m : {0.03, 0.04, 0.05}) {
+    testing::Analytic shape;
+    shape.AddWall({0.0, 0.0}, radius_m, 0.0, 0.08, -1.4, 1.4, true);
+    EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 1u) << radius_m;
+  }
+}
+
+TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
+  testing::Analytic shape;
+  shape.AddRectangle({0.0, 0.0, 0.0}, {0.04, 0.0, 0.0}, {0.0, 0.04, 0.0});
+  shape.AddRectangle({-0.042, 0.0, 0.042}, {0.0, 0.04, 0.0}, {0.0, 0.0, 0.04});
+  EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 2u);
+}
 
 TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
   const auto scan = synthetic::MakeRasterScan(
