@@ -10,6 +10,7 @@
 
 #include "geometry/kd_tree.h"
 #include "perception/internal/planar.h"
+#include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
@@ -99,6 +100,21 @@ bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_
   return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
 }
 
+/// Whether most of the fragment lies inside of a round host that lies: its far side, through its
+/// mouth.
+bool IsInside(const ObjectContext& context, const Part& fragment, const RotationAxis& host) {
+  const MergeOptions& options = context.options.merge;
+  const double margin_m = options.footprint_margin_m;
+  const auto inside = std::ranges::count_if(fragment.points, [&](auto i) {
+    const Eigen::Vector3d& p = context.cloud.points[i];
+    const double below_end_m = host.direction_C.dot(host.center_C - p);
+    return AxisDistance(p, host.center_C, host.direction_C) <= host.radius_m + margin_m &&
+           below_end_m >= -margin_m && below_end_m <= host.length_m + margin_m;
+  });
+  return static_cast<double>(inside) >=
+         options.within_share * static_cast<double>(fragment.points.size());
+}
+
 /// A cap: small, over the host, and standing on its top.
 bool IsAbove(const MergeOptions& options, double over, const Footprint& fragment,
              const Footprint& host) {
@@ -164,6 +180,9 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   }
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
+  if (cuts && host.axis && host.axis->Lies() && IsInside(context, fragment, *host.axis)) {
+    return Kinship::kWithin;
+  }
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
   if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
