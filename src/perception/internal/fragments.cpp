@@ -188,7 +188,9 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
-  if (!close) return Kinship::kNone;
+  // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
+  const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
+  if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
     return ContinuesAcross(context, pair.first, pair.second);
   });
