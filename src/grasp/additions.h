@@ -28,7 +28,8 @@ struct GraspAdditions {
   bool narrow_openings = true;
   /// A rotational object that can be held neither round its body nor by its rim.
   bool power_fallback = true;
-  /// Where neighbors leave no grasp free: from all round, and less deep.
+  /// Where neighbors leave few good grasps: from all round, leaning, less deep, and by an upper part
+  /// of what is too wide.
   bool crowded = true;
 };
 constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
@@ -49,7 +50,7 @@ constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspA
       {"power_fallback", &A::power_fallback,
        "a power grasp where a rotational object can be held in no other way"},
       {"crowded", &A::crowded,
-       "power grasps from all round and less deep where neighbors leave no other"},
+       "more power grasps where neighbors leave few: from all round, leaning, less deep"},
   }};
 }
 static_assert(core::AllAdditionsListed<GraspAdditions>());

@@ -74,6 +74,25 @@ struct Collected {
   std::vector<Grasp> colliding;
 };
 
+bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
+  return std::count_if(free.begin(), free.end(), [&](const Grasp& grasp) {
+           return grasp.type != GraspType::kPower || grasp.score >= choosing.enough_score;
+         }) >= choosing.enough;
+}
+
+/// Without them contacts cannot be judged.
+bool HasNormals(const perception::Scene& scene, const perception::PerceivedObject& object) {
+  return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
+}
+
+/// By their scores within a type.
+void BestFirst(std::vector<Grasp>& grasps) {
+  std::stable_sort(grasps.begin(), grasps.end(), [](const Grasp& a, const Grasp& b) {
+    if (a.type != b.type) return a.type < b.type;
+    return a.score > b.score;
+  });
+}
+
 void CollectRotational(Task& task, collision::HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
@@ -112,11 +131,15 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
         {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
         out.free, out.colliding);
   }
-  if (options.crowded && out.free.empty()) {
-    internal::ChooseFree(collider, task, internal::CrowdedCandidates(task),
-                         {options.max_candidates, options.choosing.power_per_group,
-                          options.choosing.max_crowded_checks},
-                         out.free, out.colliding);
+  if (options.crowded && HasNormals(scene, task.object)) {
+    for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
+      if (round > options.power.crowded_leans_rad.size()) break;
+      internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
+                           {options.max_candidates, options.choosing.power_per_group,
+                            options.choosing.max_crowded_checks},
+                           out.free, out.colliding);
+    }
+    BestFirst(out.free);
   }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());

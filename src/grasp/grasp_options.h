@@ -52,7 +52,8 @@ struct PlacingOptions {
   /// The object's extent counts as deep as the hand from the palm's front, and by this deeper: the
   /// thumb swings down while it closes.
   double swing_m = 0.020;
-  double opening_m = 0.020;  ///< wider than the object, before closing: seen surfaces are noisy
+  double upper_step_m = 0.010;  ///< in which an upper part that fits into the hand is sought
+  double opening_m = 0.020;     ///< wider than the object, before closing: seen surfaces are noisy
   double narrow_opening_m = 0.008;  ///< where neighbors leave no more
   double min_depth_m = 0.010;       ///< of the pads' middle below the top; higher ones slip off
   /// Rounds in which the hand moves to midway between the contacts that closing found, until it is
@@ -78,9 +79,12 @@ struct PlacingOptions {
 struct ChoosingOptions {
   int max_checks = 120;  ///< of cylindrical and power grasps each; more: crowded scenes take longer
   int max_crowded_checks = 400;  ///< where nothing else was free: every one may be the only one
-  int max_rim_checks = 60;       ///< fewer: rim grasps are the alternative
-  int power_per_group = 4;       ///< free grasps of one closing direction, so that there are others
-  int rim_share = 6;             ///< one in so many candidates returned is a rim grasp, one a spare
+  /// The others are enough where so many score as much.
+  int enough = 6;
+  double enough_score = 0.5;
+  int max_rim_checks = 60;  ///< fewer: rim grasps are the alternative
+  int power_per_group = 4;  ///< free grasps of one closing direction, so that there are others
+  int rim_share = 6;        ///< one in so many candidates returned is a rim grasp, one a spare
 };
 
 /// Cylindrical grasps round a rotation axis (section 5.2).
@@ -133,8 +137,12 @@ struct PowerOptions {
   double distinct_rad = core::Deg(6.0);
   /// With crowded: closing directions all round, and at each so many depths from the shallowest
   /// that holds to the centre of mass.
-  int crowded_turns = 24;
+  int crowded_turns = 12;
   int crowded_depths = 3;
+  /// Approaches that lean by these, from so many sides.
+  std::array<double, 2> crowded_leans_rad{core::Deg(20.0), core::Deg(40.0)};
+  int crowded_sides = 8;
+  std::array<double, 3> crowded_offsets_m{0.0, 0.03, -0.03};  ///< along the object
   /// A top surface that leans by this much is approached against its normal, too; more than the
   /// second, it is a side.
   double min_tilt_rad = core::Deg(8.0);

@@ -144,7 +144,8 @@ struct MergeOptions {
   // axis from half a rim leave uncertain.
   double max_height_difference_m = 0.010;
   double max_center_distance_m = 0.010;
-  /// The body share holds for the union (as printed); the part with the handle may be below it.
+  /// The body share holds for the union (as printed); the part with the handle may be below it. Of
+  /// the points that could agree; of all points where the union has no rim.
   double min_own_body = 0.5;
 
   // Fragments (see fragments.h).
@@ -165,6 +166,8 @@ struct MergeOptions {
   /// points; a handle 20 mm over the table has 0.36, what leans on a host with its foot hidden next
   /// to none. Larger: handles are things of their own; smaller: leaning things are handles.
   double min_free_below = 0.25;
+  /// Of its points to its host's. Larger: what leans on a thing as large is its handle.
+  double max_hanging_share = 0.5;
   /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
   double max_cap_offset = 0.15;
   double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's
@@ -191,11 +194,13 @@ struct ContainerOptions {
   double piece_walls = 1.5;
   /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
   double min_side_m = 0.15;
-  /// How much of the border is seen: two walls and half of the others. Less: boxes that stand about
-  /// make a rectangle by chance.
-  double min_coverage = 0.6;
+  /// How much of the border is seen to be as high as its rim: things in the box hide up to a fifth
+  /// of one (24 simulated boxes of twelve things). Less: things that stand about make a rectangle
+  /// by chance, or a round pot does, which has three fifths.
+  double min_coverage = 0.75;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
-  /// Over the rim, for noise: what rises above it at the border is not of the box.
+  /// Over the rim, for noise: what rises above it at the border is not of the box; what differs
+  /// from its height by twice as much is not level.
   AdaptiveLength rim_margin_m{0.003, {.noises = 3.0}};
   double coverage_step_m = 0.010;  ///< in which it is counted: two lines of a line scanner
   int min_end_points = 4;  ///< that lie within wall_m of a sheet's end; fewer are mixed points

@@ -37,14 +37,15 @@ struct ConvexityOptions {
   /// deg. Smaller: patches of curved surfaces become narrow; larger: they bend round edges.
   double patch_turn = 0.52;
   int min_seed_points = 4;
-  /// Patches whose normals differ by less are of one surface, concave or not: noise.
+  /// Patches whose normals differ by less are of one surface, concave or not: noise. What both of
+  /// them bend by themselves does not count: the inside of a bowl is one surface.
   double concavity_rad = core::Deg(14.0);
   /// From here on a concave border speaks against with its full weight: the more it bends, the less
   /// it is noise or a rounded inside.
   double concave_rad = core::Deg(40.0);
   /// Of a link over a concave border, to that of one over a convex or smooth border. Larger: fewer
   /// leaks; smaller: fewer dents that cut.
-  double concave_weight = 2.5;
+  double concave_weight = 4.0;
   /// Bodies of less than so many mean patches are no bodies and join a neighbor.
   double speck_patches = 5.0;
   /// So do slivers along a seam, where normals turn from one side to the other: more than this
@@ -99,7 +100,7 @@ std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points
 /// partitioning using local convexity"). Surfaces are taken apart into small flat patches
 /// (internal/patches.h). The border of two patches speaks for their being of one body where they
 /// are convex, or face the same way without a step; against it where they are concave, by how much
-/// they bend; both by its length. What speaks more against than for is cut
+/// they bend more than each by itself; both by its length. What speaks more against than for is cut
 /// (geometry::ContractGreedily), so that a leak does not join two bodies. Specks and slivers along
 /// the cuts join a neighbor. Segments largest first, ties by first point; positions ascending.
 /// O(m log m), m pairs of neighboring points.

@@ -320,6 +320,38 @@ TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
   EXPECT_GE(highest_wall(true), highest_wall(false) + 5);
 }
 
+/// A free grasp of the whole method, none without what it does in a crowd.
+void ExpectCrowdedAlone(const SceneBuilder& builder) {
+  const robot::HandModel hand = SensorHand();
+  GraspOptions options;
+  EXPECT_GE(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 1u);
+  options.crowded = false;
+  EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
+}
+
+// A slab above a box: the hand passes below it from the free side.
+TEST(PlanGrasps, LeansWhereItCannotComeStraightDown) {
+  SceneBuilder builder;
+  builder.AddBox({0.06, 0.06, 0.12}, At(0, 0));
+  builder.AddBox({0.3, 0.3, 0.02}, Eigen::Translation3d(0.0, 0.13, 0.15) * core::Pose::Identity());
+  ExpectCrowdedAlone(builder);
+}
+
+// A box that stands on a wide one, perceived as one.
+TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
+  SceneBuilder boxes;
+  boxes.AddBox({0.2, 0.2, 0.06}, At(0, 0));
+  boxes.AddBox({0.06, 0.08, 0.08}, Eigen::Translation3d(0, 0, 0.06) * core::Pose::Identity());
+  geometry::TriangleMesh both = boxes.scene.objects[0].surface_C;
+  geometry::Append(boxes.scene.objects[1].surface_C, both);
+  SceneBuilder builder;
+  builder.Add(both);
+  const auto grasps = Plan(builder);
+  ASSERT_GE(Free(grasps), 1u);
+  EXPECT_LT(grasps.front().width_m, 0.085);
+  EXPECT_GT(grasps.front().X_CG.translation().z(), 0.07);
+}
+
 TEST(PlanGrasps, FallsBackToTheRimThenToThePowerGrasp) {
   // Walls round a cup, lower than its rim: no room for a hand outside of it at half height.
   SceneBuilder open;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "perception/analytic.h"
 #include "perception/perceive.h"
 #include "raster_scan.h"
 
@@ -114,6 +115,13 @@ TEST_P(TouchingThings, ASmallBoxOnALargeOneIsAnother) {
   EXPECT_GT(owners[1].share, kMost);
 }
 
+TEST_P(TouchingThings, AThingThatHangsOverTheOneItLiesOnIsNoHandle) {
+  // The sensor sees the table under it.
+  const auto owners = See({At(synthetic::BoxMesh(0.09, 0.10, 0.09), 0.0, {0.0, -0.05, 0.045}),
+                           At(synthetic::BoxMesh(0.07, 0.16, 0.03), 0.0, {0.0, 0.06, 0.105})});
+  EXPECT_NE(owners[0].object, owners[1].object);
+}
+
 TEST_P(TouchingThings, ABoxStaysOne) {
   for (const double yaw : {0.0, 0.4, 0.8}) {
     const auto owners = See({At(synthetic::BoxMesh(0.09, 0.06, 0.135), yaw, {0.0, 0.0, 0.0675})});
@@ -128,6 +136,22 @@ INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
                                            SensorCase{0.0018, 0.0004, 3},
                                            SensorCase{0.0015, 0.0020, 1}),
                          [](const auto& tested) { return "Case" + std::to_string(tested.index); });
+
+TEST(SegmentByConvexity, TheInsideOfARoundThingIsOneSurface) {
+  // Patches of 15 mm differ by more than the noise that is taken for none.
+  for (const double radius_m : {0.03, 0.04, 0.05}) {
+    testing::Analytic shape;
+    shape.AddWall({0.0, 0.0}, radius_m, 0.0, 0.08, -1.4, 1.4, true);
+    EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 1u) << radius_m;
+  }
+}
+
+TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
+  testing::Analytic shape;
+  shape.AddRectangle({0.0, 0.0, 0.0}, {0.04, 0.0, 0.0}, {0.0, 0.04, 0.0});
+  shape.AddRectangle({-0.042, 0.0, 0.042}, {0.0, 0.04, 0.0}, {0.0, 0.0, 0.04});
+  EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 2u);
+}
 
 TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
   const auto scan = synthetic::MakeRasterScan(
@@ -235,6 +259,18 @@ TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
   const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 3u);
+}
+
+TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
+  const auto along = [](double height) { return synthetic::BoxMesh(0.312, 0.02, height); };
+  const auto across = [](double height) { return synthetic::BoxMesh(0.02, 0.26, height); };
+  const auto scan = synthetic::MakeRasterScan(
+      {At(along(0.08), 0, {0, -0.146, 0.04}), At(along(0.11), 0, {0, 0.146, 0.055}),
+       At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})});
+  core::Rng rng(1);
+  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 4u);
 }
 
 TEST(ConvexityOptions, OutOfRangeIsRefused) {

@@ -44,6 +44,35 @@ TEST(FindKinship, AFrontFaceUnderItsTopIsWithinTheBox) {
   }
 }
 
+TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
+  // The sensor sees half of the outside, and through the mouth the other half of the inside; or
+  // something that stands beyond it.
+  Analytic shape;
+  const auto add_wall = [&](double radius_m, double from_m, double to_m, double from_rad,
+                            double to_rad, double side) {
+    Indices added;
+    for (double x = from_m; x < to_m; x += testing::kStep_m) {
+      for (double a = from_rad; a < to_rad; a += testing::kStep_m / radius_m) {
+        const Vector3d out(0.0, std::sin(a), std::cos(a));
+        added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
+        shape.Add(Vector3d(x, 0.0, 0.035) + radius_m * out, side * out);
+      }
+    }
+    return added;
+  };
+  const Indices outside = add_wall(0.035, -0.05, 0.05, -0.6, 1.7, 1.0);
+  const Indices inside = add_wall(0.031, 0.02, 0.05, 3.4, 5.2, -1.0);
+  const Indices beyond =
+      shape.AddRectangle({0.03, -0.05, 0.03}, {0.02, 0.0, 0.0}, {0.0, 0.0, 0.02});
+  Given given(shape.cloud);
+  given.options.merge.cut_m = 0.004;
+  ASSERT_TRUE(given.Describe(outside).axis);
+  EXPECT_EQ(KinshipOf(given, inside, outside), Kinship::kWithin);
+  EXPECT_EQ(KinshipOf(given, beyond, outside), Kinship::kNone);
+  given.options.merge.cut_m = 0.0;
+  EXPECT_EQ(KinshipOf(given, inside, outside), Kinship::kNone);
+}
+
 TEST(FindKinship, ACapIsAboveItsBottleAndAnotherBoxIsNot) {
   Analytic shape;
   const Indices body = Joined(shape.AddDisc({0.0, 0.0, 0.1}, 0.04),

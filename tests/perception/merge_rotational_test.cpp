@@ -278,5 +278,41 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   EXPECT_EQ(Merged(given, halves, 1).size(), 1u);
 }
 
+/// A piece of a cylinder of 70 mm that lies along x, to an angle from the top.
+Indices AddLying(Analytic& shape, double from_m, double to_m, double to_rad = 1.7) {
+  constexpr double kLying_m = 0.035;
+  Indices added;
+  for (double x = from_m; x < to_m; x += testing::kStep_m) {
+    for (double a = -0.6; a < to_rad; a += testing::kStep_m / kLying_m) {
+      const Eigen::Vector3d out(0.0, std::sin(a), std::cos(a));
+      added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
+      shape.Add(Eigen::Vector3d(x, 0.0, kLying_m) + kLying_m * out, out);
+    }
+  }
+  return added;
+}
+
+TEST(MergeRotational, APieceThatIsNotOnTheBodyIsOfAnotherThing) {
+  // A small plate as high as a lying cylinder that leans away from its end: hardly a point of it
+  // differs from the body.
+  for (const double beyond_m : {0.02, 0.05}) {
+    Analytic shape;
+    const Indices cylinder = AddLying(shape, -0.06, 0.06);
+    const Indices plate = shape.AddRectangle({0.06 + beyond_m, 0.01, 0.064}, {0.0, 0.008, 0.0},
+                                             {-0.0068, 0.0, 0.0068});
+    EXPECT_EQ(Merged(Given(shape.cloud), {cylinder, plate}, 1).size(), 2u) << beyond_m;
+  }
+}
+
+TEST(MergeRotational, APieceOfALyingBodyIsNoFurtherFromItThanItIsThick) {
+  for (const double gap_m : {0.02, 0.05, 0.10}) {
+    Analytic shape;
+    const Indices body = AddLying(shape, -0.06, 0.04);
+    // Of too short an arc for an axis of its own.
+    const Indices piece = AddLying(shape, 0.04 + gap_m, 0.07 + gap_m, 0.4);
+    EXPECT_EQ(Merged(Given(shape.cloud), {body, piece}, 1).size(), gap_m < 0.07 ? 1u : 2u) << gap_m;
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::perception::internal

@@ -257,7 +257,7 @@ TEST(Merging, AFrontFaceCutOffFromItsTopIsJoined) {
     Scene scene = Perceive(cut, raster.sensor_W, options, rng);
     ASSERT_GE(scene.segments.size(), 2u);
     EXPECT_EQ(scene.objects.size(), scene.segments.size());  // 20 mm are more than lost points.
-    options.features.merge.fragment_gap_m = 0.026;
+    options.features.merge.fragment_gap_m = 0.030;
     scene = Perceive(cut, raster.sensor_W, options, rng);
     EXPECT_EQ(scene.objects.size(), 1u) << seed;
   }

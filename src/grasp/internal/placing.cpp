@@ -31,6 +31,20 @@ Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Clos
   return q;
 }
 
+/// The extent that the hand passes; of an upper part, the deepest one that fits between the jaws.
+std::optional<Slab> PassedSlab(const Task& task, const View& view, const Band& band,
+                               const Aim& aim) {
+  const PlacingOptions& options = task.options.placing;
+  double reach_m = task.hand.depth_m + options.swing_m;
+  auto slab = SlabAt(view, band.y_m, options.hand_band_m, reach_m);
+  while (aim.upper_part && slab && slab->Width() > task.MaxWidth()) {
+    reach_m -= options.upper_step_m;
+    if (reach_m < options.min_depth_m) return std::nullopt;
+    slab = SlabAt(view, band.y_m, options.hand_band_m, reach_m);
+  }
+  return slab;
+}
+
 /// The area of the object's surface against the closed fingers: the "tightest" side is the one
 /// where it is largest (section 5.2 leaves the measure open).
 double Tightness(const std::optional<Closing>& closing) {
@@ -89,8 +103,7 @@ void SetStates(const Task& task, std::size_t open, std::size_t held, double widt
 std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
                                GraspType type) {
   const PlacingOptions& options = task.options.placing;
-  const auto slab =
-      SlabAt(view, band.y_m, options.hand_band_m, task.hand.depth_m + options.swing_m);
+  const auto slab = PassedSlab(task, view, band, aim);
   if (!slab) return std::nullopt;
   const double width_m = aim.width_m.value_or(slab->Width());
   if (width_m > task.MaxWidth()) return std::nullopt;

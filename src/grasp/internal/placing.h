@@ -34,6 +34,8 @@ struct Aim {
   double back_off_m = 0.0;  ///< and then goes back up by this
   /// The object's, where it is known from more than what the hand passes (a diameter).
   std::optional<double> width_m{};
+  /// What is too wide for the hand further down is gripped by the part of it that is not.
+  bool upper_part = false;
 };
 
 /// The depth of a hand that comes down until it meets the object, or the table.

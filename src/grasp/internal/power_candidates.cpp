@@ -127,6 +127,18 @@ std::vector<Vector3d> Approaches(const Task& task) {
   return approaches;
 }
 
+/// Leaning by an angle, from all round.
+std::vector<Vector3d> LeaningApproaches(const Task& task, double lean_rad) {
+  const int sides = task.options.power.crowded_sides;
+  const Vector3d to_arm = NormalPart(task.arm_C - task.com_C, task.up_C);
+  std::vector<Vector3d> approaches;
+  for (int k = 0; k < sides; ++k) {
+    const Vector3d from = Eigen::AngleAxisd(core::Deg(360.0 * k / sides), task.up_C) * to_arm;
+    approaches.push_back(-std::cos(lean_rad) * task.up_C - std::sin(lean_rad) * from);
+  }
+  return approaches;
+}
+
 /// The direction across the object: the top surface's shorter axis.
 Vector3d Across(const Task& task, const Vector3d& approach) {
   return task.object.top ? NormalPart(task.object.top->minor_C, approach)
@@ -153,6 +165,16 @@ std::vector<double> Depths(const Task& task, const View& view) {
   if (!task.options.depths) return {kToContact_m};
   return {view.com.z(), view.com.z() + task.options.power.below_center_m,
           0.5 * (view.com.z() + view.bottom_m)};
+}
+
+/// The pads from as little below the top as holds to the centre of mass.
+std::vector<double> ShallowDepths(const Task& task, const View& view) {
+  const int count = std::max(2, task.options.power.crowded_depths);
+  const double shallow = view.top_m + task.options.placing.min_depth_m;
+  const double step = std::max(0.0, view.com.z() - shallow) / (count - 1);
+  std::vector<double> depths;
+  for (int k = 0; k < count; ++k) depths.push_back(shallow + k * step);
+  return depths;
 }
 
 /// The measured best pitch; level fingers without pitches.
@@ -239,28 +261,34 @@ std::vector<Candidate> PowerCandidates(Task& task) {
   return candidates.empty() ? OverTheTop(task) : candidates;
 }
 
-std::vector<Candidate> CrowdedCandidates(Task& task) {
+std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round) {
   const PowerOptions& options = task.options.power;
+  const std::vector<Vector3d> approaches =
+      round == 0 ? Approaches(task)
+                 : LeaningApproaches(task, options.crowded_leans_rad.at(round - 1));
   std::vector<Candidate> candidates;
   int group = 0;
-  for (const Vector3d& approach : Approaches(task)) {
+  for (const Vector3d& approach : approaches) {
     const Vector3d across = Across(task, approach);
     for (int turn = 0; turn < options.crowded_turns; ++turn) {
       const double angle = core::Deg(360.0 * turn / options.crowded_turns);
       const View view = MakeView(task, task.coarse, task.com_C, approach,
                                  Eigen::AngleAxisd(angle, approach) * across);
-      const Band band = MakeBand(task, view, view.com.y());
-      const double shallow = view.top_m + task.options.placing.min_depth_m;
-      const double step =
-          std::max(0.0, view.com.z() - shallow) / std::max(1, options.crowded_depths - 1);
-      for (int k = 0; k < options.crowded_depths; ++k) {
-        PlaceAtDepths(task, view, band, {MainPitch(task), MainPitch(task)},
-                      std::array<double, 1>{shallow + k * step}, GraspType::kPower, group,
-                      candidates);
+      for (const double offset : options.crowded_offsets_m) {
+        const double y = view.com.y() + offset;
+        if (y < view.y_min_m + options.end_m || y > view.y_max_m - options.end_m) continue;
+        Aim aim{MainPitch(task), MainPitch(task)};
+        aim.upper_part = true;
+        PlaceAtDepths(task, view, MakeBand(task, view, y), aim, ShallowDepths(task, view),
+                      GraspType::kPower, group, candidates);
       }
       ++group;
     }
   }
+  // From all round there is always something to close on; what slips for sure is no grasp.
+  std::erase_if(candidates, [&](const Candidate& candidate) {
+    return candidate.grasp.contact_angle_rad > task.options.friction_cone_rad;
+  });
   return candidates;
 }
 

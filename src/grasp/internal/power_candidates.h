@@ -9,8 +9,9 @@ namespace rangegrasp::grasp::internal {
 /// From above.
 std::vector<Candidate> PowerCandidates(Task& task);
 
-/// Power grasps from all round and no deeper than the centre of mass: for objects between others,
-/// where none of the better ones is free.
-std::vector<Candidate> CrowdedCandidates(Task& task);
+/// Power grasps closing from all round, no deeper than the centre of mass, by an upper part where
+/// the object is too wide: for objects between others, where few of the better ones are free.
+/// @param round  0: from above; k: leaning by PowerOptions::crowded_leans_rad[k - 1]
+std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round);
 
 }  // namespace rangegrasp::grasp::internal

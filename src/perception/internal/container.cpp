@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -14,10 +15,15 @@ namespace {
 
 using Flat = std::vector<Eigen::Vector2d>;
 
-/// All that the search reads of a cloud: where its points are from above, and which are of upright
-/// surfaces.
+double HeightOver(const PlanarFrame& frame, const Eigen::Vector3d& p) {
+  return (p - frame.origin).dot(frame.n);
+}
+
+/// All that the search reads of a cloud: where its points are from above, how high, and which are
+/// of upright surfaces.
 struct Seen {
   Flat all;
+  std::vector<double> height_m;
   Flat upright;
   Flat facing;  ///< one an upright point: its normal's share in the table's plane
 };
@@ -28,6 +34,7 @@ Seen SeeFromAbove(const geometry::PointCloud& cloud, const PlanarFrame& frame,
   seen.all = Flatten(frame, cloud.points);
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d& n = cloud.normals[i];
+    seen.height_m.push_back(HeightOver(frame, cloud.points[i]));
     if (std::abs(n.dot(frame.n)) > options.max_upward) continue;
     seen.upright.push_back(seen.all[i]);
     seen.facing.emplace_back(n.dot(frame.u), n.dot(frame.v));
@@ -74,17 +81,52 @@ Flat Turned(const Flat& points, double by_rad) {
   return turned;
 }
 
-/// A line across one of the axes: where it crosses that axis, and which steps along it have points.
+constexpr double kNothing = -std::numeric_limits<double>::infinity();
+
+/// A line across one of the axes: where it crosses that axis, and how high it is at the steps along
+/// it.
 struct Line {
   double at_m = 0.0;
-  std::vector<int> covered_before;  ///< of the steps before each
+  std::vector<double> highest_m;    ///< of the points at each step; kNothing where there are none
+  std::vector<int> level_before{};  ///< how many of the steps before each are as high as the rim
+
+  /// The height that most of its steps have, within the margin.
+  double Level(double margin_m) const {
+    std::vector<double> heights;
+    std::ranges::copy_if(highest_m, std::back_inserter(heights),
+                         [](double h) { return h != kNothing; });
+    std::ranges::sort(heights);
+    std::size_t first = 0;
+    std::size_t best = 0;
+    std::size_t most = 0;
+    for (std::size_t last = 0; last < heights.size(); ++last) {
+      while (heights[last] - heights[first] > 2.0 * margin_m) ++first;
+      if (last - first + 1 <= most) continue;
+      most = last - first + 1;
+      best = first;
+    }
+    return heights.empty() ? kNothing : heights[best + most / 2];
+  }
+
+  void FindLevel(double rim_m, double margin_m) {
+    level_before.assign(1, 0);
+    for (const double h : highest_m) {
+      level_before.push_back(level_before.back() + (std::abs(h - rim_m) <= margin_m ? 1 : 0));
+    }
+  }
 };
 
 /// One axis of the search; positions are along it, steps across.
 class Axis {
  public:
-  Axis(const Flat& all, const Flat& upright, Eigen::Index axis, const ContainerOptions& options)
-      : options_(options), all_(all), upright_(upright), at_(axis), along_(1 - axis) {
+  Axis(const Flat& all, const std::vector<double>& height_m, const Flat& upright, Eigen::Index axis,
+       const ContainerOptions& options)
+      : options_(options),
+        all_(all),
+        height_m_(height_m),
+        upright_(upright),
+        at_(axis),
+        along_(1 - axis) {
     double min = 0.0;
     double max = 0.0;
     for (const auto& q : all) {
@@ -139,28 +181,25 @@ class Axis {
     std::vector<Line> lines;
     for (const double at : positions) {
       if (!lines.empty() && at - lines.back().at_m < 0.5 * options_.wall_m) continue;
-      lines.push_back({at, {}});
+      lines.push_back({at, std::vector<double>(steps_, kNothing)});
     }
     for (Line& line : lines) {
-      std::vector<int> points(steps_, 0);
-      for (const auto& q : all_) {
-        if (std::abs(q[at_] - line.at_m) <= options_.wall_m) ++points[Step(q)];
-      }
-      line.covered_before.push_back(0);
-      for (const int n : points) {
-        line.covered_before.push_back(line.covered_before.back() + (n > 0 ? 1 : 0));
+      for (std::size_t i = 0; i < all_.size(); ++i) {
+        if (std::abs(all_[i][at_] - line.at_m) > options_.wall_m) continue;
+        double& highest_m = line.highest_m[Step(all_[i])];
+        highest_m = std::max(highest_m, height_m_[i]);
       }
     }
     return lines;
   }
 
-  /// How much [m] of the line from one position of the other axis to another has points.
+  /// How much [m] of the line from one position of the other axis to another is as high as the rim.
   double Covered(const Line& line, double from_m, double to_m) const {
     const auto bound = [&](double m) {
       return static_cast<std::size_t>(
           std::clamp(StepOf(m) - first_step_, 0L, static_cast<long>(steps_)));
     };
-    const double covered = (line.covered_before[bound(to_m)] - line.covered_before[bound(from_m)]) *
+    const double covered = (line.level_before[bound(to_m)] - line.level_before[bound(from_m)]) *
                            options_.coverage_step_m;
     return std::min(covered, to_m - from_m);
   }
@@ -184,6 +223,7 @@ class Axis {
 
   const ContainerOptions& options_;
   const Flat& all_;
+  const std::vector<double>& height_m_;
   const Flat& upright_;
   Eigen::Index at_;
   Eigen::Index along_;
@@ -194,23 +234,31 @@ class Axis {
 /// A rectangle along the axes of a turned frame.
 struct Border {
   Eigen::AlignedBox2d box;
-  double coverage = 0.0;  ///< share of it that has points; 0: there is none
+  double rim_m = 0.0;     ///< how high it is
+  double coverage = 0.0;  ///< share of it that is so high; 0: there is none
 };
 
-/// The best covered rectangle that two sheets are opposite sides of.
-Border FindBorder(const Flat& all, const Flat& upright, const ContainerOptions& options) {
-  const std::array<Axis, 2> axes{Axis(all, upright, 0, options), Axis(all, upright, 1, options)};
+/// The rectangle that two sheets are opposite sides of and that is level round the most of it.
+Border FindBorder(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
+                  const ContainerOptions& options) {
+  const std::array<Axis, 2> axes{Axis(all, height_m, upright, 0, options),
+                                 Axis(all, height_m, upright, 1, options)};
   std::array<std::vector<double>, 2> sheets;
   std::array<std::vector<double>, 2> ends;  // of the sheets of the other axis
   axes[0].FindSheets(sheets[0], ends[1]);
   axes[1].FindSheets(sheets[1], ends[0]);
   Border best;
   for (std::size_t a = 0; a < 2; ++a) {
-    const auto opposite = axes[a].LinesAt(sheets[a]);
+    auto opposite = axes[a].LinesAt(sheets[a]);
     std::vector<double> others = sheets[1 - a];
     others.insert(others.end(), ends[1 - a].begin(), ends[1 - a].end());
-    const auto between = axes[1 - a].LinesAt(std::move(others));
+    auto between = axes[1 - a].LinesAt(std::move(others));
+    const double margin_m = 2.0 * options.rim_margin_m;
     for (const Line& low : opposite) {
+      const double rim_m = low.Level(margin_m);
+      for (auto* lines : {&opposite, &between}) {
+        for (Line& line : *lines) line.FindLevel(rim_m, margin_m);
+      }
       for (const Line& high : opposite) {
         if (high.at_m - low.at_m < options.min_side_m) continue;
         for (const Line& left : between) {
@@ -223,6 +271,7 @@ Border FindBorder(const Flat& all, const Flat& upright, const ContainerOptions& 
             const double length = 2.0 * (high.at_m - low.at_m + right.at_m - left.at_m);
             if (covered <= best.coverage * length) continue;
             best.coverage = covered / length;
+            best.rim_m = rim_m;
             Eigen::Vector2d min(low.at_m, left.at_m);
             Eigen::Vector2d max(high.at_m, right.at_m);
             if (a == 1) {
@@ -266,13 +315,15 @@ double TurnOf(const Border& border, const Flat& upright, double wall_m) {
 }
 
 /// The best border over all directions, each made better by its own points.
-std::optional<Rectangle> FindWalls(const Seen& seen, const ContainerOptions& options) {
+std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
+                                   const ContainerOptions& options) {
   Border best;
   double best_rad = 0.0;
   for (double direction : Directions(seen, options)) {
     for (int round = 0; round <= options.turn_rounds; ++round) {
       const Flat upright = Turned(seen.upright, direction);
-      const Border border = FindBorder(Turned(seen.all, direction), upright, options);
+      const Border border =
+          FindBorder(Turned(seen.all, direction), seen.height_m, upright, options);
       if (border.coverage == 0.0) break;
       if (border.coverage > best.coverage) {
         best = border;
@@ -285,11 +336,13 @@ std::optional<Rectangle> FindWalls(const Seen& seen, const ContainerOptions& opt
   const Eigen::Rotation2Dd turn(best_rad);
   const Eigen::Vector2d sides = best.box.sizes();
   const bool along_x = sides.x() >= sides.y();
-  return Rectangle{
-      .center = turn * best.box.center(),
-      .axis = turn * (along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY()).eval(),
-      .length_m = sides.maxCoeff(),
-      .width_m = sides.minCoeff()};
+  return Container{
+      frame,
+      {.center = turn * best.box.center(),
+       .axis = turn * (along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY()).eval(),
+       .length_m = sides.maxCoeff(),
+       .width_m = sides.minCoeff()},
+      best.rim_m + options.rim_margin_m};
 }
 
 /// How far inside the rectangle's border; < 0: outside.
@@ -297,34 +350,6 @@ double Depth(const Rectangle& r, const Eigen::Vector2d& q) {
   const Eigen::Vector2d d = q - r.center;
   return std::min(0.5 * r.length_m - std::abs(d.dot(r.axis)),
                   0.5 * r.width_m - std::abs(Cross(r.axis, d)));
-}
-
-double HeightOver(const PlanarFrame& frame, const Eigen::Vector3d& p) {
-  return (p - frame.origin).dot(frame.n);
-}
-
-/// The height of the rim: of the highest points of each step along the border, the median, so that
-/// neither what leans over the rim nor what hides it says how high it is.
-std::optional<double> RimOf(const geometry::PointCloud& cloud, const Container& container,
-                            const ContainerOptions& options) {
-  const Rectangle& r = container.walls;
-  std::map<std::pair<int, long>, double> highest;  // by side and step along it
-  for (const auto& p : cloud.points) {
-    const Eigen::Vector2d q = container.frame.Flat(p);
-    if (std::abs(Depth(r, q)) > options.wall_m) continue;
-    const Eigen::Vector2d d = q - r.center;
-    const Eigen::Vector2d at(d.dot(r.axis), Cross(r.axis, d));
-    const bool end = 0.5 * r.length_m - std::abs(at.x()) < 0.5 * r.width_m - std::abs(at.y());
-    const int side = (end ? 2 : 0) + ((end ? at.x() : at.y()) > 0.0 ? 1 : 0);
-    const long step = std::lround((end ? at.y() : at.x()) / options.coverage_step_m);
-    const double height_m = HeightOver(container.frame, p);
-    const auto [known, isnew] = highest.try_emplace({side, step}, height_m);
-    if (!isnew) known->second = std::max(known->second, height_m);
-  }
-  std::vector<double> heights;
-  for (const auto& [where, height_m] : highest) heights.push_back(height_m);
-  if (heights.empty()) return std::nullopt;
-  return core::UpperMedianOf(std::move(heights)) + options.rim_margin_m;
 }
 
 /// Whether what is seen inside at the height of the rim closes the box: a cuboid.
@@ -348,16 +373,9 @@ bool HasLid(const geometry::PointCloud& cloud, const Container& container,
 std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
                                        const geometry::Plane& table,
                                        const ContainerOptions& options) {
-  Container container;
-  container.frame = MakePlanarFrame(table, geometry::Centroid(cloud.points));
-  const Seen seen = SeeFromAbove(cloud, container.frame, options);
-  const auto walls = FindWalls(seen, options);
-  if (!walls) return std::nullopt;
-  container.walls = *walls;
-  const auto rim_m = RimOf(cloud, container, options);
-  if (!rim_m) return std::nullopt;
-  container.rim_m = *rim_m;
-  if (HasLid(cloud, container, options)) return std::nullopt;
+  const PlanarFrame frame = MakePlanarFrame(table, geometry::Centroid(cloud.points));
+  auto container = FindWalls(SeeFromAbove(cloud, frame, options), frame, options);
+  if (container && HasLid(cloud, *container, options)) return std::nullopt;
   return container;
 }
 

@@ -17,11 +17,11 @@ struct Container {
 };
 
 /// A box is known by its geometry alone: two upright sheets face each other, further apart than a
-/// hand can grasp; a rectangle of which they are sides is wider that way, too, and things are seen
-/// along most of its border; and there is no lid. A sheet is a straight line, seen from above, that
-/// upright points lie on for the most part of a side: what is off it, singly or as a thing, does
-/// not move it. Where a wall is not seen but for its rim, the ends of the sheets say where it is.
-/// O(n); @return nullopt where there is no box.
+/// hand can grasp; a rectangle of which they are sides is wider that way, too, and most of its
+/// border is equally high, which things that stand about are not; and there is no lid. A sheet is a
+/// straight line, seen from above, that upright points lie on for the most part of a side: what is
+/// off it, singly or as a thing, does not move it. Where a wall is not seen but for its rim, the
+/// ends of the sheets say where it is. O(n); @return nullopt where there is no box.
 std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
                                        const geometry::Plane& table,
                                        const ContainerOptions& options);

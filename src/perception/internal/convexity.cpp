@@ -133,7 +133,12 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
     return std::abs(normal.dot(border.across)) > options.step_m ? -1.0 : 1.0;
   }
   if (bend > 0.0) return 1.0;
-  return -options.concave_weight * std::min(1.0, (angle - options.concavity_rad) /
+  // What both patches bend by themselves is the inside of something round, or noise.
+  const double own =
+      std::max(a.TurningAlong(between), b.TurningAlong(between)) * (b.center - a.center).norm();
+  const double crease_rad = angle * std::clamp(1.0 - std::min(0.0, own) / bend, 0.0, 1.0);
+  if (crease_rad < options.concavity_rad) return 1.0;
+  return -options.concave_weight * std::min(1.0, (crease_rad - options.concavity_rad) /
                                                      (options.concave_rad - options.concavity_rad));
 }
 

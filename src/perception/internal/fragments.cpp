@@ -10,6 +10,7 @@
 
 #include "geometry/kd_tree.h"
 #include "perception/internal/planar.h"
+#include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
@@ -99,6 +100,21 @@ bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_
   return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
 }
 
+/// Whether most of the fragment lies inside of a round host that lies: its far side, through its
+/// mouth.
+bool IsInside(const ObjectContext& context, const Part& fragment, const RotationAxis& host) {
+  const MergeOptions& options = context.options.merge;
+  const double margin_m = options.footprint_margin_m;
+  const auto inside = std::ranges::count_if(fragment.points, [&](auto i) {
+    const Eigen::Vector3d& p = context.cloud.points[i];
+    const double below_end_m = host.direction_C.dot(host.center_C - p);
+    return AxisDistance(p, host.center_C, host.direction_C) <= host.radius_m + margin_m &&
+           below_end_m >= -margin_m && below_end_m <= host.length_m + margin_m;
+  });
+  return static_cast<double>(inside) >=
+         options.within_share * static_cast<double>(fragment.points.size());
+}
+
 /// A cap: small, over the host, and standing on its top.
 bool IsAbove(const MergeOptions& options, double over, const Footprint& fragment,
              const Footprint& host) {
@@ -135,6 +151,10 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
            const Part& host) {
   const CompletionOptions& completion = context.options.completion;
   if (f.base_m <= completion.on_table_m) return false;
+  if (static_cast<double>(fragment.points.size()) >
+      context.options.merge.max_hanging_share * static_cast<double>(host.points.size())) {
+    return false;
+  }
   const auto& points = context.cloud.points;
   const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
     const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
@@ -160,12 +180,17 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   }
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
+  if (cuts && host.axis && host.axis->Lies() && IsInside(context, fragment, *host.axis)) {
+    return Kinship::kWithin;
+  }
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
   if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
-  if (!close) return Kinship::kNone;
+  // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
+  const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
+  if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
     return ContinuesAcross(context, pair.first, pair.second);
   });

@@ -26,6 +26,7 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 /// - kWithin: 70 % of its points over the host's footprint (grown by 5 mm), not above its top, and
 ///   no further from its points than the gap, or over a rotational host. A host whose points leave
 ///   most of its footprint empty (the rim of a large box) holds nothing unless it is rotational.
+///   Where the segmentation cuts: or inside of a rotational host that lies.
 /// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a
 /// footprint
 ///   of at most 60 % of the host's.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
+#include "geometry/kd_tree.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
@@ -86,6 +88,25 @@ bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& b
   return agreeing >= context.options.merge.min_own_body * (agreeing + differing);
 }
 
+/// Whether a part lies on the union's body with all of its points but ends, lips and floors.
+bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& body) {
+  return static_cast<double>(Shared(body.agreeing, part.points).size()) >=
+         context.options.merge.min_own_body * static_cast<double>(part.points.size());
+}
+
+/// How far [m] the two are from each other.
+double Gap(const ObjectContext& context, const Part& a, const Part& b) {
+  const auto of_a = geometry::Select(context.cloud.points, a.points);
+  const geometry::KdTree tree(of_a);
+  std::vector<geometry::KdTree::Neighbor> nearest;
+  double squared = std::numeric_limits<double>::infinity();
+  for (const auto i : b.points) {
+    tree.Nearest(context.cloud.points[i], 1, nearest);
+    squared = std::min(squared, nearest.front().squared_distance);
+  }
+  return std::sqrt(squared);
+}
+
 /// The union of both, if it is rotational and both parts agree with it.
 std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a, const Part& b,
                                     core::Rng& rng) {
@@ -95,8 +116,13 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
                                        both.axis->center_C, both.axis->direction_C, options);
   if (!Agrees(context, a, body) || !Agrees(context, b, body)) return std::nullopt;
-  // An axis from the body alone has no rim to ask the parts for.
-  if (both.axis->rim_fraction == 0.0) return both;
+  // An axis from the body alone has no rim to ask the parts for; where things lie about, a few
+  // points of one agree with the body of another.
+  if (both.axis->rim_fraction == 0.0) {
+    const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
+                     Gap(context, a, b) <= 2.0 * both.axis->radius_m;
+    return one ? std::optional(std::move(both)) : std::nullopt;
+  }
   const auto rims = RimsOf(context, both, rng);
   const bool on_rim = std::any_of(rims.begin(), rims.end(), [&](const RimCircle& rim) {
     return OnRim(context, a, rim) && OnRim(context, b, rim);

@@ -94,6 +94,12 @@ class Growth {
       patch.center /= static_cast<double>(patch.points);
       patch.normal.normalize();
     }
+    for (std::uint32_t i = 0; i < cloud_.size(); ++i) {
+      Patch& patch = grown_.patches[grown_.patch_of[i]];
+      const Eigen::Vector3d d = cloud_.points[i] - patch.center;
+      patch.spread += d * d.transpose();
+      patch.turning += (cloud_.normals[i] - patch.normal) * d.transpose();
+    }
     return std::move(grown_);
   }
 

@@ -20,7 +20,16 @@ Links FindLinks(const geometry::PointCloud& cloud, const ConvexityOptions& optio
 struct Patch {
   std::uint32_t points = 0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, as the points' normals
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();   ///< unit, as the points' normals
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();   ///< sum of d d^T, d from the center [m^2]
+  Eigen::Matrix3d turning = Eigen::Matrix3d::Zero();  ///< sum of (n - normal) d^T [m]
+
+  /// How fast its normals turn along a direction [rad/m], by least squares: > 0 where it is convex
+  /// that way.
+  double TurningAlong(const Eigen::Vector3d& direction) const {
+    const double length = direction.dot(spread * direction);
+    return length > 0.0 ? direction.dot(turning * direction) / length : 0.0;
+  }
 };
 struct Patches {
   std::vector<Patch> patches;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -32,16 +34,23 @@ class PlannedMover : public Mover {
     planning::PlanningScene all = seen;
     all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
     planning::Planner planner(robot_, options_.planning);
-    Move move = PlanFirst(planner, detection, all, false, rng);
-    // Nothing may be there, and the approach stops at what it touches.
-    if (!move.plan && !unseen.empty()) {
-      move = After(move, PlanFirst(planner, detection, seen, false, rng));
-      move.blind = move.plan.has_value();
-    }
-    // Neighbors may give way.
-    if (!move.plan && !seen.obstacles_W.empty()) {
-      move = After(move, PlanFirst(planner, detection, seen, true, rng));
-      move.blind = move.brushes = move.plan.has_value();
+    Move move;
+    // A grasp that is expected to hold is worth a bolder motion.
+    for (const bool sound : {true, false}) {
+      const std::vector<std::size_t> grasps = Free(detection, sound);
+      const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
+        if (move.plan || grasps.empty()) return false;
+        move = After(move, PlanFirst(planner, detection, grasps, scene, may_brush, rng));
+        return move.plan.has_value();
+      };
+      plan(all, false);
+      // Nothing may be there, and the approach stops at what it touches.
+      if (!unseen.empty() && plan(seen, false)) move.blind = true;
+      // Neighbors may give way.
+      if (!seen.obstacles_W.empty() && plan(seen, true)) {
+        move.blind = !unseen.empty();
+        move.brushes = true;
+      }
     }
     return move;
   }
@@ -52,13 +61,25 @@ class PlannedMover : public Mover {
     return move;
   }
 
-  /// A motion for the best grasp that has one.
+  /// Those whose contacts are predicted to lie within the friction cones, or the others.
+  std::vector<std::size_t> Free(const grasp::Detection& detection, bool sound) const {
+    std::vector<std::size_t> free;
+    for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
+      const grasp::DetectedGrasp& grasp = detection.grasps[i];
+      const bool holds = grasp.contact_angle_rad <= options_.grasp.friction_cone_rad;
+      if (!grasp.collides && holds == sound) free.push_back(i);
+    }
+    return free;
+  }
+
+  /// A motion for the first of the grasps that has one.
   Move PlanFirst(planning::Planner& planner, const grasp::Detection& detection,
-                 const planning::PlanningScene& scene, bool may_brush, core::Rng& rng) const {
+                 std::span<const std::size_t> grasps, const planning::PlanningScene& scene,
+                 bool may_brush, core::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
-    for (std::size_t i = 0; i < detection.grasps.size() && move.tried < options_.max_plans; ++i) {
-      if (detection.grasps[i].collides) continue;
+    for (const std::size_t i : grasps) {
+      if (move.tried == options_.max_plans) break;
       ++move.tried;
       planning::PickRequest request = RequestFor(detection.grasps[i]);
       request.may_brush = may_brush;

@@ -67,5 +67,22 @@ TEST_F(MoverTest, NeverPassesWhatWasMeasured) {
   EXPECT_NE(move.failures, "");
 }
 
+// The can's grasps, best first: as many that are not expected to hold, then the same that are.
+TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot) {
+  const std::size_t count = detection_.grasps.size();
+  const std::vector<grasp::DetectedGrasp> sound = detection_.grasps;
+  detection_.grasps.insert(detection_.grasps.end(), sound.begin(), sound.end());
+  for (std::size_t i = 0; i < count; ++i) {
+    detection_.grasps[i].contact_angle_rad = cell_.options.grasp.friction_cone_rad + 0.1;
+  }
+  for (const bool unseen : {false, true}) {
+    if (unseen) detection_.obstacles.unseen_C = {in_the_way_};
+    const Move move = Plan();
+    ASSERT_TRUE(move.plan);
+    EXPECT_GE(move.grasp, count);
+    EXPECT_EQ(move.blind, unseen);
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::tasks::grasping
