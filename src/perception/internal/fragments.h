@@ -30,12 +30,13 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 /// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a
 /// footprint
 ///   of at most 60 % of the host's.
-/// - kSurface: at least eight points have their nearest neighbor in the host across the gap, more
-///   along the sensor's viewing plane than sideways, and neither surface lies in front of the other
-///   one's tangent plane (smooth or convex, as objects in contact are not).
-/// - kHanging, where the segmentation cuts: at least eight points within the gap from the host; it
-///   is off the table, the sensor saw through under a good part of it, and the host does not carry
-///   it from below.
+/// - kSurface: at least eight points, and about as many as the fragment is wide (the root of all
+///   that it has), have their nearest neighbor in the host across the gap, more along the sensor's
+///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
+///   plane (smooth or convex, as objects in contact are not).
+/// - kHanging, where the segmentation cuts: at least eight points within the gap from the host,
+///   which has at least twice as many points; it is off the table, the sensor saw through under a
+///   good part of it, and the host does not carry it from below.
 /// Objects beside each other fail all of them: their footprints do not overlap and the gap between
 /// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
