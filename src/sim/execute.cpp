@@ -42,6 +42,9 @@ constexpr double kGives_rad = 0.004;
 // A joint this far behind where nothing should be in the way ends the grasp: the drives of a real
 // arm would have stopped it. Below the audit's bound, by what a joint moves in a step or two.
 constexpr double kBlocked_rad = 0.008;
+// In the lift, which may push what lies about the object, drives at their limits give way by this
+// much: 6 deg, 30 mm at the hand for the wrist. Further behind, the object is stuck.
+constexpr double kStuck_rad = 0.1;
 // Time in which an arm that was stopped so comes back to its planned way.
 constexpr double kRejoin_s = 1.0;
 // The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
@@ -90,7 +93,7 @@ class Execution {
 
   void Grasp() {
     controller_.Preshape(program_.opening_m);
-    FollowFreely(program_.reach, "reach");
+    FollowToTheEnd(program_.reach, "reach");
     if (blocked_) return;
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
     FollowUntilContact(program_.approach, "approach");
@@ -130,7 +133,7 @@ class Execution {
   }
 
   void Lift() {
-    FollowFreely(program_.lift, "lift");
+    FollowToTheEnd(program_.lift, "lift", Start::kKeepOffset, Motion::kPushing);
     Wait(kLiftSettle_s);
     const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
     audit_.BeginRest();
@@ -150,7 +153,7 @@ class Execution {
   }
 
   void Carry() {
-    FollowFreely(program_.carry, "carry", Start::kRejoin);
+    FollowToTheEnd(program_.carry, "carry", Start::kRejoin);
     Wait(kCarrySettle_s);
     log_.held_after_carry = !blocked_ && HeldNow();
     log_.aperture.carried_rad = controller_.Aperture();
@@ -192,7 +195,7 @@ class Execution {
     Wait(kCarrySettle_s);
     Moment("delivered");
     LetGo();
-    FollowFreely(program_.retreat, "retreat");
+    FollowToTheEnd(program_.retreat, "retreat");
     double rest_since_s = world_.time_s();
     for (double t = 0.0; t < kRestLimit_s && world_.time_s() - rest_since_s < kRestTime_s;
          t += Period()) {
@@ -230,8 +233,20 @@ class Execution {
 
   enum class Motion {
     kFree,     // nothing may be in the way
+    kPushing,  // neighbors may be in the way, and give way
     kGuarded,  // it ends at what it touches
   };
+  static double LimitOf(Motion motion) {
+    switch (motion) {
+      case Motion::kFree:
+        return kBlocked_rad;
+      case Motion::kPushing:
+        return kStuck_rad;
+      case Motion::kGuarded:
+        return kFelt_rad;
+    }
+    return 0.0;
+  }
 
   // @return false if the drives felt that something is in the way.
   bool Follow(const core::JointTrajectory& trajectory, Start from, Motion motion) {
@@ -247,7 +262,8 @@ class Execution {
       moves_freely_ = motion == Motion::kFree;
       Tick();
       moves_freely_ = false;
-      if (Lag() > (motion == Motion::kFree ? kBlocked_rad : kFelt_rad)) {
+      if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, Lag());
+      if (Lag() > LimitOf(motion)) {
         command_.velocity.setZero();
         return false;
       }
@@ -262,10 +278,11 @@ class Execution {
     }
   }
 
-  void FollowFreely(const core::JointTrajectory& trajectory, const char* motion,
-                    Start from = Start::kKeepOffset) {
-    if (Follow(trajectory, from, Motion::kFree)) return;
-    log_.stopped_by_contact.emplace_back(motion);
+  // A motion that has to come to its end: if it does not, the grasp has failed.
+  void FollowToTheEnd(const core::JointTrajectory& trajectory, const char* name,
+                      Start from = Start::kKeepOffset, Motion motion = Motion::kFree) {
+    if (Follow(trajectory, from, motion)) return;
+    log_.stopped_by_contact.emplace_back(name);
     blocked_ = true;
     command_.position = world_.ArmPositions();  // it pushes no longer
   }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "core/error.h"
 #include "core/words.h"
@@ -376,12 +377,12 @@ void World::Step() {
     impl_->KeepState();
     mj_step(impl_->model.get(), impl_->data.get());
   });
-  if (model()->opt.solver != mjSOL_NEWTON || impl_->Solved()) return;
+  if (model()->opt.jacobian == mjJAC_DENSE || impl_->Solved()) return;
   impl_->GoBack();
-  model()->opt.solver = mjSOL_CG;
+  const int jacobian = std::exchange(model()->opt.jacobian, mjJAC_DENSE);
   internal::CallEngine(&impl_->warnings,
                        [this] { mj_step(impl_->model.get(), impl_->data.get()); });
-  model()->opt.solver = mjSOL_NEWTON;
+  model()->opt.jacobian = jacobian;
 }
 
 bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {

@@ -104,8 +104,8 @@ class World {
 
   double time_s() const;
   void Refresh();  ///< kinematics of the present positions; nothing moves
-  /// One time step. Where the engine's Newton solver has not converged, which once in some million
-  /// steps throws things through the table at 400 rad/s, it is done again by conjugate gradients.
+  /// One time step. Where the engine's Newton solver has not converged, which throws things through
+  /// the table at 400 rad/s, it is done again with dense matrices, with which it does.
   /// @throws core::RunError on an engine error.
   void Step();
   /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`

@@ -38,6 +38,7 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
           {"slip_in_hand_m", log.slip_in_hand_m},
           {"grip_force_n", log.grip_force_N},
           {"slips_heard", log.slips_heard},
+          {"lift_lag_rad", log.lift_lag_rad},
           {"tracking_error_m", log.tracking_error_m},
           {"joints_at_limits", log.joints_at_limits},
           {"stopped_by_contact", log.stopped_by_contact},
