@@ -76,21 +76,13 @@ struct Collected {
 
 bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
   return std::count_if(free.begin(), free.end(), [&](const Grasp& grasp) {
-           return grasp.type != GraspType::kPower || grasp.score >= choosing.enough_score;
+           return grasp.score >= choosing.enough_score;
          }) >= choosing.enough;
 }
 
 /// Without them contacts cannot be judged.
 bool HasNormals(const perception::Scene& scene, const perception::PerceivedObject& object) {
   return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
-}
-
-/// By their scores within a type.
-void BestFirst(std::vector<Grasp>& grasps) {
-  std::stable_sort(grasps.begin(), grasps.end(), [](const Grasp& a, const Grasp& b) {
-    if (a.type != b.type) return a.type < b.type;
-    return a.score > b.score;
-  });
 }
 
 void CollectRotational(Task& task, collision::HandCollider& collider, Collected& out) {
@@ -125,13 +117,14 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
   if (rotational) CollectRotational(task, collider, out);
   // The power grasp is for all other objects, and the last resort where a rotational one can be
   // held neither round its body nor by its rim.
-  if (!rotational || (options.power_fallback && out.free.empty())) {
+  const bool power = !rotational || (options.power_fallback && out.free.empty());
+  if (power) {
     internal::ChooseFree(
         collider, task, internal::PowerCandidates(task),
         {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
         out.free, out.colliding);
   }
-  if (options.crowded && HasNormals(scene, task.object)) {
+  if (power && options.crowded && HasNormals(scene, task.object)) {
     for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
       if (round > options.power.crowded_leans_rad.size()) break;
       internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
@@ -139,7 +132,8 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
                             options.choosing.max_crowded_checks},
                            out.free, out.colliding);
     }
-    BestFirst(out.free);
+    std::stable_sort(out.free.begin(), out.free.end(),
+                     [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
   }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());
