@@ -76,7 +76,6 @@ class Execution {
   }
 
   ExecutionLog Run() {
-    Moment("start");
     Grasp();
     if (!blocked_) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();

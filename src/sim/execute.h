@@ -124,7 +124,7 @@ struct ExecutionLog {
   Audit audit;
 };
 
-/// Called at named moments ("start", "pregrasp", "closed", "lifted", "delivered", "end") and, if
+/// Called at named moments ("pregrasp", "closed", "lifted", "delivered", "end") and, if
 /// frame_period_s > 0, at that period ("frame"). "delivered" is after lowering, before the hand
 /// opens. A trial whose target is lost ends early: it has no later moments but "end".
 struct ExecutionObserver {

@@ -330,7 +330,7 @@ TEST(Execute, TellsOfItsMoments) {
   observer.frame_period_s = 0.1;
   observer.on_moment = [&](const std::string& moment, World&) { ++seen[moment]; };
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
-  for (const char* moment : {"start", "pregrasp", "closed", "lifted", "delivered", "end"})
+  for (const char* moment : {"pregrasp", "closed", "lifted", "delivered", "end"})
     EXPECT_EQ(seen[moment], 1) << moment;
   EXPECT_NEAR(seen["frame"], log.simulated_s / 0.1, 2.0);
 }

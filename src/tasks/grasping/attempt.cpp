@@ -99,6 +99,8 @@ class AttemptRun {
   core::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
 
   void RunStages() {
+    // Of an attempt that ends before anything moves, too.
+    if (options_.observer.on_moment) options_.observer.on_moment("start", world_);
     Begin("scan");
     std::optional<Sensed> own;
     if (!options_.sensed) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <string>
+#include <vector>
 
 #include "experiment/experiment.h"
 #include "tasks/grasping/grasping_task.h"
@@ -31,6 +33,24 @@ TEST(TrialSeed, NeverChanges) {
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 0), 15921461307951582903u);
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 3), 11851043196888414831u);
   EXPECT_EQ(TrialSeed(2, "cleaner", 9), 1637833297759159178u);
+}
+
+TEST(RunAttempt, ShowsTheStartOfAnAttemptThatEndsBeforeAnythingMoves) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", AllKinds(), {});
+  const Cell& cell = CellOf(*experiment.task);
+  auto arranged = ArrangeTrial(cell, {"dextrose", 0, 1});
+  ASSERT_TRUE(arranged);
+  arranged->world.ParkObject(0);
+  std::vector<std::string> moments;
+  AttemptOptions options;
+  options.target = 0;
+  options.observer.on_moment = [&](const std::string& moment, sim::World&) {
+    moments.push_back(moment);
+  };
+  const Attempt attempt = RunAttempt(cell, arranged->world, options);
+  EXPECT_EQ(attempt.outcome, Outcome::kNotSegmented);
+  EXPECT_EQ(moments, std::vector<std::string>{"start"});
 }
 
 // It is wider than the hand opens: all that can hold it is its rim.
