@@ -28,8 +28,8 @@ struct GraspAdditions {
   bool narrow_openings = true;
   /// A rotational object that can be held neither round its body nor by its rim.
   bool power_fallback = true;
-  /// Where neighbors leave few good grasps: from all round, leaning, less deep, and by an upper part
-  /// of what is too wide.
+  /// Where neighbors leave few good grasps: from all round, leaning, less deep, and by an upper
+  /// part of what is too wide.
   bool crowded = true;
 };
 constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
