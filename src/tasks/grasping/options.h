@@ -58,7 +58,7 @@ struct ClutterOptions {
   int max_put_back = 12;
   /// The target is dropped last, so often at most onto one heap; then all is drawn again.
   int target_drops = 8;
-  int max_draws = 30;
+  int max_draws = 200;
   double settle_limit_s = 4.0;
   /// At rest all objects are slower than this, for as long (sim::World::Settle), and once more.
   double rest_speed_m_s = 0.002;
