@@ -78,7 +78,7 @@ struct PlacingOptions {
 /// How many collision checks a plan may cost, and how its candidates share them.
 struct ChoosingOptions {
   int max_checks = 120;  ///< of cylindrical and power grasps each; more: crowded scenes take longer
-  int max_crowded_checks = 400;  ///< where nothing else was free: every one may be the only one
+  int max_crowded_checks = 400;  ///< of each round where few are free: each may be the only one
   /// The others are enough where so many score as much.
   int enough = 6;
   double enough_score = 0.5;

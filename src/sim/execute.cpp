@@ -261,8 +261,9 @@ class Execution {
       moves_freely_ = motion == Motion::kFree;
       Tick();
       moves_freely_ = false;
-      if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, Lag());
-      if (Lag() > LimitOf(motion)) {
+      const double lag_rad = servo_.TrackingError(world_.model(), world_.data(), command_);
+      if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
+      if (lag_rad > LimitOf(motion)) {
         command_.velocity.setZero();
         return false;
       }
@@ -285,8 +286,6 @@ class Execution {
     blocked_ = true;
     command_.position = world_.ArmPositions();  // it pushes no longer
   }
-
-  double Lag() const { return servo_.TrackingError(world_.model(), world_.data(), command_); }
 
   // A hand that closes on what does not move, such as an object that leans on a wall, pushes the
   // arm; the arm goes with it.

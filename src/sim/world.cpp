@@ -159,6 +159,7 @@ struct World::Impl {
     mj_getState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
     std::copy_n(data->tree_asleep, model->ntree, before.asleep.data());
     std::copy_n(data->warning, mjNWARNING, before.counts.data());
+    before.warnings = warnings.size();
   }
   void GoBack() {
     mj_setState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
@@ -372,7 +373,6 @@ double World::time_s() const { return data()->time; }
 void World::Refresh() { impl_->Refresh(); }
 
 void World::Step() {
-  impl_->before.warnings = impl_->warnings.size();
   internal::CallEngine(&impl_->warnings, [this] {
     impl_->KeepState();
     mj_step(impl_->model.get(), impl_->data.get());

@@ -100,10 +100,12 @@ void SetStates(const Task& task, std::size_t open, std::size_t held, double widt
   candidate.grasp.width_m = width_m;
 }
 
-std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
-                               GraspType type) {
+namespace {
+
+/// Place, where the extent that the hand passes is known: it is the same at every depth.
+std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
+                                 const std::optional<Slab>& slab, const Aim& aim, GraspType type) {
   const PlacingOptions& options = task.options.placing;
-  const auto slab = PassedSlab(task, view, band, aim);
   if (!slab) return std::nullopt;
   const double width_m = aim.width_m.value_or(slab->Width());
   if (width_m > task.MaxWidth()) return std::nullopt;
@@ -144,6 +146,13 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
   return candidate;
 }
 
+}  // namespace
+
+std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
+                               GraspType type) {
+  return PlaceIn(task, view, band, PassedSlab(task, view, band, aim), aim, type);
+}
+
 void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
                    std::span<const double> depths_m, GraspType type, int group,
                    std::vector<Candidate>& candidates) {
@@ -153,10 +162,11 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
     candidates.push_back(*candidate);
     candidates.back().group = group;
   };
+  const auto slab = PassedSlab(task, view, band, aim);
   double deepest = -std::numeric_limits<double>::infinity();
   for (const double depth : depths_m) {
     aim.depth_m = depth;
-    const auto candidate = Place(task, view, band, aim, type);
+    const auto candidate = PlaceIn(task, view, band, slab, aim, type);
     // It stopped where it had stopped.
     if (candidate && candidate->depth_m < deepest + options.same_depth_m) break;
     add(candidate);
@@ -168,7 +178,7 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
   for (const double back_off : options.back_offs_m) {
     aim.back_off_m = back_off;
     if (deepest - back_off < view.top_m + options.min_depth_m) break;
-    add(Place(task, view, band, aim, type));
+    add(PlaceIn(task, view, band, slab, aim, type));
   }
 }
 

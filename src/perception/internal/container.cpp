@@ -368,6 +368,12 @@ bool HasLid(const geometry::PointCloud& cloud, const Container& container,
          options.max_lid * container.walls.length_m * container.walls.width_m;
 }
 
+/// Whether a point lies within a distance of the border, below the rim.
+bool IsAtWall(const Container& container, const Eigen::Vector3d& p, double within_m) {
+  return std::abs(Depth(container.walls, container.frame.Flat(p))) <= within_m &&
+         HeightOver(container.frame, p) <= container.rim_m;
+}
+
 }  // namespace
 
 std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
@@ -383,11 +389,7 @@ geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Contain
                                 const ContainerOptions& options) {
   geometry::Indices band;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d& p = cloud.points[i];
-    if (std::abs(Depth(container.walls, container.frame.Flat(p))) <= options.wall_m &&
-        HeightOver(container.frame, p) <= container.rim_m) {
-      band.push_back(i);
-    }
+    if (IsAtWall(container, cloud.points[i], options.wall_m)) band.push_back(i);
   }
   return band;
 }
@@ -395,10 +397,7 @@ geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Contain
 bool IsPieceOfWall(const geometry::PointCloud& cloud, const Container& container,
                    const ContainerOptions& options, const geometry::Indices& segment) {
   const auto close = std::ranges::count_if(segment, [&](auto i) {
-    const Eigen::Vector3d& p = cloud.points[i];
-    return std::abs(Depth(container.walls, container.frame.Flat(p))) <=
-               options.piece_walls * options.wall_m &&
-           HeightOver(container.frame, p) <= container.rim_m;
+    return IsAtWall(container, cloud.points[i], options.piece_walls * options.wall_m);
   });
   return static_cast<double>(close) >= options.piece_share * static_cast<double>(segment.size());
 }
