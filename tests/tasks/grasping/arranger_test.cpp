@@ -152,11 +152,12 @@ TEST(Arranger, CountsWhyItDrewAgain) {
 TEST(Arranger, WhatDoesNotFitIntoTheBoxEndsTheTrialAndSaysSo) {
   // A box of 60 x 60 mm, which no prism of 300 mm goes into.
   const auto experiment =
-      Open("box", {"scene=" RANGEGRASP_SOURCE_DIR "/tests/tasks/grasping/small_box.xml"});
+      Open("box", {"scene=" RANGEGRASP_SOURCE_DIR "/tests/tasks/grasping/small_box.xml",
+                   "clutter.max_draws=7"});
   const auto result = RunTrial(CellOf(*experiment.task), SpecFor("sweets_prism", 0));
   EXPECT_EQ(result.outcome, "crashed");
   EXPECT_EQ(result.stage, "arrange");
-  EXPECT_EQ(result.detail, "no arrangement: does_not_fit x30");
+  EXPECT_EQ(result.detail, "no arrangement: does_not_fit x7");
 }
 
 TEST(Arranger, ABoxNeedsASceneWithABox) {
