@@ -158,9 +158,8 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   SpecPtr scene = Parse(scene_mjcf);
   mjs_setDeepCopy(scene.get(), 1);
   scene->option.timestep = options.timestep_s;
-  // Sensors are not read (what fingertips feel is taken from contacts); a bad state must not be
-  // hidden by a reset.
-  scene->option.disableflags |= mjDSBL_SENSOR | mjDSBL_AUTORESET;
+  // A bad state must not be hidden by a reset.
+  scene->option.disableflags |= mjDSBL_AUTORESET;
 
   BuiltScene built;
   std::vector<std::string> bodies;
