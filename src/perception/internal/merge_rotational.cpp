@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "geometry/kd_tree.h"
 #include "perception/internal/body_profile.h"
+#include "perception/internal/part_surface.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
 
@@ -94,17 +93,12 @@ bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& b
          context.options.merge.min_own_body * static_cast<double>(part.points.size());
 }
 
-/// How far [m] the two are from each other.
-double Gap(const ObjectContext& context, const Part& a, const Part& b) {
-  const auto of_a = geometry::Select(context.cloud.points, a.points);
-  const geometry::KdTree tree(of_a);
-  std::vector<geometry::KdTree::Neighbor> nearest;
-  double squared = std::numeric_limits<double>::infinity();
-  for (const auto i : b.points) {
-    tree.Nearest(context.cloud.points[i], 1, nearest);
-    squared = std::min(squared, nearest.front().squared_distance);
-  }
-  return std::sqrt(squared);
+/// Whether the two come this near [m] to each other.
+bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double gap_m) {
+  PartSurface surface(geometry::Select(context.cloud.points, a.points));
+  return std::ranges::any_of(b.points, [&](auto i) {
+    return surface.NearestWithin(context.cloud.points[i], gap_m).has_value();
+  });
 }
 
 /// The union of both, if it is rotational and both parts agree with it.
@@ -120,7 +114,7 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   // points of one agree with the body of another.
   if (both.axis->rim_fraction == 0.0) {
     const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
-                     Gap(context, a, b) <= 2.0 * both.axis->radius_m;
+                     AreNear(context, a, b, 2.0 * both.axis->radius_m);
     return one ? std::optional(std::move(both)) : std::nullopt;
   }
   const auto rims = RimsOf(context, both, rng);
