@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <set>
 
@@ -29,7 +30,12 @@ double TwiceArea(const geometry::PointCloud& cloud, const Indices& loop) {
   return twice;
 }
 
-TEST(OuterRim, OfAGridIsItsBorderInOrder) {
+Indices OuterRim(const geometry::PointCloud& cloud, const Indices& points,
+                 const geometry::Plane& plane, double alpha_m) {
+  return OuterRims(cloud, points, plane, {&alpha_m, 1}).front();
+}
+
+TEST(OuterRims, OfAGridIsItsBorderInOrder) {
   Analytic shape;
   const Indices points =
       shape.AddRectangle({0.1, 0.2, 0.05}, {0.03, 0.0, 0.0}, {0.0, 0.02, 0.0});  // 31 x 21
@@ -45,7 +51,7 @@ TEST(OuterRim, OfAGridIsItsBorderInOrder) {
   EXPECT_NEAR(TwiceArea(shape.cloud, rim), 2.0 * 0.06 * 0.04, 1e-9);
 }
 
-TEST(OuterRim, OfARingIsItsOuterCircleAlone) {
+TEST(OuterRims, OfARingIsItsOuterCircleAlone) {
   Analytic ring;
   const Indices points = ring.AddDisc({0.0, 0.0, 0.08}, 0.04, 0.03);
   const Indices rim = OuterRim(ring.cloud, points, At(0.08), kAlpha_m);
@@ -53,18 +59,19 @@ TEST(OuterRim, OfARingIsItsOuterCircleAlone) {
   for (const auto i : rim) EXPECT_NEAR(ring.cloud.points[i].head<2>().norm(), 0.04, 1e-9);
 }
 
-TEST(OuterRim, BridgesGapsWithAWiderAlpha) {
+TEST(OuterRims, BridgesGapsWithAWiderAlpha) {
   // A thin ring with a gap of 20 mm: as it is the shape's rim runs inside and out.
   Analytic ring;
   const Indices points = ring.AddWall({0.0, 0.0}, 0.04, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
   const Indices more = ring.AddWall({0.0, 0.0}, 0.038, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
   const Indices all = testing::Joined(points, more);
-  EXPECT_GT(OuterRim(ring.cloud, all, At(0.081), kAlpha_m).size(), points.size() * 9 / 5);
-  const Indices bridged = OuterRim(ring.cloud, all, At(0.081), 0.030);
-  EXPECT_LT(bridged.size(), 1.2 * static_cast<double>(points.size()));
+  const std::array<double, 2> alphas_m{kAlpha_m, 0.030};
+  const auto rims = OuterRims(ring.cloud, all, At(0.081), alphas_m);
+  EXPECT_GT(rims[0].size(), points.size() * 9 / 5);
+  EXPECT_LT(rims[1].size(), 1.2 * static_cast<double>(points.size()));
 }
 
-TEST(OuterRim, OfPointsTooFarApartIsTheirHull) {
+TEST(OuterRims, OfPointsTooFarApartIsTheirHull) {
   Analytic corners;
   for (const auto& [x, y] :
        {std::pair(0.0, 0.0), {0.1, 0.0}, {0.1, 0.1}, {0.0, 0.1}, {0.05, 0.04}}) {

@@ -68,14 +68,11 @@ bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
 
 /// The union's rims: as the alpha shape gives it, and with its gaps bridged.
 std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, core::Rng& rng) {
-  const auto& [cloud, table, views, options] = context;
   std::vector<RimCircle> rims;
-  for (const bool bridged : {false, true}) {
-    if (bridged && !options.bridged_rims) break;
-    const double alpha_m = bridged ? options.top.bridged_rim_alpha_m : options.top.rim_alpha_m;
-    Indices rim = OuterRim(cloud, both.top->points, both.top->plane, alpha_m);
-    const auto fit = FitCircle(geometry::Select(cloud.points, rim), options.circle, rng);
-    if (fit) rims.push_back({std::move(rim), fit->circle});
+  for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
+    const auto fit =
+        FitCircle(geometry::Select(context.cloud.points, *rim), context.options.circle, rng);
+    if (fit) rims.push_back({*rim, fit->circle});
   }
   return rims;
 }
