@@ -30,7 +30,7 @@ void Scan(State& state) {
   const auto& cell = Cell();
   const sim::World& world = FiveObjects();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(tasks::grasping::SenseTrial(cell, world, {"", 0, 1}));
+    benchmark::DoNotOptimize(tasks::grasping::Look(cell, world, 1));
   }
   state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
 }
