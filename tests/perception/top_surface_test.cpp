@@ -113,5 +113,35 @@ TEST(FindTopSurface, IsTheRimAboveTheFullerFloor) {
   EXPECT_NEAR(published->center_C.z(), 0.02, 1e-9);
 }
 
+// A lip with a notch: its rim runs in at the notch and back along the inside, the bridged one round
+// the outside alone.
+TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
+  Analytic lip;
+  Indices all = lip.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.050);
+  std::erase_if(all, [&](auto i) {
+    const Vector3d& p = lip.cloud.points[i];
+    return p.x() > 0.0 && std::abs(p.y()) < 0.01;
+  });
+  FeatureOptions options;
+  const auto find = [&](bool bridged_rims) {
+    core::Rng rng(1);
+    options.bridged_rims = bridged_rims;
+    return FindTopSurface(lip.cloud, all, At(0.0), options, rng);
+  };
+  const auto top = find(true);
+  ASSERT_TRUE(top);
+  const auto innermost = [&](const Indices& rim) {
+    double least_m = 1.0;
+    for (const auto i : rim) least_m = std::min(least_m, lip.cloud.points[i].head<2>().norm());
+    return least_m;
+  };
+  EXPECT_LT(innermost(top->rim), 0.053);
+  EXPECT_GT(innermost(top->bridged_rim), 0.0595 * std::cos(0.2)) << "a chord over the notch";
+  const auto without = find(false);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->rim, top->rim);
+  EXPECT_TRUE(without->bridged_rim.empty());
+}
+
 }  // namespace
 }  // namespace rangegrasp::perception::internal

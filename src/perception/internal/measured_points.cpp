@@ -23,6 +23,11 @@ std::uint32_t PlaceOf(const Eigen::Vector3d& origin_C, geometry::Points& places_
 MeasuredPoints Gather(const geometry::Observation& observation,
                       const std::optional<Workspace>& workspace) {
   MeasuredPoints measured;
+  std::size_t samples = 0;
+  for (const geometry::View& view : observation.views) samples += view.image.points_C.size();
+  measured.points_C.reserve(samples);
+  measured.samples.reserve(samples);
+  measured.place_of.reserve(samples);
   for (std::uint32_t view = 0; view < observation.views.size(); ++view) {
     const geometry::RangeImage& image = observation.views[view].image;
     const Eigen::Vector3d* origin_C = nullptr;
