@@ -183,10 +183,11 @@ class Axis {
       if (!lines.empty() && at - lines.back().at_m < 0.5 * options_.wall_m) continue;
       lines.push_back({at, std::vector<double>(steps_, kNothing)});
     }
-    for (Line& line : lines) {
-      for (std::size_t i = 0; i < all_.size(); ++i) {
-        if (std::abs(all_[i][at_] - line.at_m) > options_.wall_m) continue;
-        double& highest_m = line.highest_m[Step(all_[i])];
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      const double at = all_[i][at_];
+      auto line = std::ranges::lower_bound(lines, at - options_.wall_m, {}, &Line::at_m);
+      for (; line != lines.end() && line->at_m <= at + options_.wall_m; ++line) {
+        double& highest_m = line->highest_m[Step(all_[i])];
         highest_m = std::max(highest_m, height_m_[i]);
       }
     }

@@ -28,13 +28,15 @@ Indices Shared(const Indices& points, const Indices& of) {
 bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
   const MergeOptions& options = context.options.merge;
   if (!a.top || !b.top) return false;
-  const double height = std::abs(TopHeight(context.cloud, a.points, context.table) -
-                                 TopHeight(context.cloud, b.points, context.table));
-  if (height > options.max_height_difference_m) return false;
   const double diameter_m = 2.0 * context.options.circle.max_radius_m;
   if ((a.top->center_C - b.top->center_C).norm() > diameter_m) return false;
-  return !a.axis || !b.axis ||
-         (a.axis->center_C - b.axis->center_C).norm() <= options.max_center_distance_m;
+  if (a.axis && b.axis &&
+      (a.axis->center_C - b.axis->center_C).norm() > options.max_center_distance_m) {
+    return false;
+  }
+  const double height = std::abs(TopHeight(context.cloud, a.points, context.table) -
+                                 TopHeight(context.cloud, b.points, context.table));
+  return height <= options.max_height_difference_m;
 }
 
 /// A rim of a union, and the circle that most of it lies on.
