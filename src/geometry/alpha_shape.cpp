@@ -231,6 +231,41 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector
   return loops;
 }
 
+Delaunay2 Triangulate(std::span<const Eigen::Vector2d> points) {
+  const auto order = CanonicalOrder(points);
+  const auto twin = FirstTwin(points, order);
+  std::vector<std::pair<Kernel::Point_2, std::uint32_t>> input;
+  input.reserve(points.size());
+  for (const std::uint32_t i : order) {
+    if (twin[i] == i) input.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), i);
+  }
+  return Delaunay2(input.begin(), input.end());
+}
+
+AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Eigen::Vector2d> points,
+                    double alpha_m) {
+  AlphaShape2 shape;
+  const double squared_alpha = alpha_m * alpha_m;
+  for (const auto& face : delaunay.finite_face_handles()) {
+    const auto& a = face->vertex(0);
+    const auto& b = face->vertex(1);
+    const auto& c = face->vertex(2);
+    if (CGAL::squared_radius(a->point(), b->point(), c->point()) > squared_alpha) continue;
+    Triangle triangle{a->info(), b->info(), c->info()};
+    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                triangle.end());
+    shape.triangles.push_back(triangle);
+    shape.area_m2 += 0.5 * Cross(points[triangle[1]] - points[triangle[0]],
+                                 points[triangle[2]] - points[triangle[0]]);
+  }
+  std::sort(shape.triangles.begin(), shape.triangles.end());
+  shape.loops = ChainLoops(points, BoundaryEdges(shape.triangles));
+  std::stable_sort(shape.loops.begin(), shape.loops.end(), [points](const auto& a, const auto& b) {
+    return LoopLength(points, a) > LoopLength(points, b);
+  });
+  return shape;
+}
+
 }  // namespace
 
 AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m) {
@@ -262,36 +297,19 @@ AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m) {
 }
 
 AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alpha_m) {
-  AlphaShape2 shape;
-  if (points.size() < 3) return shape;
-  const auto order = CanonicalOrder(points);
-  const auto twin = FirstTwin(points, order);
-  std::vector<std::pair<Kernel::Point_2, std::uint32_t>> input;
-  input.reserve(points.size());
-  for (const std::uint32_t i : order) {
-    if (twin[i] == i) input.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), i);
+  return std::move(BuildAlphaShapes2(points, {&alpha_m, 1}).front());
+}
+
+std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> points,
+                                           std::span<const double> alphas_m) {
+  std::vector<AlphaShape2> shapes(alphas_m.size());
+  if (points.size() < 3) return shapes;
+  const Delaunay2 delaunay = Triangulate(points);
+  if (delaunay.dimension() < 2) return shapes;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    shapes[i] = ShapeOf(delaunay, points, alphas_m[i]);
   }
-  const Delaunay2 delaunay(input.begin(), input.end());
-  if (delaunay.dimension() < 2) return shape;
-  const double squared_alpha = alpha_m * alpha_m;
-  for (const auto& face : delaunay.finite_face_handles()) {
-    const auto& a = face->vertex(0);
-    const auto& b = face->vertex(1);
-    const auto& c = face->vertex(2);
-    if (CGAL::squared_radius(a->point(), b->point(), c->point()) > squared_alpha) continue;
-    Triangle triangle{a->info(), b->info(), c->info()};
-    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
-                triangle.end());
-    shape.triangles.push_back(triangle);
-    shape.area_m2 += 0.5 * Cross(points[triangle[1]] - points[triangle[0]],
-                                 points[triangle[2]] - points[triangle[0]]);
-  }
-  std::sort(shape.triangles.begin(), shape.triangles.end());
-  shape.loops = ChainLoops(points, BoundaryEdges(shape.triangles));
-  std::stable_sort(shape.loops.begin(), shape.loops.end(), [points](const auto& a, const auto& b) {
-    return LoopLength(points, a) > LoopLength(points, b);
-  });
-  return shape;
+  return shapes;
 }
 
 }  // namespace rangegrasp::geometry

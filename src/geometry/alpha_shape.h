@@ -32,5 +32,8 @@ struct AlphaShape2 {
   double area_m2 = 0.0;
 };
 AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alpha_m);
+/// One shape for each alpha, from one triangulation, which takes most of the time.
+std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> points,
+                                           std::span<const double> alphas_m);
 
 }  // namespace rangegrasp::geometry

@@ -23,8 +23,25 @@ struct Adaptor {
   }
 };
 
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Adaptor>,
-                                                 Adaptor, 3, std::uint32_t>;
+/// nanoflann::L2_Simple_Adaptor without its loop over the axes, which is no compile-time constant.
+struct SquaredDistance {
+  using ElementType = double;
+  using DistanceType = double;
+
+  explicit SquaredDistance(const Adaptor& adaptor) : points(adaptor.points) {}
+  double evalMetric(const double* query, std::uint32_t i, std::size_t) const {
+    const Eigen::Vector3d& p = points[i];
+    const double dx = query[0] - p.x();
+    const double dy = query[1] - p.y();
+    const double dz = query[2] - p.z();
+    return dx * dx + dy * dy + dz * dz;
+  }
+  double accum_dist(double a, double b, std::size_t) const { return (a - b) * (a - b); }
+
+  PointSpan points;
+};
+
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<SquaredDistance, Adaptor, 3, std::uint32_t>;
 
 /// What nanoflann asks of a collector of results. Each answers how far the search must look.
 class WithinSet {

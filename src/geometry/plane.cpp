@@ -7,6 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/count_to_beat.h"
+
 namespace rangegrasp::geometry {
 namespace {
 
@@ -26,22 +28,6 @@ Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
     scatter.noalias() += d * d.transpose();
   }
   return scatter;
-}
-
-// Gives up as soon as `to_beat` is out of reach; then the count is not complete, but at most
-// `to_beat`.
-std::size_t CountInliers(PointSpan points, const Plane& plane, double distance_m,
-                         std::size_t to_beat) {
-  constexpr std::size_t kBlock = 1024;  // points between two looks at whether to give up
-  std::size_t count = 0;
-  for (std::size_t begin = 0; begin < points.size(); begin += kBlock) {
-    const std::size_t end = std::min(begin + kBlock, points.size());
-    for (std::size_t i = begin; i < end; ++i) {
-      count += static_cast<std::size_t>(std::abs(plane.Distance(points[i])) <= distance_m);
-    }
-    if (count + (points.size() - end) <= to_beat) break;
-  }
-  return count;
 }
 
 Indices Inliers(PointSpan points, const Plane& plane, double distance_m) {
@@ -120,7 +106,9 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
     const auto [a, b, c] = DrawThree(points.size(), rng);
     const auto plane = PlaneThrough(points[a], points[b], points[c]);
     if (!plane) continue;
-    const std::size_t count = CountInliers(points, *plane, options.inlier_distance_m, best_count);
+    const std::size_t count = core::CountToBeat(points, best_count, [&](const Eigen::Vector3d& p) {
+      return std::abs(plane->Distance(p)) <= options.inlier_distance_m;
+    });
     if (count > best_count) {
       best = plane;
       best_count = count;

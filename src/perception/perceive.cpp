@@ -124,13 +124,13 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
 /// One view of all that was measured from each place.
 std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& measured,
                                             geometry::PointSpan points_C) {
+  std::vector<geometry::Points> seen_from(measured.places_C.size());
+  for (std::size_t i = 0; i < points_C.size(); ++i) {
+    seen_from[measured.place_of[i]].push_back(points_C[i]);
+  }
   std::vector<internal::SensorView> views;
-  for (std::uint32_t place = 0; place < measured.places_C.size(); ++place) {
-    geometry::Points seen;
-    for (std::size_t i = 0; i < points_C.size(); ++i) {
-      if (measured.place_of[i] == place) seen.push_back(points_C[i]);
-    }
-    views.emplace_back(seen, measured.places_C[place]);
+  for (std::size_t place = 0; place < seen_from.size(); ++place) {
+    views.emplace_back(seen_from[place], measured.places_C[place]);
   }
   return views;
 }

@@ -28,9 +28,19 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 
 /// A round part of the table: points further than radius_m from the z axis of its frame are left
 /// out (the arm, its pedestal and the table's rim stand there).
-struct Workspace {
-  core::Pose X_CWorkspace = core::Pose::Identity();
-  double radius_m = 0.0;
+class Workspace {
+ public:
+  Workspace(const core::Pose& X_CWorkspace, double radius_m)
+      : X_WorkspaceC_(X_CWorkspace.inverse()), radius_m_(radius_m) {}
+
+  /// Whether p is no further than that, at any height.
+  bool Contains(const Eigen::Vector3d& p_C) const {
+    return (X_WorkspaceC_ * p_C).head<2>().norm() <= radius_m_;
+  }
+
+ private:
+  core::Pose X_WorkspaceC_;
+  double radius_m_;
 };
 
 /// Chapter 5.1 from what sensors measured to objects: table, filters, normals, segments, top

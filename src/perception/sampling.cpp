@@ -60,6 +60,8 @@ class Neighborhoods {
     within_.points.clear();
     within_.squared_distance.clear();
     for (const Eigen::Vector3d& p : points_) {
+      const double along_x = p.x() - middle.x();
+      if (along_x * along_x > guess_) continue;  // says enough of most points
       const double squared = (p - middle).squaredNorm();
       if (squared > guess_) continue;
       within_.points.push_back(p);

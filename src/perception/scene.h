@@ -36,8 +36,9 @@ struct TopSurface {
   /// The highest part is a ridge (a lying cylinder, a roof), not a plane: major_C runs along it and
   /// points is the strip about it.
   bool ridge = false;
-  geometry::Indices
-      rim;  ///< outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud
+  /// Outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud.
+  geometry::Indices rim;
+  geometry::Indices bridged_rim;  ///< the same over wider gaps; empty if it was not asked for
 };
 
 /// A rotation axis: the centre and radius of the circle at its end, and the direction out of the

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/stopwatch.h"
 #include "planning/internal/branch.h"
@@ -211,14 +212,18 @@ struct Planner::Impl {
     }
   }
 
-  PlanResult Plan(const PlanningScene& scene, const PickRequest& request, core::Rng& rng) {
+  void SetScene(PlanningScene a_scene) {
+    scene = std::move(a_scene);
+    check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
+  }
+
+  PlanResult Plan(const PickRequest& request, core::Rng& rng) {
     core::Stopwatch watch;
     PlanResult result;
     const std::vector<Branch> all = Branches(request, rng);
     result.ik_s = watch.Restart();
     result.failure = PlanFailure::kNoIk;
     if (!all.empty()) {
-      check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
       Task task = internal::MakeTask(robot, scene, request, options, check.collider());
       const BranchBuilder builder(robot, options, check, task);
       CompleteFirst(builder, task, request, FeasibleOrShorter(builder, all, task), rng, result);
@@ -229,6 +234,7 @@ struct Planner::Impl {
 
   const robot::Robot& robot;
   PlanOptions options;
+  PlanningScene scene;
   MotionCheck check;
 };
 
@@ -236,8 +242,10 @@ Planner::Planner(const robot::Robot& robot, PlanOptions options)
     : impl_(std::make_unique<Impl>(robot, options)) {}
 Planner::~Planner() = default;
 
-PlanResult Planner::Plan(const PlanningScene& scene, const PickRequest& request, core::Rng& rng) {
-  return impl_->Plan(scene, request, rng);
+void Planner::SetScene(PlanningScene scene) { impl_->SetScene(std::move(scene)); }
+
+PlanResult Planner::Plan(const PickRequest& request, core::Rng& rng) {
+  return impl_->Plan(request, rng);
 }
 
 }  // namespace rangegrasp::planning

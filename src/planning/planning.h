@@ -111,13 +111,15 @@ struct PlanResult {
 /// obstacle to its lift until they have parted; after that nothing that was perceived may be
 /// touched.
 ///
-/// Samples come from rng alone and the number of iterations bounds a query, so that the same
-/// arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.
+/// Samples come from rng alone and the number of iterations bounds a query, so that the same scene
+/// and arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.
 class Planner {
  public:
   Planner(const robot::Robot& robot, PlanOptions options);
   ~Planner();
-  PlanResult Plan(const PlanningScene& scene, const PickRequest& request, core::Rng& rng);
+  /// What all plans from now on have to keep clear of; an empty scene before.
+  void SetScene(PlanningScene scene);
+  PlanResult Plan(const PickRequest& request, core::Rng& rng);
 
  private:
   struct Impl;

@@ -100,15 +100,9 @@ class Execution {
     Moment("pregrasp");
     log_.tracking_error_m = HandError();
     controller_.Close(program_.firm);
-    for (double t = 0.0; t < kCloseLimit_s; t += Period()) {
-      if (controller_.Gripping() || controller_.FullyClosed()) break;
-      Tick();
-      GiveWay();
-    }
-    for (double t = 0.0; t < kClosedHold_s; t += Period()) {
-      Tick();
-      GiveWay();
-    }
+    GiveWayUntil([&] { return controller_.Gripping() || controller_.FullyClosed(); },
+                 kCloseLimit_s);
+    GiveWayUntil([] { return false; }, kClosedHold_s);
     Moment("closed");
     if (ByAperture()) LookWhatIsHeld();
     closed_pose_ = PoseInHand(world_, hand_, target_);
@@ -289,10 +283,14 @@ class Execution {
 
   // A hand that closes on what does not move, such as an object that leans on a wall, pushes the
   // arm; the arm goes with it.
-  void GiveWay() {
-    const Eigen::VectorXd q = world_.ArmPositions();
-    command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
-                            .cwiseMax((q.array() - kGives_rad).matrix());
+  template <class Done>
+  void GiveWayUntil(const Done& done, double limit_s) {
+    for (double t = 0.0; !done() && t < limit_s; t += Period()) {
+      Tick();
+      const Eigen::VectorXd q = world_.ArmPositions();
+      command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
+                              .cwiseMax((q.array() - kGives_rad).matrix());
+    }
   }
 
   void Wait(double duration_s) {

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "sim/visual_mesh.h"
+#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::bench {
 namespace {
@@ -59,9 +60,7 @@ void WriteScan(const std::filesystem::path& file, const LabelledScan& scan) {
 
 std::uint32_t LabelOf(const Eigen::Vector3d& p_C, std::uint32_t body,
                       const perception::Workspace& workspace) {
-  const bool counts =
-      p_C.allFinite() &&
-      (workspace.X_CWorkspace.inverse() * p_C).head<2>().norm() <= workspace.radius_m;
+  const bool counts = p_C.allFinite() && workspace.Contains(p_C);
   if (!counts) return 0;
   return body == 0 || body == sim::kContainerLabel ? kScene : kFirstObject + body - 1;
 }
@@ -94,14 +93,13 @@ std::optional<LabelledScan> OfTrial(const Cell& cell, const TrialSpec& spec,
                                     const std::string& keep) {
   LabelledScan scan;
   scan.name = TrialId(spec);
-  scan.workspace = {cell.robot.X_WWorkspace,
-                    cell.robot.workspace_radius_m + cell.options.workspace_margin_m};
+  scan.workspace = tasks::grasping::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
   const auto file =
       std::filesystem::path(keep) / fmt::format("{}-{:016x}.scan", scan.name, spec.seed);
   if (keep.empty() || !ReadScan(file, scan)) {
     const auto arranged = ArrangeTrial(cell, spec);
     if (!arranged) return std::nullopt;
-    auto sensed = SenseTrial(cell, arranged->world, spec);
+    auto sensed = Look(cell, arranged->world, spec.seed);
     scan.observation = std::move(sensed.observation);
     const auto& points_C = scan.image().points_C;
     for (std::size_t i = 0; i < points_C.size(); ++i) {

@@ -30,7 +30,7 @@ void Scan(State& state) {
   const auto& cell = Cell();
   const sim::World& world = FiveObjects();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(tasks::grasping::SenseTrial(cell, world, {"", 0, 1}));
+    benchmark::DoNotOptimize(tasks::grasping::Look(cell, world, 1));
   }
   state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
 }
@@ -64,6 +64,7 @@ void PlanMotion(State& state) {
   for (auto _ : state) {
     core::Rng rng(1);
     planning::Planner planner(cell.robot, cell.options.planning);
+    planner.SetScene(obstacles);
     plans = 0;
     found = false;
     for (const auto& grasp : grasps) {
@@ -74,7 +75,7 @@ void PlanMotion(State& state) {
       request.opening_m = grasp.opening_m;
       request.closed_gap_m = grasp.width_m;
       ++plans;
-      found = planner.Plan(obstacles, request, rng).plan.has_value();
+      found = planner.Plan(request, rng).plan.has_value();
       if (found) break;
     }
   }

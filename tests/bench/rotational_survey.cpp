@@ -64,7 +64,7 @@ Seen See(const tasks::grasping::Cell& cell, const tasks::grasping::Arrangement& 
     if (!scene.objects.empty()) seen.object = scene.objects.front();
     for (const auto& g : grasps) seen.free[static_cast<std::size_t>(g.type)] += g.collides ? 0 : 1;
   };
-  const auto sensed = SenseTrial(cell, arranged.world, spec);
+  const auto sensed = Look(cell, arranged.world, spec.seed);
   core::Rng rng(core::DeriveSeed(spec.seed, "perceive"));
   MakeDetector(cell.options, cell.robot, look)->Detect(sensed.observation, rng);
   return seen;

@@ -50,7 +50,7 @@ const sim::World& FiveObjects() {
 }
 
 const geometry::Observation& FiveObjectsScan() {
-  static const auto sensed = tasks::grasping::SenseTrial(Cell(), FiveObjects(), {"", 0, 1});
+  static const auto sensed = tasks::grasping::Look(Cell(), FiveObjects(), 1);
   return sensed.observation;
 }
 

@@ -270,6 +270,23 @@ TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
   EXPECT_NEAR(shape.area_m2, core::kPi * (0.05 * 0.05 - 0.044 * 0.044), 1e-5);
 }
 
+// Two squares of a grid, 10 mm apart: two shapes with the smaller alpha, one with the larger.
+TEST(Alpha2D, EachAlphaOfOneTriangulationHasItsOwnShape) {
+  std::vector<Eigen::Vector2d> points;
+  for (int i = 0; i < 11; ++i) {
+    for (int j = 0; j < 11; ++j) {
+      points.emplace_back(0.002 * i, 0.002 * j);
+      points.emplace_back(0.030 + 0.002 * i, 0.002 * j);
+    }
+  }
+  const auto shapes = BuildAlphaShapes2(points, std::vector{0.002, 0.020});
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(shapes[0].loops.size(), 2u);
+  EXPECT_NEAR(shapes[0].area_m2, 2 * 0.02 * 0.02, 1e-12);
+  EXPECT_EQ(shapes[1].loops.size(), 1u);
+  EXPECT_NEAR(shapes[1].area_m2, 0.05 * 0.02, 1e-12);
+}
+
 TEST(Alpha2D, TrianglesThatTouchInAPointGiveSimpleLoops) {
   const std::vector<Eigen::Vector2d> points = {
       {0.0, 0.0}, {1.0, 0.5}, {1.0, -0.5}, {-1.0, 0.5}, {-1.0, -0.5}};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <set>
 
@@ -29,7 +30,12 @@ double TwiceArea(const geometry::PointCloud& cloud, const Indices& loop) {
   return twice;
 }
 
-TEST(OuterRim, OfAGridIsItsBorderInOrder) {
+Indices OuterRim(const geometry::PointCloud& cloud, const Indices& points,
+                 const geometry::Plane& plane, double alpha_m) {
+  return OuterRims(cloud, points, plane, {&alpha_m, 1}).front();
+}
+
+TEST(OuterRims, OfAGridIsItsBorderInOrder) {
   Analytic shape;
   const Indices points =
       shape.AddRectangle({0.1, 0.2, 0.05}, {0.03, 0.0, 0.0}, {0.0, 0.02, 0.0});  // 31 x 21
@@ -45,7 +51,7 @@ TEST(OuterRim, OfAGridIsItsBorderInOrder) {
   EXPECT_NEAR(TwiceArea(shape.cloud, rim), 2.0 * 0.06 * 0.04, 1e-9);
 }
 
-TEST(OuterRim, OfARingIsItsOuterCircleAlone) {
+TEST(OuterRims, OfARingIsItsOuterCircleAlone) {
   Analytic ring;
   const Indices points = ring.AddDisc({0.0, 0.0, 0.08}, 0.04, 0.03);
   const Indices rim = OuterRim(ring.cloud, points, At(0.08), kAlpha_m);
@@ -53,18 +59,19 @@ TEST(OuterRim, OfARingIsItsOuterCircleAlone) {
   for (const auto i : rim) EXPECT_NEAR(ring.cloud.points[i].head<2>().norm(), 0.04, 1e-9);
 }
 
-TEST(OuterRim, BridgesGapsWithAWiderAlpha) {
+TEST(OuterRims, BridgesGapsWithAWiderAlpha) {
   // A thin ring with a gap of 20 mm: as it is the shape's rim runs inside and out.
   Analytic ring;
   const Indices points = ring.AddWall({0.0, 0.0}, 0.04, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
   const Indices more = ring.AddWall({0.0, 0.0}, 0.038, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
   const Indices all = testing::Joined(points, more);
-  EXPECT_GT(OuterRim(ring.cloud, all, At(0.081), kAlpha_m).size(), points.size() * 9 / 5);
-  const Indices bridged = OuterRim(ring.cloud, all, At(0.081), 0.030);
-  EXPECT_LT(bridged.size(), 1.2 * static_cast<double>(points.size()));
+  const std::array<double, 2> alphas_m{kAlpha_m, 0.030};
+  const auto rims = OuterRims(ring.cloud, all, At(0.081), alphas_m);
+  EXPECT_GT(rims[0].size(), points.size() * 9 / 5);
+  EXPECT_LT(rims[1].size(), 1.2 * static_cast<double>(points.size()));
 }
 
-TEST(OuterRim, OfPointsTooFarApartIsTheirHull) {
+TEST(OuterRims, OfPointsTooFarApartIsTheirHull) {
   Analytic corners;
   for (const auto& [x, y] :
        {std::pair(0.0, 0.0), {0.1, 0.0}, {0.1, 0.1}, {0.0, 0.1}, {0.05, 0.04}}) {
@@ -104,6 +111,36 @@ TEST(FindTopSurface, IsTheRimAboveTheFullerFloor) {
   const auto published = FindTopSurface(bowl.cloud, all, At(0.0), options, rng);
   ASSERT_TRUE(published);
   EXPECT_NEAR(published->center_C.z(), 0.02, 1e-9);
+}
+
+// A lip with a notch: its rim runs in at the notch and back along the inside, the bridged one round
+// the outside alone.
+TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
+  Analytic lip;
+  Indices all = lip.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.050);
+  std::erase_if(all, [&](auto i) {
+    const Vector3d& p = lip.cloud.points[i];
+    return p.x() > 0.0 && std::abs(p.y()) < 0.01;
+  });
+  FeatureOptions options;
+  const auto find = [&](bool bridged_rims) {
+    core::Rng rng(1);
+    options.bridged_rims = bridged_rims;
+    return FindTopSurface(lip.cloud, all, At(0.0), options, rng);
+  };
+  const auto top = find(true);
+  ASSERT_TRUE(top);
+  const auto innermost = [&](const Indices& rim) {
+    double least_m = 1.0;
+    for (const auto i : rim) least_m = std::min(least_m, lip.cloud.points[i].head<2>().norm());
+    return least_m;
+  };
+  EXPECT_LT(innermost(top->rim), 0.053);
+  EXPECT_GT(innermost(top->bridged_rim), 0.0595 * std::cos(0.2)) << "a chord over the notch";
+  const auto without = find(false);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->rim, top->rim);
+  EXPECT_TRUE(without->bridged_rim.empty());
 }
 
 }  // namespace

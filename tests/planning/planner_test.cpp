@@ -129,11 +129,18 @@ std::vector<const core::JointTrajectory*> Motions(const PickPlan& plan) {
   return {&plan.reach, &plan.approach, &plan.lift, &plan.carry, &plan.lower, &plan.retreat};
 }
 
+PlanResult PlanFor(const robot::Robot& robot, const PlanOptions& options, const Pick& pick,
+                   core::Rng& rng) {
+  Planner planner(robot, options);
+  planner.SetScene(pick.scene);
+  return planner.Plan(pick.request, rng);
+}
+
 class OnePlan : public ::testing::TestWithParam<std::filesystem::path> {
  protected:
   PlanResult Plan(const Pick& pick, std::uint64_t seed = 1) {
     core::Rng rng(seed);
-    return Planner(robot_, {}).Plan(pick.scene, pick.request, rng);
+    return PlanFor(robot_, {}, pick, rng);
   }
   Pick AtWorkspace(double dx, double dy, double height_m, double yaw_rad) {
     const Eigen::Vector3d p_W = robot_.X_WWorkspace.translation();
@@ -190,9 +197,12 @@ TEST_P(OnePlan, SameStreamSameBytesAndAPlannerKeepsNoMemory) {
       {robot_.X_WWorkspace.translation() + Eigen::Vector3d(-0.16, 0.0, 0.16), {0.01, 0.15, 0.16}});
   Planner planner(robot_, {});
   core::Rng a(3), other(4), b(3);
-  const PlanResult first = planner.Plan(pick.scene, pick.request, a);
-  planner.Plan(AtWorkspace(0.05, 0.0, 0.1, 0.0).scene, pick.request, other);
-  const PlanResult again = planner.Plan(pick.scene, pick.request, b);
+  planner.SetScene(pick.scene);
+  const PlanResult first = planner.Plan(pick.request, a);
+  planner.SetScene(AtWorkspace(0.05, 0.0, 0.1, 0.0).scene);
+  planner.Plan(pick.request, other);
+  planner.SetScene(pick.scene);
+  const PlanResult again = planner.Plan(pick.request, b);
   ASSERT_EQ(first.plan.has_value(), again.plan.has_value());
   ASSERT_TRUE(first.plan) << core::Word(first.failure);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -283,7 +293,7 @@ TEST(AroundAWall, MotionsTouchNothingAsMujocoSeesIt) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     core::Rng rng(seed);
     const Pick pick = BehindAWall(robot, rng);
-    const PlanResult result = Planner(robot, {}).Plan(pick.scene, pick.request, rng);
+    const PlanResult result = PlanFor(robot, {}, pick, rng);
     if (!result.plan) continue;
     ++plans;
     detours += IsDetour(result.plan->reach);
@@ -303,10 +313,10 @@ TEST(AroundAWall, NoReachMeansThatTheSearchFoundNoWay) {
     core::Rng rng(seed);
     const Pick pick = BehindAWall(robot, rng);
     core::Rng again = rng;
-    const PlanResult result = Planner(robot, {}).Plan(pick.scene, pick.request, rng);
+    const PlanResult result = PlanFor(robot, {}, pick, rng);
     if (!result.plan || !IsDetour(result.plan->reach)) continue;
     ++detours;
-    const PlanResult none = Planner(robot, no_search).Plan(pick.scene, pick.request, again);
+    const PlanResult none = PlanFor(robot, no_search, pick, again);
     if (none.plan) {
       // Another configuration at the grasp was reached on a straight line.
       EXPECT_FALSE(IsDetour(none.plan->reach));

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/count_to_beat.h"
 #include "core/units.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/circle.h"
@@ -62,20 +63,21 @@ std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls,
                                   const std::function<bool(const Circle2&)>& admissible,
                                   const FeatureOptions& options, core::Rng& rng) {
   std::optional<Circle2> best;
-  std::ptrdiff_t best_count = 0;
+  std::size_t best_count = 0;
   for (int draw = 0; draw < kDrawsPerCircleDraw * options.circle.draws; ++draw) {
     const Wall& a = walls[rng.Index(walls.size())];
     const Wall& b = walls[rng.Index(walls.size())];
     const auto circle = NormalsMeet(a, b, options);
     if (!circle || circle->radius_m > options.circle.max_radius_m || !admissible(*circle)) continue;
-    const auto count = std::count_if(
-        walls.begin(), walls.end(), [&](const Wall& wall) { return IsOn(*circle, wall, options); });
+    const std::size_t count = core::CountToBeat(
+        walls, best_count, [&](const Wall& wall) { return IsOn(*circle, wall, options); });
     if (count > best_count) {
       best_count = count;
       best = circle;
     }
   }
-  return best_count < options.axis.min_wall_points / 2 ? std::nullopt : best;
+  const auto enough = static_cast<std::size_t>(options.axis.min_wall_points / 2);
+  return best_count < enough ? std::nullopt : best;
 }
 
 }  // namespace

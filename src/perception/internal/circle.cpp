@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/count_to_beat.h"
 #include "core/units.h"
 #include "geometry/plane.h"
 
@@ -26,12 +27,6 @@ geometry::Indices Inliers(const Circle& circle, geometry::PointSpan rim, double 
     }
   }
   return inliers;
-}
-
-std::size_t CountInliers(const Circle& circle, geometry::PointSpan rim, double distance_m) {
-  return static_cast<std::size_t>(std::count_if(
-      rim.begin(), rim.end(),
-      [&](const Eigen::Vector3d& p) { return CircleDistance(circle, p) <= distance_m; }));
 }
 
 /// Least squares in the plane of the inliers; nullopt if they do not span one.
@@ -106,7 +101,9 @@ std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptio
     const std::size_t c = rng.Index(rim.size());
     const auto circle = CircleThrough(rim[a], rim[b], rim[c]);
     if (!circle || circle->radius_m > options.max_radius_m) continue;
-    const std::size_t count = CountInliers(*circle, rim, options.distance_m);
+    const std::size_t count = core::CountToBeat(rim, best_count, [&](const Eigen::Vector3d& p) {
+      return CircleDistance(*circle, p) <= options.distance_m;
+    });
     if (count > best_count) {
       best_count = count;
       best = circle;

@@ -74,7 +74,7 @@ std::vector<double> Directions(const Seen& seen, const ContainerOptions& options
 
 /// Points turned so that the direction is the x axis.
 Flat Turned(const Flat& points, double by_rad) {
-  const Eigen::Rotation2Dd back(-by_rad);
+  const Eigen::Matrix2d back = Eigen::Rotation2Dd(-by_rad).toRotationMatrix();
   Flat turned;
   turned.reserve(points.size());
   for (const auto& q : points) turned.push_back(back * q);
@@ -183,10 +183,11 @@ class Axis {
       if (!lines.empty() && at - lines.back().at_m < 0.5 * options_.wall_m) continue;
       lines.push_back({at, std::vector<double>(steps_, kNothing)});
     }
-    for (Line& line : lines) {
-      for (std::size_t i = 0; i < all_.size(); ++i) {
-        if (std::abs(all_[i][at_] - line.at_m) > options_.wall_m) continue;
-        double& highest_m = line.highest_m[Step(all_[i])];
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      const double at = all_[i][at_];
+      auto line = std::ranges::lower_bound(lines, at - options_.wall_m, {}, &Line::at_m);
+      for (; line != lines.end() && line->at_m <= at + options_.wall_m; ++line) {
+        double& highest_m = line->highest_m[Step(all_[i])];
         highest_m = std::max(highest_m, height_m_[i]);
       }
     }
@@ -202,6 +203,14 @@ class Axis {
     const double covered = (line.level_before[bound(to_m)] - line.level_before[bound(from_m)]) *
                            options_.coverage_step_m;
     return std::min(covered, to_m - from_m);
+  }
+
+  /// The place at a position across this axis and one along it.
+  Eigen::Vector2d Corner(double at_m, double along_m) const {
+    Eigen::Vector2d corner;
+    corner[at_] = at_m;
+    corner[along_] = along_m;
+    return corner;
   }
 
  private:
@@ -231,15 +240,97 @@ class Axis {
   std::size_t steps_ = 0;
 };
 
-/// A rectangle along the axes of a turned frame.
-struct Border {
+/// A rectangle along the axes of a turned frame, and the rim that goes round it.
+struct RimBox {
   Eigen::AlignedBox2d box;
   double rim_m = 0.0;     ///< how high it is
   double coverage = 0.0;  ///< share of it that is so high; 0: there is none
 };
 
+/// Two lines across one axis that may be opposite sides.
+struct LinePair {
+  const Line* low;
+  const Line* high;
+
+  double Apart() const { return high->at_m - low->at_m; }
+};
+
+std::vector<LinePair> PairsWith(const Line& low, const std::vector<Line>& lines,
+                                double min_side_m) {
+  std::vector<LinePair> pairs;
+  for (const Line& high : lines) {
+    const LinePair pair{&low, &high};
+    if (pair.Apart() >= min_side_m) pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+std::vector<LinePair> PairsOf(const std::vector<Line>& lines, double min_side_m) {
+  std::vector<LinePair> pairs;
+  for (const Line& low : lines) {
+    const auto with_low = PairsWith(low, lines, min_side_m);
+    pairs.insert(pairs.end(), with_low.begin(), with_low.end());
+  }
+  return pairs;
+}
+
+/// The search for the rectangle that is level round the most of it, among those with two sides
+/// across one axis, where sheets are, and two across the other.
+class RimSearch {
+ public:
+  RimSearch(const Axis& axis, const std::vector<double>& sheets, const Axis& other,
+            const std::vector<double>& others, const ContainerOptions& options)
+      : options_(options),
+        axis_(axis),
+        other_(other),
+        opposite_(axis.LinesAt(sheets)),
+        between_(other.LinesAt(others)) {}
+
+  /// Replaces `best` by the best of them if that is better.
+  void Run(RimBox& best) {
+    const auto ends = PairsOf(between_, options_.min_side_m);
+    for (const Line& low : opposite_) {
+      const double rim_m = FindLevels(low);
+      for (const LinePair& sides : PairsWith(low, opposite_, options_.min_side_m)) {
+        for (const LinePair& between : ends) Try(sides, between, rim_m, best);
+      }
+    }
+  }
+
+ private:
+  /// Where all lines are as high as the given one, and how high that is.
+  double FindLevels(const Line& low) {
+    const double margin_m = 2.0 * options_.rim_margin_m;
+    const double rim_m = low.Level(margin_m);
+    for (auto* lines : {&opposite_, &between_}) {
+      for (Line& line : *lines) line.FindLevel(rim_m, margin_m);
+    }
+    return rim_m;
+  }
+
+  void Try(const LinePair& sides, const LinePair& ends, double rim_m, RimBox& best) const {
+    const auto& [low, high] = sides;
+    const auto& [left, right] = ends;
+    const double covered = axis_.Covered(*low, left->at_m, right->at_m) +
+                           axis_.Covered(*high, left->at_m, right->at_m) +
+                           other_.Covered(*left, low->at_m, high->at_m) +
+                           other_.Covered(*right, low->at_m, high->at_m);
+    const double length = 2.0 * (high->at_m - low->at_m + right->at_m - left->at_m);
+    if (covered <= best.coverage * length) return;
+    best.coverage = covered / length;
+    best.rim_m = rim_m;
+    best.box = {axis_.Corner(low->at_m, left->at_m), axis_.Corner(high->at_m, right->at_m)};
+  }
+
+  const ContainerOptions& options_;
+  const Axis& axis_;
+  const Axis& other_;
+  std::vector<Line> opposite_;
+  std::vector<Line> between_;
+};
+
 /// The rectangle that two sheets are opposite sides of and that is level round the most of it.
-Border FindBorder(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
+RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
                   const ContainerOptions& options) {
   const std::array<Axis, 2> axes{Axis(all, height_m, upright, 0, options),
                                  Axis(all, height_m, upright, 1, options)};
@@ -247,49 +338,18 @@ Border FindBorder(const Flat& all, const std::vector<double>& height_m, const Fl
   std::array<std::vector<double>, 2> ends;  // of the sheets of the other axis
   axes[0].FindSheets(sheets[0], ends[1]);
   axes[1].FindSheets(sheets[1], ends[0]);
-  Border best;
+  RimBox best;
   for (std::size_t a = 0; a < 2; ++a) {
-    auto opposite = axes[a].LinesAt(sheets[a]);
     std::vector<double> others = sheets[1 - a];
     others.insert(others.end(), ends[1 - a].begin(), ends[1 - a].end());
-    auto between = axes[1 - a].LinesAt(std::move(others));
-    const double margin_m = 2.0 * options.rim_margin_m;
-    for (const Line& low : opposite) {
-      const double rim_m = low.Level(margin_m);
-      for (auto* lines : {&opposite, &between}) {
-        for (Line& line : *lines) line.FindLevel(rim_m, margin_m);
-      }
-      for (const Line& high : opposite) {
-        if (high.at_m - low.at_m < options.min_side_m) continue;
-        for (const Line& left : between) {
-          for (const Line& right : between) {
-            if (right.at_m - left.at_m < options.min_side_m) continue;
-            const double covered = axes[a].Covered(low, left.at_m, right.at_m) +
-                                   axes[a].Covered(high, left.at_m, right.at_m) +
-                                   axes[1 - a].Covered(left, low.at_m, high.at_m) +
-                                   axes[1 - a].Covered(right, low.at_m, high.at_m);
-            const double length = 2.0 * (high.at_m - low.at_m + right.at_m - left.at_m);
-            if (covered <= best.coverage * length) continue;
-            best.coverage = covered / length;
-            best.rim_m = rim_m;
-            Eigen::Vector2d min(low.at_m, left.at_m);
-            Eigen::Vector2d max(high.at_m, right.at_m);
-            if (a == 1) {
-              std::swap(min.x(), min.y());
-              std::swap(max.x(), max.y());
-            }
-            best.box = {min, max};
-          }
-        }
-      }
-    }
+    RimSearch(axes[a], sheets[a], axes[1 - a], others, options).Run(best);
   }
   return best;
 }
 
 /// By how much [rad] the upright points at the border are turned against it: the slope of one line
 /// through those of all sides.
-double TurnOf(const Border& border, const Flat& upright, double wall_m) {
+double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   double turned = 0.0;
   double spread = 0.0;
   for (Eigen::Index axis = 0; axis < 2; ++axis) {
@@ -317,13 +377,13 @@ double TurnOf(const Border& border, const Flat& upright, double wall_m) {
 /// The best border over all directions, each made better by its own points.
 std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
                                    const ContainerOptions& options) {
-  Border best;
+  RimBox best;
   double best_rad = 0.0;
   for (double direction : Directions(seen, options)) {
     for (int round = 0; round <= options.turn_rounds; ++round) {
       const Flat upright = Turned(seen.upright, direction);
-      const Border border =
-          FindBorder(Turned(seen.all, direction), seen.height_m, upright, options);
+      const RimBox border =
+          FindRimBox(Turned(seen.all, direction), seen.height_m, upright, options);
       if (border.coverage == 0.0) break;
       if (border.coverage > best.coverage) {
         best = border;

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "geometry/kd_tree.h"
+#include "perception/internal/part_surface.h"
 #include "perception/internal/planar.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
@@ -16,27 +16,9 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// A part's points, and their tree once somebody asks for it: few parts come close to another.
-class Surface {
- public:
-  explicit Surface(geometry::Points points) : points_(std::move(points)) {
-    for (const auto& p : points_) box_.extend(p);
-  }
-  const Eigen::AlignedBox3d& box() const { return box_; }
-  const geometry::KdTree& Tree() {
-    if (!tree_) tree_.emplace(points_);
-    return *tree_;
-  }
-
- private:
-  geometry::Points points_;
-  Eigen::AlignedBox3d box_;
-  std::optional<geometry::KdTree> tree_;
-};
-
 /// What the rules about fragments read of a part.
 struct Footprint {
-  std::unique_ptr<Surface> surface;  ///< not moved: the tree keeps a view of its points
+  std::unique_ptr<PartSurface> surface;
   PlanarFrame frame;
   ConvexPolygon hull;
   double fill = 0.0;  ///< share of the hull's area that has points
@@ -50,7 +32,7 @@ Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
   footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Eigen::Vector3d::UnitX());
   auto points = geometry::Select(context.cloud.points, part.points);
   const auto flat = Flatten(footprint.frame, points);
-  footprint.surface = std::make_unique<Surface>(std::move(points));
+  footprint.surface = std::make_unique<PartSurface>(std::move(points));
   footprint.hull = ConvexPolygon::Around(flat);
   footprint.fill = FilledArea(flat, cell_m) / std::max(footprint.hull.Area(), cell_m * cell_m);
   footprint.top_m = TopHeight(context.cloud, part.points, context.table);
@@ -72,16 +54,11 @@ double ShareOver(const ObjectContext& context, const Part& part, const Footprint
 /// Pairs (fragment point, nearest host point) across at most the gap.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext& context,
                                                             const Part& fragment, const Part& host,
-                                                            Surface& surface, double gap_m) {
-  std::vector<geometry::KdTree::Neighbor> found;
+                                                            PartSurface& surface, double gap_m) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const auto i : fragment.points) {
-    const Eigen::Vector3d& p = context.cloud.points[i];
-    if (surface.box().squaredExteriorDistance(p) > gap_m * gap_m) continue;
-    surface.Tree().Nearest(p, 1, found);
-    if (!found.empty() && found[0].squared_distance <= gap_m * gap_m) {
-      pairs.emplace_back(i, host.points[found[0].index]);
-    }
+    const auto nearest = surface.NearestWithin(context.cloud.points[i], gap_m);
+    if (nearest) pairs.emplace_back(i, host.points[*nearest]);
   }
   return pairs;
 }

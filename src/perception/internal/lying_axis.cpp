@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/count_to_beat.h"
 #include "perception/internal/axis_from_body.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/ridge.h"
@@ -70,12 +71,6 @@ PlanarFrame FrameAcross(const PointCloud& cloud, const Indices& points, const Ve
           direction};
 }
 
-std::size_t CountOn(const std::vector<Wall>& walls, const Circle2& circle,
-                    const FeatureOptions& options) {
-  return static_cast<std::size_t>(std::count_if(
-      walls.begin(), walls.end(), [&](const Wall& wall) { return IsOn(circle, wall, options); }));
-}
-
 /// The circle that touches the table and has the wall point's normal: with the point p at a height
 /// h above the table, c = p - r n is r above it for r = h / (1 + n_v).
 std::optional<Circle2> Touching(const Wall& wall, double table_v) {
@@ -95,7 +90,8 @@ std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double tabl
   for (int draw = 0; draw < options.circle.draws; ++draw) {
     const auto circle = Touching(walls[rng.Index(walls.size())], table_v);
     if (!circle || circle->radius_m > options.circle.max_radius_m) continue;
-    const std::size_t count = CountOn(walls, *circle, options);
+    const std::size_t count = core::CountToBeat(
+        walls, best_count, [&](const Wall& wall) { return IsOn(*circle, wall, options); });
     if (count > best_count) {
       best_count = count;
       best = circle;
@@ -125,12 +121,10 @@ Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body
   for (const auto i : points) {
     const Eigen::Vector2d q = frame.Flat(cloud.points[i]);
     const double off = q.norm() - body.radius_m;
+    if (std::abs(off) > kRefitBand * options.circle.distance_m) continue;
     const Eigen::Vector2d e = q.normalized();
     const Vector3d out = e.x() * frame.u + e.y() * frame.v;
-    if (std::abs(off) > kRefitBand * options.circle.distance_m ||
-        cloud.normals[i].dot(out) < options.axis.max_along_axis) {
-      continue;
-    }
+    if (cloud.normals[i].dot(out) < options.axis.max_along_axis) continue;
     const double s = (cloud.points[i] - frame.origin).dot(frame.n);
     const Eigen::Vector4d g(e.x(), s * e.x(), s * e.y(), 1.0 + e.y());
     left += g * g.transpose();

@@ -23,8 +23,11 @@ std::uint32_t PlaceOf(const Eigen::Vector3d& origin_C, geometry::Points& places_
 MeasuredPoints Gather(const geometry::Observation& observation,
                       const std::optional<Workspace>& workspace) {
   MeasuredPoints measured;
-  const core::Pose X_WorkspaceC =
-      workspace ? workspace->X_CWorkspace.inverse() : core::Pose::Identity();
+  std::size_t samples = 0;
+  for (const geometry::View& view : observation.views) samples += view.image.points_C.size();
+  measured.points_C.reserve(samples);
+  measured.samples.reserve(samples);
+  measured.place_of.reserve(samples);
   for (std::uint32_t view = 0; view < observation.views.size(); ++view) {
     const geometry::RangeImage& image = observation.views[view].image;
     const Eigen::Vector3d* origin_C = nullptr;
@@ -32,7 +35,7 @@ MeasuredPoints Gather(const geometry::Observation& observation,
     for (std::uint32_t sample = 0; sample < image.points_C.size(); ++sample) {
       const Eigen::Vector3d& p_C = image.points_C[sample];
       if (!p_C.allFinite()) continue;
-      if (workspace && (X_WorkspaceC * p_C).head<2>().norm() > workspace->radius_m) continue;
+      if (workspace && !workspace->Contains(p_C)) continue;
       const Eigen::Vector3d* own = &image.OriginOf(sample);
       if (own != origin_C) place = PlaceOf(*own, measured.places_C);
       origin_C = own;

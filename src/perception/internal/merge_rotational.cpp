@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "geometry/kd_tree.h"
 #include "perception/internal/body_profile.h"
+#include "perception/internal/part_surface.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
 
@@ -29,13 +28,15 @@ Indices Shared(const Indices& points, const Indices& of) {
 bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
   const MergeOptions& options = context.options.merge;
   if (!a.top || !b.top) return false;
-  const double height = std::abs(TopHeight(context.cloud, a.points, context.table) -
-                                 TopHeight(context.cloud, b.points, context.table));
-  if (height > options.max_height_difference_m) return false;
   const double diameter_m = 2.0 * context.options.circle.max_radius_m;
   if ((a.top->center_C - b.top->center_C).norm() > diameter_m) return false;
-  return !a.axis || !b.axis ||
-         (a.axis->center_C - b.axis->center_C).norm() <= options.max_center_distance_m;
+  if (a.axis && b.axis &&
+      (a.axis->center_C - b.axis->center_C).norm() > options.max_center_distance_m) {
+    return false;
+  }
+  const double height = std::abs(TopHeight(context.cloud, a.points, context.table) -
+                                 TopHeight(context.cloud, b.points, context.table));
+  return height <= options.max_height_difference_m;
 }
 
 /// A rim of a union, and the circle that most of it lies on.
@@ -69,14 +70,11 @@ bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
 
 /// The union's rims: as the alpha shape gives it, and with its gaps bridged.
 std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, core::Rng& rng) {
-  const auto& [cloud, table, views, options] = context;
   std::vector<RimCircle> rims;
-  for (const bool bridged : {false, true}) {
-    if (bridged && !options.bridged_rims) break;
-    const double alpha_m = bridged ? options.top.bridged_rim_alpha_m : options.top.rim_alpha_m;
-    Indices rim = OuterRim(cloud, both.top->points, both.top->plane, alpha_m);
-    const auto fit = FitCircle(geometry::Select(cloud.points, rim), options.circle, rng);
-    if (fit) rims.push_back({std::move(rim), fit->circle});
+  for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
+    const auto fit =
+        FitCircle(geometry::Select(context.cloud.points, *rim), context.options.circle, rng);
+    if (fit) rims.push_back({*rim, fit->circle});
   }
   return rims;
 }
@@ -94,17 +92,12 @@ bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& b
          context.options.merge.min_own_body * static_cast<double>(part.points.size());
 }
 
-/// How far [m] the two are from each other.
-double Gap(const ObjectContext& context, const Part& a, const Part& b) {
-  const auto of_a = geometry::Select(context.cloud.points, a.points);
-  const geometry::KdTree tree(of_a);
-  std::vector<geometry::KdTree::Neighbor> nearest;
-  double squared = std::numeric_limits<double>::infinity();
-  for (const auto i : b.points) {
-    tree.Nearest(context.cloud.points[i], 1, nearest);
-    squared = std::min(squared, nearest.front().squared_distance);
-  }
-  return std::sqrt(squared);
+/// Whether the two come this near [m] to each other.
+bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double gap_m) {
+  PartSurface surface(geometry::Select(context.cloud.points, a.points));
+  return std::ranges::any_of(b.points, [&](auto i) {
+    return surface.NearestWithin(context.cloud.points[i], gap_m).has_value();
+  });
 }
 
 /// The union of both, if it is rotational and both parts agree with it.
@@ -120,7 +113,7 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   // points of one agree with the body of another.
   if (both.axis->rim_fraction == 0.0) {
     const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
-                     Gap(context, a, b) <= 2.0 * both.axis->radius_m;
+                     AreNear(context, a, b, 2.0 * both.axis->radius_m);
     return one ? std::optional(std::move(both)) : std::nullopt;
   }
   const auto rims = RimsOf(context, both, rng);

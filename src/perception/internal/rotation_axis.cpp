@@ -109,8 +109,7 @@ std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices&
                                          const FeatureOptions& options, core::Rng& rng) {
   for (const bool bridged : {false, true}) {
     if (top.ridge || (bridged && !options.bridged_rims)) break;
-    const Indices rim =
-        bridged ? OuterRim(cloud, top.points, top.plane, options.top.bridged_rim_alpha_m) : top.rim;
+    const Indices& rim = bridged ? top.bridged_rim : top.rim;
     const double min_arc = bridged ? options.axis.min_bridged_arc_rad : options.axis.min_arc_rad;
     auto axis = AxisFromRim(cloud, rim, top, min_arc, options, rng);
     if (!axis) continue;

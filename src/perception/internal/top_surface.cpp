@@ -2,9 +2,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <utility>
 
+#include "core/count_to_beat.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/planar.h"
 #include "perception/internal/ridge.h"
@@ -43,11 +46,12 @@ Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
   return near;
 }
 
+/// How many, if it is more than `to_beat`.
 std::size_t CountNear(const PointCloud& cloud, const Indices& points, const Plane& plane,
-                      double distance_m) {
-  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [&](auto i) {
+                      double distance_m, std::size_t to_beat) {
+  return core::CountToBeat(points, to_beat, [&](std::uint32_t i) {
     return std::abs(plane.Distance(cloud.points[i])) <= distance_m;
-  }));
+  });
 }
 
 Plane TurnedUp(const Plane& plane, const Eigen::Vector3d& up) {
@@ -68,7 +72,8 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
     const auto c = candidates[rng.Index(candidates.size())];
     const auto plane = geometry::PlaneThrough(cloud.points[a], cloud.points[b], cloud.points[c]);
     if (!plane || std::abs(plane->normal.dot(up)) < min_cosine) continue;
-    const std::size_t count = CountNear(cloud, candidates, *plane, options.top.plane_distance_m);
+    const std::size_t count =
+        CountNear(cloud, candidates, *plane, options.top.plane_distance_m, best_count);
     if (count > best_count) {
       best_count = count;
       best = plane;
@@ -78,7 +83,8 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
   const auto refit = geometry::FitPlane(
       geometry::Select(cloud.points, Near(cloud, candidates, *best, options.top.plane_distance_m)));
   if (refit && std::abs(refit->normal.dot(up)) >= min_cosine &&
-      CountNear(cloud, candidates, *refit, options.top.plane_distance_m) >= best_count) {
+      CountNear(cloud, candidates, *refit, options.top.plane_distance_m, best_count - 1) >=
+          best_count) {
     best = refit;
   }
   return TurnedUp(*best, up);
@@ -119,6 +125,18 @@ std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates
   return top;
 }
 
+/// The longest loop that is no hole; empty if there is none.
+Indices OuterLoop(const std::vector<Eigen::Vector2d>& points, const geometry::AlphaShape2& shape) {
+  for (const auto& loop : shape.loops) {
+    double twice_area = 0.0;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      twice_area += Cross(points[loop[i]], points[loop[(i + 1) % loop.size()]]);
+    }
+    if (twice_area > 0.0) return loop;
+  }
+  return {};
+}
+
 /// Fills all that follows from the points, the plane and (for a ridge) the axis.
 void Describe(const PointCloud& cloud, const std::optional<Eigen::Vector3d>& axis,
               const FeatureOptions& options, TopSurface& top) {
@@ -137,7 +155,11 @@ void Describe(const PointCloud& cloud, const std::optional<Eigen::Vector3d>& axi
   top.minor_C = top.plane.normal.cross(top.major_C);
   top.major_m = box.length_m;
   top.minor_m = box.width_m;
-  top.rim = OuterRim(cloud, top.points, top.plane, options.top.rim_alpha_m);
+  const std::array<double, 2> alphas_m{options.top.rim_alpha_m, options.top.bridged_rim_alpha_m};
+  auto rims = OuterRims(cloud, top.points, top.plane,
+                        std::span(alphas_m).first(options.bridged_rims ? 2 : 1));
+  top.rim = std::move(rims.front());
+  if (options.bridged_rims) top.bridged_rim = std::move(rims.back());
 }
 
 std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segment,
@@ -199,27 +221,19 @@ double BaseHeight(const PointCloud& cloud, const Indices& points, const Plane& t
   return -TopHeight(cloud, points, {-table.normal, -table.offset_m});
 }
 
-Indices OuterRim(const PointCloud& cloud, const Indices& points, const Plane& plane,
-                 double alpha_m) {
-  if (points.empty()) return {};
+std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, const Plane& plane,
+                               std::span<const double> alphas_m) {
+  std::vector<Indices> rims(alphas_m.size());
+  if (points.empty()) return rims;
   const auto flat = Flatten(MakePlanarFrame(plane, cloud.points[points.front()]),
                             geometry::Select(cloud.points, points));
-  Indices rim;
-  if (flat.size() >= kMinCorners) {
-    for (const auto& loop : geometry::BuildAlphaShape2(flat, alpha_m).loops) {
-      double twice_area = 0.0;
-      for (std::size_t i = 0; i < loop.size(); ++i) {
-        twice_area += Cross(flat[loop[i]], flat[loop[(i + 1) % loop.size()]]);
-      }
-      if (twice_area <= 0.0) continue;  // A hole.
-      for (const auto i : loop) rim.push_back(points[i]);
-      break;
-    }
+  const auto shapes = geometry::BuildAlphaShapes2(flat, alphas_m);
+  for (std::size_t k = 0; k < rims.size(); ++k) {
+    auto rim = OuterLoop(flat, shapes[k]);
+    if (rim.empty()) rim = HullPositions(flat);
+    for (const auto i : rim) rims[k].push_back(points[i]);
   }
-  if (rim.empty()) {
-    for (const auto i : HullPositions(flat)) rim.push_back(points[i]);
-  }
-  return rim;
+  return rims;
 }
 
 std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/rng.h"
 #include "perception/feature_options.h"
@@ -25,9 +27,11 @@ std::optional<TopSurface> FindLip(const geometry::PointCloud& cloud,
                                   const FeatureOptions& options);
 
 /// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
-/// cloud. The convex hull's corners where the alpha shape is empty.
-geometry::Indices OuterRim(const geometry::PointCloud& cloud, const geometry::Indices& points,
-                           const geometry::Plane& plane, double alpha_m);
+/// cloud. The convex hull's corners where the alpha shape is empty. One for each alpha.
+std::vector<geometry::Indices> OuterRims(const geometry::PointCloud& cloud,
+                                         const geometry::Indices& points,
+                                         const geometry::Plane& plane,
+                                         std::span<const double> alphas_m);
 
 /// The height [m] above the table that a few points reach: the fifth highest, so that a single
 /// stray point does not count.

@@ -5,6 +5,7 @@
 
 #include "core/stopwatch.h"
 #include "robot/timing.h"
+#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::clearing {
 namespace {
@@ -225,10 +226,8 @@ class Run {
   }
 
   bool InWorkspace(int object) const {
-    const Eigen::Vector3d offset =
-        cell_.robot.X_WWorkspace.inverse() * world_.ObjectCenterOfMass(object);
-    return offset.head<2>().norm() <=
-           cell_.robot.workspace_radius_m + cell_.options.workspace_margin_m;
+    return grasping::WorkspaceOf(cell_.robot, cell_.options.workspace_margin_m)
+        .Contains(world_.ObjectCenterOfMass(object));
   }
 
   const grasping::Cell& cell_;

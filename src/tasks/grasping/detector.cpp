@@ -5,6 +5,7 @@
 #include "core/stopwatch.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
+#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -42,8 +43,8 @@ class DissertationDetector : public Detector {
                   const Turn& turn) const override {
     Detected detected;
     core::Stopwatch watch;
-    perception::Scene scene =
-        perception::Perceive(observation, options_.perception, rng, Workspace());
+    perception::Scene scene = perception::Perceive(
+        observation, options_.perception, rng, WorkspaceOf(robot_, options_.workspace_margin_m));
     detected.seconds.emplace_back("perceive", watch.Restart());
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
@@ -68,10 +69,6 @@ class DissertationDetector : public Detector {
   }
 
  private:
-  perception::Workspace Workspace() const {
-    return {robot_.X_WWorkspace, robot_.workspace_radius_m + options_.workspace_margin_m};
-  }
-
   const Options& options_;
   const robot::Robot& robot_;
   SceneObserver observer_;

@@ -40,7 +40,8 @@ class PlannedMover : public Mover {
       const std::vector<std::size_t> grasps = Free(detection, sound);
       const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
         if (move.plan || grasps.empty()) return false;
-        move = After(move, PlanFirst(planner, detection, grasps, scene, may_brush, rng));
+        planner.SetScene(scene);
+        move = After(move, PlanFirst(planner, detection, grasps, may_brush, rng));
         return move.plan.has_value();
       };
       plan(all, false);
@@ -74,8 +75,7 @@ class PlannedMover : public Mover {
 
   /// A motion for the first of the grasps that has one.
   Move PlanFirst(planning::Planner& planner, const grasp::Detection& detection,
-                 std::span<const std::size_t> grasps, const planning::PlanningScene& scene,
-                 bool may_brush, core::Rng& rng) const {
+                 std::span<const std::size_t> grasps, bool may_brush, core::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
     for (const std::size_t i : grasps) {
@@ -83,7 +83,7 @@ class PlannedMover : public Mover {
       ++move.tried;
       planning::PickRequest request = RequestFor(detection.grasps[i]);
       request.may_brush = may_brush;
-      auto planned = planner.Plan(scene, request, rng);
+      auto planned = planner.Plan(request, rng);
       if (planned.plan) {
         move.plan = std::move(planned.plan);
         move.grasp = i;

@@ -66,10 +66,6 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
   return arranged;
 }
 
-Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec) {
-  return Look(cell, world, spec.seed);
-}
-
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detector,
                             const sim::ExecutionObserver& observer) {
   core::Stopwatch whole;

@@ -20,10 +20,9 @@ std::string TrialId(const TrialSpec& spec);
 /// Derived from (experiment seed, object, index) alone.
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index);
 
-/// Stages 1 and 2 of a trial, as RunTrial goes through them.
+/// Stage 1 of a trial, as RunTrial goes through it.
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec);
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws);
-Sensed SenseTrial(const Cell& cell, const sim::World& world, const TrialSpec& spec);
 
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,

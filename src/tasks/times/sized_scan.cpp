@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "sensing/line_scanner.h"
+#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::times {
 namespace {
@@ -23,15 +24,14 @@ std::vector<Part> PartsOf(const grasping::Cell& cell, const sim::World& world,
                           const sensing::Scan& scan) {
   const geometry::Plane table_W = cell.TablePlane();
   const double clearance_m = cell.options.perception.preprocess.table_clearance_m;
-  const double radius_m = cell.robot.workspace_radius_m + cell.options.workspace_margin_m;
+  const auto workspace = grasping::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
   std::vector<Part> parts;
   for (std::size_t i = 0; i < scan.view.image.points_C.size(); ++i) {
     const Eigen::Vector3d& p_W = scan.view.image.points_C[i];
-    const Eigen::Vector3d p_T = cell.robot.X_WWorkspace.inverse() * p_W;
     const auto label = static_cast<int>(scan.truth.label[i]);
     const double height_m = table_W.Distance(p_W);
     Part part = Part::kElse;
-    if (p_W.allFinite() && p_T.head<2>().norm() < radius_m) {
+    if (p_W.allFinite() && workspace.Contains(p_W)) {
       if (label > 0 && label <= world.objects() && height_m > clearance_m) part = Part::kObject;
       if (label == 0 && std::abs(height_m) < clearance_m) part = Part::kTable;
     }

@@ -31,7 +31,7 @@ class MoverTest : public testing::Test {
     const auto arranged = ArrangeTrial(cell_, spec);
     core::Rng rng(1);
     detection_ =
-        cell_.detector->Detect(SenseTrial(cell_, arranged->world, spec).observation, rng).detection;
+        cell_.detector->Detect(Look(cell_, arranged->world, spec.seed).observation, rng).detection;
     // Above the can, where the hand has to pass.
     in_the_way_ = BoxAbout(detection_.grasps.front().X_CH.translation(), 0.05);
   }

@@ -80,7 +80,7 @@ TEST(Trial, ABowlIsTakenByItsRim) {
     };
     core::Rng rng(1);
     MakeDetector(cell.options, cell.robot, look)
-        ->Detect(SenseTrial(cell, arranged->world, spec).observation, rng);
+        ->Detect(Look(cell, arranged->world, spec.seed).observation, rng);
   }
   EXPECT_GE(rotational, 3);
   EXPECT_GE(open, rotational - 1);

@@ -11,6 +11,7 @@
 #include "core/words.h"
 #include "sim/resting_poses.h"
 #include "tasks/grasping/internal/arranging.h"
+#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping::internal {
 namespace {
@@ -221,15 +222,15 @@ class Heap {
   bool Lost(int object) const {
     const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
     if (!container_) {
-      return !OverWorkspace(center_W, robot_.workspace_radius_m + options_.workspace_margin_m);
+      return !OverWorkspace(center_W, options_.workspace_margin_m);
     }
     const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
     return (center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any();
   }
 
-  bool OverWorkspace(const Eigen::Vector3d& p_W, double radius_m) const {
-    const Eigen::Vector3d p_P = robot_.X_WWorkspace.inverse() * p_W;
-    return p_P.head<2>().norm() <= radius_m && p_P.z() > 0.0;
+  bool OverWorkspace(const Eigen::Vector3d& p_W, double margin_m) const {
+    return WorkspaceOf(robot_, margin_m).Contains(p_W) &&
+           (robot_.X_WWorkspace.inverse() * p_W).z() > 0.0;
   }
 
   double OthersTop() const {
@@ -242,8 +243,7 @@ class Heap {
 
   // A box is where it stands, whatever part of it the arm reaches.
   bool InReach() const {
-    return container_ ||
-           OverWorkspace(world_.ObjectCenterOfMass(kTarget), robot_.workspace_radius_m);
+    return container_ || OverWorkspace(world_.ObjectCenterOfMass(kTarget), 0.0);
   }
 
   bool AnyTouchesArm() const {
