@@ -156,11 +156,10 @@ struct MergeOptions {
   AdaptiveLength height_margin_m{0.003,
                                  {.noises = 3.0}};  ///< of "not above the top": noise and smoothing
   double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
-  double above_share = 0.9;   ///< of a cap's points over the footprint that it is above
+  double cap_share = 0.9;     ///< of a cap's points over the cross-section of its host
   /// Points this near were neighbors to the segmentation, which cut between them: their parts are
-  /// joined neither as kSurface nor as kWithin (unless about an axis), as kAbove only if the
-  /// cap is round and in the middle, and as kHanging. 0: the segmentation cuts nothing
-  /// (perceive.cpp sets it).
+  /// joined neither as kSurface nor as kWithin (unless about an axis), but as kCap and kHanging. 0:
+  /// the segmentation cuts nothing (perceive.cpp sets it).
   double cut_m = 0.0;
   /// What hangs in the air at a host is of it: the sensor saw through under this share of its
   /// points; a handle 20 mm over the table has 0.36, what leans on a host with its foot hidden next
@@ -168,10 +167,12 @@ struct MergeOptions {
   double min_free_below = 0.25;
   /// Of its points to its host's. Larger: what leans on a thing as large is its handle.
   double max_hanging_share = 0.5;
-  /// How far off the host's middle such a cap's axis may be, as a share of the host's width.
-  double max_cap_offset = 0.15;
-  double max_cap_area = 0.6;  ///< of a cap's footprint, as a share of the host's
-  double min_fill = 0.5;      ///< of a host's footprint; an emptier one (a box's rim) holds nothing
+  // Of a cap, as shares of its host's length and width. Bottles' caps are a third as long and
+  // three quarters as wide at most. Larger: small things that lie in the middle of others are caps.
+  double max_cap_length = 0.4;
+  double max_cap_width = 0.7;
+  double max_cap_offset = 0.15;  ///< of its middle from its host's: what occlusion makes of it
+  double min_fill = 0.5;  ///< of a host's footprint; an emptier one (a box's rim) holds nothing
   AdaptiveLength cell_m{
       0.006, {.gaps = 1.3}};  ///< of the grid that the fill is counted on: three point spacings
   int min_pairs = 8;          ///< of points across the gap; fewer happen between any two neighbors

@@ -73,21 +73,96 @@ TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
   EXPECT_EQ(KinshipOf(given, inside, outside), Kinship::kNone);
 }
 
-TEST(FindKinship, ACapIsAboveItsBottleAndAnotherBoxIsNot) {
+/// A round cap at the end of a flat bottle.
+struct Cap {
+  double aside_m = 0.0;  ///< off the bottle's middle, across
+  double over_m = 0.0;   ///< off it, towards its broad face
+  double gap_m = 0.002;  ///< from the bottle's end
+  double length_m = 0.03;
+  double radius_m = 0.012;
+};
+Indices AddCap(Analytic& shape, const Vector3d& end, const Vector3d& axis, const Vector3d& face,
+               const Cap& cap) {
+  const Vector3d side = axis.cross(face);
+  const Vector3d start = end + cap.gap_m * axis + cap.aside_m * side + cap.over_m * face;
+  Indices points;
+  for (int row = 0; row * testing::kStep_m <= cap.length_m; ++row) {
+    for (double a = -1.5; a < 1.5; a += testing::kStep_m / cap.radius_m) {
+      const Vector3d out = std::cos(a) * face + std::sin(a) * side;
+      points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
+      shape.Add(start + row * testing::kStep_m * axis + cap.radius_m * out, out);
+    }
+  }
+  return points;
+}
+
+/// A flat bottle that ends at `end`: its broad face, 60 mm wide and 100 long, and its end, 40 mm
+/// thick.
+Indices AddFlatBottle(Analytic& shape, const Vector3d& end, const Vector3d& axis,
+                      const Vector3d& face) {
+  const Vector3d side = axis.cross(face);
+  return Joined(shape.AddRectangle(end - 0.05 * axis + 0.02 * face, 0.03 * side, 0.05 * axis),
+                shape.AddRectangle(end, 0.02 * face, 0.03 * side));
+}
+
+/// Of one that lies, seen from beyond its end, where the segmentation cuts.
+Kinship KinshipOf(const Cap& cap) {
   Analytic shape;
-  const Indices body = Joined(shape.AddDisc({0.0, 0.0, 0.1}, 0.04),
-                              shape.AddWall({0.0, 0.0}, 0.04, 0.02, 0.1, -1.2, 1.2));
-  const Indices cap = Joined(shape.AddDisc({0.0, 0.0, 0.13}, 0.015),
-                             shape.AddWall({0.0, 0.0}, 0.015, 0.106, 0.13, -1.2, 1.2));
-  const Indices high = Joined(shape.AddDisc({0.0, 0.0, 0.15}, 0.015),
-                              shape.AddWall({0.0, 0.0}, 0.015, 0.12, 0.15, -1.2, 1.2));
-  const Indices wide = shape.AddDisc({0.0, 0.0, 0.105}, 0.036);
-  const Indices aside = shape.AddDisc({0.05, 0.0, 0.105}, 0.015);
-  const Given given(shape.cloud);
-  EXPECT_EQ(KinshipOf(given, cap, body), Kinship::kAbove);
-  EXPECT_EQ(KinshipOf(given, high, body), Kinship::kNone);   // 20 mm over the top
-  EXPECT_NE(KinshipOf(given, wide, body), Kinship::kAbove);  // 81 % of the footprint
-  EXPECT_NE(KinshipOf(given, aside, body), Kinship::kAbove);
+  const Vector3d end(0.0, 0.05, 0.02);
+  const Indices body = AddFlatBottle(shape, end, Vector3d::UnitY(), Vector3d::UnitZ());
+  const Indices points = AddCap(shape, end, Vector3d::UnitY(), Vector3d::UnitZ(), cap);
+  Given given(shape.cloud, {}, {0.0, 0.8, 0.62});
+  given.options.merge.cut_m = 0.004;
+  return KinshipOf(given, points, body);
+}
+
+TEST(FindKinship, ACapIsOfItsBottleWhetherThatStandsLiesOrLeans) {
+  const Vector3d up = Vector3d::UnitZ();
+  const Vector3d leaning(0.0, 0.8, 0.6);
+  for (const auto& [axis, face] : {std::pair<Vector3d, Vector3d>(up, Vector3d::UnitX()),
+                                   std::pair<Vector3d, Vector3d>(Vector3d::UnitY(), up),
+                                   std::pair<Vector3d, Vector3d>(-Vector3d::UnitY(), up),
+                                   std::pair<Vector3d, Vector3d>(leaning, {0.0, -0.6, 0.8})}) {
+    for (const double cut_m : {0.0, 0.004}) {
+      Analytic shape;
+      const Vector3d end(0.0, 0.0, 0.12);
+      const Indices body = AddFlatBottle(shape, end, axis, face);
+      const Indices cap = AddCap(shape, end, axis, face, {});
+      Given given(shape.cloud);
+      given.options.merge.cut_m = cut_m;
+      EXPECT_EQ(KinshipOf(given, cap, body), Kinship::kCap) << axis.transpose() << ' ' << cut_m;
+    }
+  }
+}
+
+TEST(FindKinship, ACapIsInTheMiddleOfTheEndSmallAndNear) {
+  // A row of points, 2 mm, to either side of each bound.
+  const std::vector<std::pair<Cap, Cap>> caps = {
+      {{.aside_m = 0.008}, {.aside_m = 0.010}},  // 0.15 of 60 mm
+      {{.aside_m = -0.008}, {.aside_m = -0.010}},
+      {{.over_m = 0.012}, {.over_m = 0.016}},      // half of it over the section and its margin
+      {{.gap_m = 0.011}, {.gap_m = 0.013}},        // of 12 mm
+      {{.gap_m = -0.004}, {.gap_m = -0.012}},      // 5 mm
+      {{.length_m = 0.038}, {.length_m = 0.044}},  // 0.4 of 100 mm
+      {{.radius_m = 0.020}, {.radius_m = 0.022}},  // 0.7 of 60 mm
+  };
+  for (std::size_t i = 0; i < caps.size(); ++i) {
+    EXPECT_EQ(KinshipOf(caps[i].first), Kinship::kCap) << i;
+    EXPECT_NE(KinshipOf(caps[i].second), Kinship::kCap) << i;
+  }
+}
+
+TEST(FindKinship, WhatLiesOnABottleOrBesideItIsNoCap) {
+  Analytic shape;
+  const Indices bottle =
+      AddFlatBottle(shape, {0.0, 0.05, 0.02}, Vector3d::UnitY(), Vector3d::UnitZ());
+  const Indices on = AddCap(shape, {0.0, -0.01, 0.052}, Vector3d::UnitY(), Vector3d::UnitZ(), {});
+  const Indices beside =
+      AddCap(shape, {0.034, 0.0, 0.02}, Vector3d::UnitX(), Vector3d::UnitZ(), {});
+  Given given(shape.cloud);
+  given.options.merge.cut_m = 0.004;
+  EXPECT_EQ(KinshipOf(given, on, bottle), Kinship::kNone);
+  EXPECT_EQ(KinshipOf(given, beside, bottle), Kinship::kNone);
 }
 
 TEST(FindKinship, ASlopeGoesOnAcrossAGapUpwardsAndNotSideways) {
@@ -205,7 +280,7 @@ Indices AddRowsOver(Analytic& shape, int over, double margin_m, double height_m)
                             {0.0, 0.01, 0.0});
 }
 
-TEST(FindKinship, SevenTenthsOverTheFootprintAreWithinAndNineTenthsAbove) {
+TEST(FindKinship, SevenTenthsOverTheFootprintAreWithin) {
   // The middle between two rows is on the border of the margin of 5 mm; rows that are half a step
   // further out or in are not, or are, in it.
   constexpr double kMargin_m = 0.005;
@@ -219,16 +294,6 @@ TEST(FindKinship, SevenTenthsOverTheFootprintAreWithinAndNineTenthsAbove) {
       EXPECT_EQ(KinshipOf(Given(shape.cloud), floor, host, true), kinship) << over << ' ' << shift;
     }
   }
-  for (const auto& [over, kinship] :
-       {std::pair(27, Kinship::kNone), std::pair(28, Kinship::kAbove)}) {
-    for (const double shift : {-0.0009, 0.0, 0.0009}) {
-      Analytic shape;
-      const Indices host =
-          shape.AddRectangle({-0.06, 0.0, 0.1}, {0.06, 0.0, 0.0}, {0.0, 0.06, 0.0});
-      const Indices cap = AddRowsOver(shape, over, kMargin_m + shift, 0.11);
-      EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, host, false), kinship) << over << ' ' << shift;
-    }
-  }
 }
 
 TEST(FindKinship, IsWithinUpToAMarginOverTheTop) {
@@ -239,30 +304,6 @@ TEST(FindKinship, IsWithinUpToAMarginOverTheTop) {
                                             {0.0, 0.0, 0.5 * (0.05 + over)});
     EXPECT_EQ(KinshipOf(Given(shape.cloud), post, ring, true),
               over < 0.003 ? Kinship::kWithin : Kinship::kNone);
-  }
-}
-
-TEST(FindKinship, ACapStandsOnTheTop) {
-  for (const auto& [base, kinship] :
-       {std::pair(-0.0051, Kinship::kNone), std::pair(-0.0049, Kinship::kAbove),
-        std::pair(0.0119, Kinship::kAbove), std::pair(0.0121, Kinship::kNone)}) {
-    Analytic shape;
-    // No pair of points is near enough to be one surface.
-    const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.06, 0.05);
-    const Indices cap = shape.AddRectangle({0.0, 0.0, 0.115 + 0.5 * base}, {0.0, 0.02, 0.0},
-                                           {0.0, 0.0, 0.5 * (0.03 - base)});
-    EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, ring, false), kinship) << base;
-  }
-}
-
-TEST(FindKinship, ACapIsSmallerThanItsHost) {
-  for (const double share : {0.59, 0.61}) {  // of 0.6
-    Analytic shape;
-    const double half = 0.05 * std::sqrt(share);
-    const Indices host = shape.AddRectangle({0.0, 0.0, 0.1}, {0.05, 0.0, 0.0}, {0.0, 0.05, 0.0});
-    const Indices cap = shape.AddRectangle({0.0, 0.0, 0.11}, {half, 0.0, 0.0}, {0.0, half, 0.0});
-    EXPECT_EQ(KinshipOf(Given(shape.cloud), cap, host, false),
-              share < 0.6 ? Kinship::kAbove : Kinship::kNone);
   }
 }
 
@@ -359,17 +400,22 @@ TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
 }
 
 TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
-  // The upper plate is too high above the host, and on what the lower one makes of it.
+  // The cap is too far from the bottle, and at the end of what the neck makes of it.
   Analytic shape;
-  const Indices host = shape.AddRectangle({0.0, 0.0, 0.1}, {0.05, 0.0, 0.0}, {0.0, 0.05, 0.0});
-  const Indices lower = shape.AddRectangle({0.0, 0.0, 0.108}, {0.01, 0.0, 0.0}, {0.0, 0.01, 0.0});
-  const Indices upper = shape.AddRectangle({0.0, 0.0, 0.117}, {0.012, 0.0, 0.0}, {0.0, 0.012, 0.0});
+  const Vector3d end(0.0, 0.05, 0.02);
+  const Vector3d axis = Vector3d::UnitY();
+  const Vector3d face = Vector3d::UnitZ();
+  const Indices bottle = AddFlatBottle(shape, end, axis, face);
+  const Indices neck =
+      AddCap(shape, end, axis, face, {.gap_m = 0.002, .length_m = 0.012, .radius_m = 0.020});
+  const Indices cap = AddCap(shape, end, axis, face, {.gap_m = 0.016, .length_m = 0.010});
   const Given given(shape.cloud);
   core::Rng rng(1);
-  std::vector<Part> apart = {given.Describe(upper), given.Describe(host)};
+  std::vector<Part> apart = {given.Describe(cap), given.Describe(bottle)};
   MergeFragments(given.Context(), apart, rng);
   EXPECT_EQ(apart.size(), 2u);
-  std::vector<Part> parts = {given.Describe(upper), given.Describe(host), given.Describe(lower)};
+  EXPECT_EQ(KinshipOf(given, cap, neck), Kinship::kNone);
+  std::vector<Part> parts = {given.Describe(cap), given.Describe(bottle), given.Describe(neck)};
   MergeFragments(given.Context(), parts, rng);
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].points.size(), shape.cloud.size());

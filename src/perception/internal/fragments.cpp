@@ -40,13 +40,15 @@ Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
   return footprint;
 }
 
-double ShareOver(const ObjectContext& context, const Part& part, const Footprint& host) {
+/// Share of a part's points over a hull in the frame's plane, grown by the margin.
+double ShareOver(const ObjectContext& context, const Part& part, const PlanarFrame& frame,
+                 const ConvexPolygon& hull) {
   const double margin_m = context.options.merge.footprint_margin_m;
   Eigen::AlignedBox2d box;  // most points of other parts are far off: no need for the polygon
-  for (const auto& corner : host.hull.corners) box.extend(corner);
+  for (const auto& corner : hull.corners) box.extend(corner);
   const auto over = std::count_if(part.points.begin(), part.points.end(), [&](auto i) {
-    const Eigen::Vector2d q = host.frame.Flat(context.cloud.points[i]);
-    return box.exteriorDistance(q) <= 2.0 * margin_m && host.hull.Distance(q) <= margin_m;
+    const Eigen::Vector2d q = frame.Flat(context.cloud.points[i]);
+    return box.exteriorDistance(q) <= 2.0 * margin_m && hull.Distance(q) <= margin_m;
   });
   return static_cast<double>(over) / static_cast<double>(part.points.size());
 }
@@ -92,23 +94,52 @@ bool IsInside(const ObjectContext& context, const Part& fragment, const Rotation
          options.within_share * static_cast<double>(fragment.points.size());
 }
 
-/// A cap: small, over the host, and standing on its top.
-bool IsAbove(const MergeOptions& options, double over, const Footprint& fragment,
-             const Footprint& host) {
-  return over >= options.above_share &&
-         fragment.base_m >= host.top_m - options.footprint_margin_m &&
-         fragment.base_m <= host.top_m + options.fragment_gap_m &&
-         fragment.hull.Area() <= options.max_cap_area * host.hull.Area();
+/// What is seen of a part along a direction, but for stray points.
+struct Extent {
+  double from_m;
+  double to_m;
+  double Length() const { return to_m - from_m; }
+  double Middle() const { return 0.5 * (from_m + to_m); }
+};
+Extent ExtentAlong(const ObjectContext& context, const Part& part, const Eigen::Vector3d& out) {
+  const geometry::Plane across{out, 0.0};
+  return {BaseHeight(context.cloud, part.points, across),
+          TopHeight(context.cloud, part.points, across)};
 }
 
-/// Whether an upright round cap stands in the middle of the host's top, as on a bottle's shoulder;
-/// what lies elsewhere on it is another object.
-bool IsCentered(const MergeOptions& options, const Part& fragment, const Footprint& f,
-                const Footprint& h) {
-  if (!fragment.axis || fragment.axis->Lies()) return false;
-  const Rectangle rectangle = MinAreaRectangle(h.hull.corners);
-  const double off = (f.frame.Flat(fragment.axis->center_C) - rectangle.center).norm();
-  return off <= options.max_cap_offset * rectangle.width_m;
+/// Whether the fragment goes on from the host's end that way, short, thin and in line with it.
+bool IsCapAlong(const ObjectContext& context, const Part& fragment, const Part& host,
+                const Eigen::Vector3d& out) {
+  const auto& [cloud, table, views, all] = context;
+  const MergeOptions& options = all.merge;
+  const Extent f = ExtentAlong(context, fragment, out);
+  const Extent h = ExtentAlong(context, host, out);
+  if (f.from_m < h.to_m - options.footprint_margin_m ||
+      f.Length() > options.max_cap_length * h.Length()) {
+    return false;
+  }
+  // Across the view as much is hidden of a thing on the one side as on the other.
+  const auto any = fragment.points.front();
+  const Eigen::Vector3d to_sensor = views.OriginOf(any) - cloud.points[any];
+  const PlanarFrame frame =
+      MakePlanarFrame({out, 0.0}, Eigen::Vector3d::Zero(), out.cross(to_sensor));
+  const Extent across_f = ExtentAlong(context, fragment, frame.u);
+  const Extent across_h = ExtentAlong(context, host, frame.u);
+  if (across_f.Length() > options.max_cap_width * across_h.Length() ||
+      std::abs(across_f.Middle() - across_h.Middle()) >
+          options.max_cap_offset * across_h.Length()) {
+    return false;
+  }
+  const auto section =
+      ConvexPolygon::Around(Flatten(frame, geometry::Select(cloud.points, host.points)));
+  return ShareOver(context, fragment, frame, section) >= options.cap_share;
+}
+
+/// Whether the fragment is the cap or the neck of a host that stands, lies or leans.
+bool IsCap(const ObjectContext& context, const Part& fragment, const Part& host) {
+  if (IsCapAlong(context, fragment, host, context.table.normal)) return true;
+  return host.top && (IsCapAlong(context, fragment, host, host.top->major_C) ||
+                      IsCapAlong(context, fragment, host, -host.top->major_C));
 }
 
 /// Whether the segmentation saw the two surfaces meet, and cut between them.
@@ -150,11 +181,8 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
                   const Part& host, const Footprint& h) {
   const MergeOptions& options = context.options.merge;
-  const double over = ShareOver(context, fragment, h);
+  const double over = ShareOver(context, fragment, h.frame, h.hull);
   const bool cuts = options.cut_m > 0.0;
-  if (IsAbove(options, over, f, h) && (!cuts || IsCentered(options, fragment, f, h))) {
-    return Kinship::kAbove;
-  }
   const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
   if (within && host.axis) return Kinship::kWithin;
   if (cuts && host.axis && host.axis->Lies() && IsInside(context, fragment, *host.axis)) {
@@ -162,6 +190,7 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   }
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
+  if (close && IsCap(context, fragment, host)) return Kinship::kCap;
   if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;

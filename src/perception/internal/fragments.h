@@ -13,12 +13,12 @@ enum class Kinship {
   kNone,
   kWithin,   ///< the fragment lies in the host's footprint and below its top: a cavity's floor, a
              ///< front face under its top surface
-  kAbove,    ///< a small part above the host, over its footprint: the cap of a bottle
+  kCap,      ///< a small part at the host's end, in line with it: the cap or neck of a bottle
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
   kHanging,  ///< it touches the host and nothing else, in the air: a handle
 };
 constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
-  return {"none", "within", "above", "surface", "hanging"};
+  return {"none", "within", "cap", "surface", "hanging"};
 }
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
@@ -27,9 +27,12 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 ///   no further from its points than the gap, or over a rotational host. A host whose points leave
 ///   most of its footprint empty (the rim of a large box) holds nothing unless it is rotational.
 ///   Where the segmentation cuts: or inside of a rotational host that lies.
-/// - kAbove: 90 % over the footprint, the lowest point at the host's top within the gap, a
-/// footprint
-///   of at most 60 % of the host's.
+/// - kCap: at least eight points within the gap from the host; seen along the table's normal, or
+/// one way or the other along the principal axis of the host's top surface, it begins where the
+/// host ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section,
+/// and across the view it is at most 0.7 times as wide and off its middle by at most 0.15 of its
+/// width. Bottles need not be round; what lies on a thing or beside it is in line with it by chance
+/// alone.
 /// - kSurface: at least eight points, and about as many as the fragment is wide (the root of all
 ///   that it has), have their nearest neighbor in the host across the gap, more along the sensor's
 ///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
