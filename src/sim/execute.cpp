@@ -36,6 +36,9 @@ constexpr double kCarrySettle_s = 0.10;
 // What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
 // most. The wrist's drives then push with about 20 N at the hand.
 constexpr double kFelt_rad = 0.005;
+// What fingertips feel on their way down: what lies loose slides, or a joint lags by a third of the
+// above, at less than this.
+constexpr double kMet_N = 2.0;
 // And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
 // drive then has a tenth of its torque left.
 constexpr double kGives_rad = 0.004;
@@ -77,7 +80,7 @@ class Execution {
 
   ExecutionLog Run() {
     Grasp();
-    if (!blocked_) Lift();
+    if (!Over()) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
     if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) Deliver();
     if (ByAperture() && holding_) LetGo();
@@ -88,14 +91,16 @@ class Execution {
 
  private:
   bool ByAperture() const { return program_.ends_by == EndsBy::kAperture; }
-  bool GoesOn(bool held, bool felt) const { return !blocked_ && (ByAperture() ? felt : held); }
+  bool Over() const { return blocked_ || !log_.met_W.empty(); }
+  bool GoesOn(bool held, bool felt) const { return !Over() && (ByAperture() ? felt : held); }
 
   void Grasp() {
     controller_.Preshape(program_.opening_m);
     FollowToTheEnd(program_.reach, "reach");
     if (blocked_) return;
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
-    FollowUntilContact(program_.approach, "approach");
+    Approach();
+    if (Over()) return;
     Wait(kApproachSettle_s);
     Moment("pregrasp");
     log_.tracking_error_m = HandError();
@@ -108,6 +113,29 @@ class Execution {
     closed_pose_ = PoseInHand(world_, hand_, target_);
     center_before_ = world_.ObjectCenterOfMass(target_);
     holding_ = true;
+  }
+
+  void Approach() {
+    if (program_.approach.positions.empty()) return;
+    const Eigen::Vector3d goal_W = HandAt(program_.approach.positions.back());
+    const double start_s = world_.time_s();
+    const bool came = Follow(program_.approach, Start::kKeepOffset, Motion::kGuarded, [&] {
+      if ((HandNow() - goal_W).norm() <= program_.withdraw_m) return false;
+      log_.met_W = controller_.PressedPads(kMet_N);
+      return !log_.met_W.empty();
+    });
+    if (!came) log_.stopped_by_contact.emplace_back("approach");
+    if (!log_.met_W.empty()) GoBackUp(world_.time_s() - start_s);
+  }
+
+  // The way that the approach has come in a time.
+  void GoBackUp(double time_s) {
+    const core::JointTrajectory& way = program_.approach;
+    core::JointTrajectory back{way.period_s, {internal::CommandAt(way, time_s).position}};
+    for (auto i = static_cast<std::size_t>(time_s / way.period_s) + 1; i > 0; --i) {
+      if (i <= way.positions.size()) back.positions.push_back(way.positions[i - 1]);
+    }
+    FollowToTheEnd(back, "withdrawal", Start::kKeepOffset, Motion::kPushing);
   }
 
   // What the hand took may be another thing than what it was sent for; figures are of what it
@@ -159,28 +187,36 @@ class Execution {
   void RecordHold() {
     if (lost_) return;
     log_.grip_force_N = controller_.force_N();
+    log_.felt_force_N = controller_.FeltForce();
     log_.slips_heard = controller_.slips_heard();
     const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
   }
 
-  // How far the hand is from where the arm's joints were sent.
-  double HandError() {
+  Eigen::Vector3d HandNow() {
+    return internal::BodyPose(world_.data(), hand_.body()).translation();
+  }
+
+  // Where the hand's root body is in W when the arm's joints stand so.
+  Eigen::Vector3d HandAt(const Eigen::VectorXd& q) {
     const mjModel* model = world_.model();
     mjData* data = world_.data();
     const std::vector<mjtNum> qpos(data->qpos, data->qpos + model->nq);
-    world_.Refresh();
-    const Eigen::Vector3d is_W = internal::BodyPose(data, hand_.body()).translation();
     for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
-      data->qpos[model->jnt_qposadr[servo_.joints()[i]]] =
-          command_.position[static_cast<Eigen::Index>(i)];
+      data->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[static_cast<Eigen::Index>(i)];
     }
     world_.Refresh();
-    const Eigen::Vector3d sent_W = internal::BodyPose(data, hand_.body()).translation();
+    const Eigen::Vector3d hand_W = HandNow();
     std::copy(qpos.begin(), qpos.end(), data->qpos);
     world_.Refresh();
-    return (is_W - sent_W).norm();
+    return hand_W;
+  }
+
+  // How far the hand is from where the arm's joints were sent.
+  double HandError() {
+    const Eigen::Vector3d sent_W = HandAt(command_.position);  // leaves the kinematics up to date
+    return (HandNow() - sent_W).norm();
   }
 
   void Deliver() {
@@ -241,8 +277,9 @@ class Execution {
     return 0.0;
   }
 
-  // @return false if the drives felt that something is in the way.
-  bool Follow(const core::JointTrajectory& trajectory, Start from, Motion motion) {
+  // @return false if the drives felt that something is in the way, or it was told to stop.
+  bool Follow(const core::JointTrajectory& trajectory, Start from, Motion motion,
+              const std::function<bool()>& stops = {}) {
     if (trajectory.positions.empty()) return true;
     const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
@@ -257,7 +294,7 @@ class Execution {
       moves_freely_ = false;
       const double lag_rad = servo_.TrackingError(world_.model(), world_.data(), command_);
       if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
-      if (lag_rad > LimitOf(motion)) {
+      if (lag_rad > LimitOf(motion) || (stops && stops())) {
         command_.velocity.setZero();
         return false;
       }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +24,9 @@ struct GraspProgram {
   double opening_m = 0.1;  ///< gap of the pads before closing
   bool firm = false;       ///< begins with the strongest grip
   EndsBy ends_by = EndsBy::kTruth;
+  /// Where a fingertip meets something with more than this left of the approach, the hand goes back
+  /// up and does not close: what stands there was not planned for. Infinite: it closes where it is.
+  double withdraw_m = std::numeric_limits<double>::infinity();
 };
 
 /// The hand's controller: one motor, not back-drivable, slip-controlled grip. Forces are between
@@ -110,12 +115,16 @@ struct ExecutionLog {
   double tilt_in_hand_rad = 0.0;
   double slip_in_hand_m = 0.0;
   double grip_force_N = 0.0;      ///< command
+  double felt_force_N = 0.0;      ///< on the pads of the side that is pressed less
   int slips_heard = 0;            ///< each raised the force
   double lift_lag_rad = 0.0;      ///< largest, of a joint: what lay about the object was pushed
   double tracking_error_m = 0.0;  ///< of the hand before it closed, from where it was sent
   /// Motions that ended early since the drives felt something in the way: "approach" and "lower",
   /// which may touch, and "reach", "lift" (stuck), "carry", "retreat", which end the grasp.
   std::vector<std::string> stopped_by_contact;
+  /// Where fingertips pressed on something when the hand withdrew from its approach; empty if it
+  /// did not.
+  std::vector<Eigen::Vector3d> met_W;
   /// Joints of the arm that came within half a degree (5 mm, of slides) of their range's ends, or
   /// whose drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
@@ -135,14 +144,15 @@ struct ExecutionObserver {
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
 /// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
 /// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
-/// that something is in the way, the lift pushes what lies about the object until it is stuck, and
-/// the arm gives way to a hand that closes against something; then the world steps until the target
-/// rests (3 s at most). It ends early where the target is not held after the lift, or is lost on
-/// the way, or another motion meets something: the outcome is decided. A program that ends by the
-/// aperture is about what the hand presses hardest when it has closed (the given target if
-/// nothing), goes on until the hand's joints tell that it holds nothing, whatever it holds, and
-/// leaves the hand open. The arm should stand at the first sample of `reach`. Everything depends on
-/// the world's state and the arguments alone.
+/// that something is in the way (the approach goes back where fingertips met it early, and nothing
+/// else follows), the lift pushes what lies about the object until it is stuck, and the arm gives
+/// way to a hand that closes against something; then the world steps until the target rests (3 s at
+/// most). It ends early where the target is not held after the lift, or is lost on the way, or
+/// another motion meets something: the outcome is decided. A program that ends by the aperture is
+/// about what the hand presses hardest when it has closed (the given target if nothing), goes on
+/// until the hand's joints tell that it holds nothing, whatever it holds, and leaves the hand open.
+/// The arm should stand at the first sample of `reach`. Everything depends on the world's state and
+/// the arguments alone.
 /// @param rng  of the slip sensors' noise
 /// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.

@@ -73,6 +73,7 @@ TEST_P(GoodGrasp, DeliversWithinTheBoundsOfTheAudit) {
   EXPECT_GT(log.tracking_error_m, 0.0);
   EXPECT_GT(log.audit.penetration_max_m, 0.0);  // it was measured
   EXPECT_GE(log.grip_force_N, 40.0);
+  EXPECT_GT(log.felt_force_N, 5.0);  // the pads' sensors are on
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder, &kMugRim),
@@ -100,6 +101,30 @@ TEST(BadGrasp, AHandThatNeverClosesLiftsNothing) {
     EXPECT_FALSE(log.held_after_lift) << setup->object;
     EXPECT_LT(log.lift_height_m, 0.01) << setup->object;
   }
+}
+
+TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
+  World world = Arrange(kBox);
+  // One side of the hand comes down on the box's top.
+  auto program = testing::MakeProgram(world, testing::Beside(kBox.grasp, {0, 0.05, 0}));
+  ASSERT_TRUE(program);
+  program->withdraw_m = 0.006;
+  const Eigen::Vector3d before_W = world.ObjectPose(0).translation();
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  ASSERT_FALSE(log.met_W.empty());
+  EXPECT_FALSE(log.held_after_lift);
+  EXPECT_LT((world.ObjectPose(0).translation() - before_W).norm(), 0.002);
+  const Eigen::VectorXd back = world.ArmPositions() - program->approach.positions.front();
+  EXPECT_LT(back.cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_EQ(log.stopped_by_contact, std::vector<std::string>{"approach"});
+}
+
+TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
+  World world = Arrange(kBox);
+  auto program = testing::MakeProgram(world, kBox.grasp);
+  ASSERT_TRUE(program);
+  program->withdraw_m = 0.006;
+  EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, core::Rng(1))));
 }
 
 // At 0.02 not even 100 N carry these: 2 * 0.02 * 100 N = 4 N against 4.1 N of the box and 5.2 N of

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "sim/internal/engine.h"
+#include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim::internal {
@@ -125,6 +126,23 @@ void HandController::FeelPressure(HandReading& reading) const {
     const double pressure_N = world_->data()->sensordata[model->sensor_adr[sensor]];
     (hand_->IsThumbBody(body) ? reading.thumb_N : reading.fingers_N) += pressure_N;
   }
+}
+
+double HandController::FeltForce() const {
+  HandReading reading;
+  FeelPressure(reading);
+  return std::min(reading.thumb_N, reading.fingers_N);
+}
+
+std::vector<Eigen::Vector3d> HandController::PressedPads(double least_N) const {
+  const mjModel* model = world_->model();
+  const mjData* data = world_->data();
+  std::vector<Eigen::Vector3d> pads_W;
+  for (const int sensor : hand_->touch_sensors()) {
+    if (data->sensordata[model->sensor_adr[sensor]] <= least_N) continue;
+    pads_W.push_back(Vec3(data->site_xpos + 3 * model->sensor_objid[sensor]));
+  }
+  return pads_W;
 }
 
 void HandController::RatchetJoints() {

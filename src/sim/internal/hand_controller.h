@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -30,7 +31,10 @@ class HandController {
   /// of a real hand by closing it on nothing once.
   bool FeelsEmpty();
   bool FullyOpen() const;
-  double force_N() const { return control_.force_N(); }
+  double force_N() const { return control_.force_N(); }  ///< command
+  double FeltForce() const;  ///< on the pads of the side that is pressed less [N]
+  /// Where the pads are in W that are pressed harder.
+  std::vector<Eigen::Vector3d> PressedPads(double least_N) const;
   int slips_heard() const { return control_.slips_heard(); }
 
  private:

@@ -3,14 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/stopwatch.h"
+#include "grasp/surface.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
 
 using nlohmann::ordered_json;
+
+/// A way that nothing is longer than.
+constexpr double kNever_m = std::numeric_limits<double>::infinity();
+/// About a fingertip that met something: as wide as a finger.
+constexpr double kMet_m = 0.016;
 
 ordered_json JsonOf(const sim::Audit& a) {
   return {{"penetration_p95_m", a.penetration_p95_m},
@@ -37,6 +44,7 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
           {"tilt_in_hand_rad", log.tilt_in_hand_rad},
           {"slip_in_hand_m", log.slip_in_hand_m},
           {"grip_force_n", log.grip_force_N},
+          {"felt_force_n", log.felt_force_N},
           {"slips_heard", log.slips_heard},
           {"lift_lag_rad", log.lift_lag_rad},
           {"tracking_error_m", log.tracking_error_m},
@@ -95,7 +103,13 @@ class AttemptRun {
     result_.stage = stage;
     watch_.Restart();
   }
-  void Timed(const char* stage) { result_.seconds.emplace_back(stage, watch_.Restart()); }
+  void Timed(const char* stage) {
+    const double seconds = watch_.Restart();
+    for (auto& [name, sum] : result_.seconds) {
+      if (name == stage) return void(sum += seconds);
+    }
+    result_.seconds.emplace_back(stage, seconds);
+  }
   core::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
 
   void RunStages() {
@@ -116,15 +130,36 @@ class AttemptRun {
         options_.target ? options_.target : AimedAt(result_.detected.detection, sensed, world_);
     if (!Accept(sensed)) return;
 
-    Begin("plan");
+    Move();
+  }
+
+  // Comes down where something was met before only if nothing else is left.
+  void Move() {
     core::Rng rng = Stream("plan");
-    const Move move = cell_.mover->Plan(result_.detected.detection, rng);
-    Timed("plan");
-    result_.plans = move.tried;
-    result_.blind = move.blind;
-    result_.brushes = move.brushes;
-    if (!move.plan) return End(Outcome::kNoPath, move.failures);
-    Execute(*move.plan, result_.detected.detection.grasps[move.grasp]);
+    core::Rng noise = Stream("execute");
+    grasp::Detection known = result_.detected.detection;
+    Eigen::VectorXd q = cell_.robot.home;
+    before_W_ = CentersOf(world_);
+    for (bool last = false; !last;) {
+      ++result_.approaches;
+      last = result_.approaches >= cell_.options.max_approaches;
+      Begin("plan");
+      tasks::grasping::Move move = cell_.mover->Plan(known, q, rng);
+      if (!move.plan && result_.approaches > 1) {
+        move = cell_.mover->Plan(result_.detected.detection, q, rng);
+        last = true;
+      }
+      Timed("plan");
+      result_.plans += move.tried;
+      result_.blind = move.blind;
+      result_.brushes = move.brushes;
+      if (!move.plan) return End(Outcome::kNoPath, move.failures);
+      Execute(*move.plan, known.grasps[move.grasp], noise, last);
+      const auto& met_W = result_.log->met_W;
+      if (met_W.empty()) return;
+      known.obstacles.measured_C.push_back(grasp::SpeckMesh(met_W, kMet_m));
+      q = world_.ArmPositions();
+    }
   }
 
   void Detect(const geometry::Observation& observation) {
@@ -171,7 +206,8 @@ class AttemptRun {
     return false;
   }
 
-  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp) {
+  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp, core::Rng& rng,
+               bool last) {
     Begin("execute");
     result_.grasp = grasp;
     const sim::GraspProgram program{plan.reach,
@@ -182,13 +218,13 @@ class AttemptRun {
                                     plan.retreat,
                                     grasp.opening_m,
                                     grasp.contact_angle_rad > cell_.options.firm_from_rad,
-                                    options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
-    const auto before_W = CentersOf(world_);
+                                    options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture,
+                                    last ? kNever_m : cell_.options.early_m};
     result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
-                               cell_.options.audit, Stream("execute"), options_.observer);
+                               cell_.options.audit, rng, options_.observer);
     Timed("execute");
     Begin("score");
-    result_.others = JudgeOthers(before_W, world_, *result_.target);
+    result_.others = JudgeOthers(before_W_, world_, *result_.target);
     End(JudgeExecution(*result_.log), result_.log->audit.failed);
   }
 
@@ -196,6 +232,7 @@ class AttemptRun {
   sim::World& world_;
   const AttemptOptions& options_;
   core::Stopwatch watch_;
+  std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   Attempt result_;
 };
 
@@ -238,6 +275,7 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"candidates", detection.grasps.size()},
       {"free_candidates", FreeGrasps(detection)},
       {"plans", attempt.plans},
+      {"approaches", attempt.approaches},
       {"blind", attempt.blind},
       {"brushes", attempt.brushes},
       {"grasp_type", attempt.grasp ? std::string(core::Word(attempt.grasp->type)) : std::string()},

@@ -70,6 +70,7 @@ struct Attempt {
   std::optional<int> target;                  ///< truth: the object that it was at
   bool accepted = false;                      ///< detected, with a grasp that is free
   int plans = 0;                              ///< grasps that were offered to the mover
+  int approaches = 0;                         ///< all but the last met something and went back
   bool blind = false;                         ///< Move
   bool brushes = false;                       ///< Move
   std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
@@ -81,8 +82,8 @@ struct Attempt {
 /// Stages 2 to 6: looks, detects, plans, executes, judges. What it may run into is an outcome.
 Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options);
 
-/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, blind,
-/// grasp_type, detected, log (what the simulation measured, with the audit).
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
+/// blind, grasp_type, detected, log (what the simulation measured, with the audit).
 nlohmann::ordered_json JsonOf(const Attempt& attempt);
 
 }  // namespace rangegrasp::tasks::grasping

@@ -28,7 +28,8 @@ class PlannedMover : public Mover {
   PlannedMover(const Options& options, const robot::Robot& robot)
       : options_(options), robot_(robot) {}
 
-  Move Plan(const grasp::Detection& detection, core::Rng& rng) const override {
+  Move Plan(const grasp::Detection& detection, const Eigen::VectorXd& q_start,
+            core::Rng& rng) const override {
     const planning::PlanningScene seen = SceneFrom(detection);
     const auto& unseen = detection.obstacles.unseen_C;
     planning::PlanningScene all = seen;
@@ -41,7 +42,7 @@ class PlannedMover : public Mover {
       const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
         if (move.plan || grasps.empty()) return false;
         planner.SetScene(scene);
-        move = After(move, PlanFirst(planner, detection, grasps, may_brush, rng));
+        move = After(move, PlanFirst(planner, detection, grasps, {q_start, may_brush}, rng));
         return move.plan.has_value();
       };
       plan(all, false);
@@ -57,6 +58,11 @@ class PlannedMover : public Mover {
   }
 
  private:
+  struct Conditions {
+    const Eigen::VectorXd& q_start;
+    bool may_brush;
+  };
+
   static Move After(const Move& before, Move move) {
     move.tried += before.tried;
     return move;
@@ -75,14 +81,16 @@ class PlannedMover : public Mover {
 
   /// A motion for the first of the grasps that has one.
   Move PlanFirst(planning::Planner& planner, const grasp::Detection& detection,
-                 std::span<const std::size_t> grasps, bool may_brush, core::Rng& rng) const {
+                 std::span<const std::size_t> grasps, const Conditions& conditions,
+                 core::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
     for (const std::size_t i : grasps) {
       if (move.tried == options_.max_plans) break;
       ++move.tried;
       planning::PickRequest request = RequestFor(detection.grasps[i]);
-      request.may_brush = may_brush;
+      request.q_start = conditions.q_start;
+      request.may_brush = conditions.may_brush;
       auto planned = planner.Plan(request, rng);
       if (planned.plan) {
         move.plan = std::move(planned.plan);
@@ -97,9 +105,8 @@ class PlannedMover : public Mover {
     return move;
   }
 
-  planning::PickRequest RequestFor(const grasp::DetectedGrasp& grasp) const {
+  static planning::PickRequest RequestFor(const grasp::DetectedGrasp& grasp) {
     planning::PickRequest request;
-    request.q_start = robot_.home;
     request.X_WH = grasp.X_CH;
     request.approach_W = grasp.approach_C;
     request.opening_m = grasp.opening_m;

@@ -26,7 +26,9 @@ struct Move {
 class Mover {
  public:
   virtual ~Mover() = default;
-  virtual Move Plan(const grasp::Detection& detection, core::Rng& rng) const = 0;
+  /// @param q_start  where the arm stands
+  virtual Move Plan(const grasp::Detection& detection, const Eigen::VectorXd& q_start,
+                    core::Rng& rng) const = 0;
 };
 
 /// Inverse kinematics, straight lines and OMPL. The arguments must outlive it.

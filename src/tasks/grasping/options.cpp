@@ -180,6 +180,7 @@ void SetMethod(MethodKind method, Options& options) {
   core::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
   core::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
   options.firm_from_rad = on ? Options().firm_from_rad : core::Deg(90.0);
+  options.max_approaches = on ? Options().max_approaches : 1;
   options.method = method;
 }
 
@@ -210,6 +211,10 @@ Options ReadOptions(YamlMap& map) {
   map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
   map.Read("max_plans", o.max_plans, 1, 200,
            "grasps offered to the mover before the trial is given up");
+  map.Read("max_approaches", o.max_approaches, 1, 20,
+           "a hand that meets something early comes down elsewhere, so often at most");
+  map.ReadScaled("early_mm", o.early_m, kMm, 1.0, 100.0,
+                 "it meets something early with more than this left of the approach");
   map.ReadScaled("workspace_margin_mm", o.workspace_margin_m, kMm, 50.0, 1000.0,
                  "points further outside the workspace are not perceived");
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,

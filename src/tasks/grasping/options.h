@@ -92,6 +92,12 @@ struct Options {
   /// rim stand there.
   double workspace_margin_m = 0.15;
   int max_plans = 24;  ///< grasps offered to the mover before the trial is given up
+  /// A hand whose fingertips meet something early comes down elsewhere, so often at most in all;
+  /// the last time, and with 1 always, it closes where it is.
+  int max_approaches = 3;
+  /// With more than this left of an approach it meets something early: less is what what is
+  /// perceived may be off by.
+  double early_m = 0.006;
 
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;

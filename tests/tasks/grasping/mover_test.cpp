@@ -37,7 +37,7 @@ class MoverTest : public testing::Test {
   }
   Move Plan() const {
     core::Rng rng(1);
-    return cell_.mover->Plan(detection_, rng);
+    return cell_.mover->Plan(detection_, cell_.robot.home, rng);
   }
 
   experiment::Experiment experiment_;
