@@ -237,6 +237,19 @@ Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& ho
                      Described(given, host, rotational));
 }
 
+TEST(FindKinship, ACrumbUnderTheTopIsWithinAndMoreIsNot) {
+  // Two rows of points, and four, behind the edge of a top with 31 x 31 points, 8 mm under it: the
+  // gap runs sideways, so that neither is its surface.
+  for (const double half_m : {0.001, 0.003}) {
+    Analytic shape;
+    const Indices top = shape.AddRectangle({0.0, 0.0, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
+    const Indices under =
+        shape.AddRectangle({0.0, 0.033, 0.092}, {0.018, 0.0, 0.0}, {0.0, 0.0, half_m});
+    EXPECT_EQ(KinshipOf(Given(shape.cloud), under, top),
+              half_m < 0.002 ? Kinship::kWithin : Kinship::kNone);
+  }
+}
+
 TEST(FindKinship, ADeepFloorIsWithinARotationalHostOnly) {
   Analytic shape;
   const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.05, 0.015);

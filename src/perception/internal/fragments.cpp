@@ -40,6 +40,7 @@ struct Footprint {
   PlanarFrame frame;
   ConvexPolygon hull;
   double top_m = 0.0;
+  double base_m = 0.0;
 };
 
 Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
@@ -49,6 +50,7 @@ Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
   footprint.hull = ConvexPolygon::Around(Flatten(footprint.frame, points));
   footprint.surface = std::make_unique<Surface>(std::move(points));
   footprint.top_m = TopHeight(context.cloud, part.points, context.table);
+  footprint.base_m = BaseHeight(context.cloud, part.points, context.table);
   return footprint;
 }
 
@@ -170,15 +172,53 @@ bool AreCutApart(const ObjectContext& context,
   return touching >= options.min_pairs;
 }
 
-/// Whether the fragment lies in a rotational host: a vessel's floor, its far wall.
-bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
-              const Part& host, const Footprint& h) {
-  if (!host.axis) return false;
-  // What lies under a lying thing is over its footprint, too.
-  if (host.axis->Lies()) return IsInside(context, fragment, *host.axis);
+/// Whether nothing but the host can hold the fragment: it is off the table, the sensor saw through
+/// under most of it, and it does not lie on the host.
+bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f,
+           const Part& host) {
+  const CompletionOptions& completion = context.options.completion;
+  if (f.base_m <= completion.on_table_m) return false;
+  if (static_cast<double>(fragment.points.size()) >
+      context.options.merge.max_hanging_share * static_cast<double>(host.points.size())) {
+    return false;
+  }
+  const auto& points = context.cloud.points;
+  const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
+    const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
+    return context.views.IsFree(points[i] - down_m * context.table.normal,
+                                completion.free_margin_m);
+  });
+  const auto all = static_cast<double>(fragment.points.size());
+  if (static_cast<double>(free) < context.options.merge.min_free_below * all) return false;
+  const auto under = std::ranges::count_if(host.points, [&](auto i) {
+    return context.table.Distance(points[i]) < f.base_m &&
+           f.hull.Distance(f.frame.Flat(points[i])) == 0.0;
+  });
+  return under < completion.min_support_points;
+}
+
+/// Whether most of the fragment is over the host's footprint and none above its top.
+bool IsUnderTop(const ObjectContext& context, const Part& fragment, const Footprint& f,
+                const Footprint& h) {
   const MergeOptions& options = context.options.merge;
   return f.top_m <= h.top_m + options.height_margin_m &&
          ShareOver(context, fragment, h.frame, h.hull) >= options.within_share;
+}
+
+/// Whether the fragment lies in a rotational host: a vessel's floor, its far wall. What lies under
+/// a lying thing is over its footprint, too.
+bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
+              const Part& host, const Footprint& h) {
+  if (!host.axis) return false;
+  return host.axis->Lies() ? IsInside(context, fragment, *host.axis)
+                           : IsUnderTop(context, fragment, f, h);
+}
+
+/// Whether the fragment is so small beside the host that it is more likely a piece of it than of
+/// something under it.
+bool IsCrumb(const MergeOptions& options, const Part& fragment, const Part& host) {
+  return static_cast<double>(fragment.points.size()) <=
+         options.max_crumb_share * static_cast<double>(host.points.size());
 }
 
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
@@ -186,12 +226,17 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   const MergeOptions& options = context.options.merge;
   if (IsWithin(context, fragment, f, host, h)) return Kinship::kWithin;
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
-  if (pairs.size() < static_cast<std::size_t>(options.min_pairs)) return Kinship::kNone;
-  if (IsCap(context, fragment, host)) return Kinship::kCap;
-  if (options.cut_m > 0.0 && AreCutApart(context, pairs)) return Kinship::kNone;
+  const bool cuts = options.cut_m > 0.0;
+  const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
+  if (close && IsCap(context, fragment, host)) return Kinship::kCap;
+  if (close && cuts && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
+  if (!pairs.empty() && IsCrumb(options, fragment, host) && IsUnderTop(context, fragment, f, h)) {
+    return Kinship::kWithin;
+  }
   // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
   const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
-  if (static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
+  if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
   const auto continuing = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
     return ContinuesAcross(context, pair.first, pair.second);
   });

@@ -11,18 +11,21 @@ namespace rangegrasp::perception::internal {
 /// Why two parts would be one object.
 enum class Kinship {
   kNone,
-  kWithin,   ///< the fragment lies in a rotational host: a vessel's floor, its far wall
+  kWithin,   ///< the fragment lies in a rotational host, as a vessel's floor or far wall does, or
+             ///< is a crumb under the host's top
   kCap,      ///< a small part at the host's end, in line with it: the cap or neck of a bottle
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
+  kHanging,  ///< it touches the host and nothing else, in the air: a handle
 };
-constexpr std::array<std::string_view, 4> WordsOf(Kinship) {
-  return {"none", "within", "cap", "surface"};
+constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
+  return {"none", "within", "cap", "surface", "hanging"};
 }
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
 /// lengths are MergeOptions):
 /// - kWithin: 70 % of its points over the footprint of a rotational host that stands (grown by
-///   5 mm), and not above its top; or inside of one that lies.
+///   5 mm), and not above its top; or inside of one that lies. In any host, under its top in the
+///   same way, what has at most 5 % of its points and one of them within the gap.
 /// - kCap: at least eight points within the gap from the host; along the table's normal, or one
 ///   way or the other along the principal axis of the host's top surface, it begins where the host
 ///   ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section, and
@@ -34,6 +37,9 @@ constexpr std::array<std::string_view, 4> WordsOf(Kinship) {
 ///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
 ///   plane (smooth or convex, as objects in contact are not); unless the segmentation saw the two
 ///   meet, and cut between them.
+/// - kHanging, where the segmentation cuts: at least eight points within the gap from the host,
+///   which has five times as many points; it is off the table, the sensor saw through under
+///   a good part of it, and the host does not carry it from below.
 /// Objects beside each other fail all of them: their footprints do not overlap and the gap between
 /// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
