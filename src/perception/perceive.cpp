@@ -166,7 +166,6 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
                                  &m.fragment_gap_m,
                                  &m.footprint_margin_m,
                                  &m.height_margin_m,
-                                 &m.cell_m,
                                  &m.max_in_front_m,
                                  &f.container.wall_m,
                                  &f.container.rim_margin_m,

@@ -21,20 +21,16 @@ struct Footprint {
   std::unique_ptr<PartSurface> surface;
   PlanarFrame frame;
   ConvexPolygon hull;
-  double fill = 0.0;  ///< share of the hull's area that has points
   double top_m = 0.0;
   double base_m = 0.0;
 };
 
 Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
-  const double cell_m = context.options.merge.cell_m;
   Footprint footprint;
   footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Eigen::Vector3d::UnitX());
   auto points = geometry::Select(context.cloud.points, part.points);
-  const auto flat = Flatten(footprint.frame, points);
+  footprint.hull = ConvexPolygon::Around(Flatten(footprint.frame, points));
   footprint.surface = std::make_unique<PartSurface>(std::move(points));
-  footprint.hull = ConvexPolygon::Around(flat);
-  footprint.fill = FilledArea(flat, cell_m) / std::max(footprint.hull.Area(), cell_m * cell_m);
   footprint.top_m = TopHeight(context.cloud, part.points, context.table);
   footprint.base_m = BaseHeight(context.cloud, part.points, context.table);
   return footprint;
@@ -178,22 +174,43 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
   return under < completion.min_support_points;
 }
 
+/// Whether most of the fragment is over the host's footprint and none above its top.
+bool IsUnderTop(const ObjectContext& context, const Part& fragment, const Footprint& f,
+                const Footprint& h) {
+  const MergeOptions& options = context.options.merge;
+  return f.top_m <= h.top_m + options.height_margin_m &&
+         ShareOver(context, fragment, h.frame, h.hull) >= options.within_share;
+}
+
+/// Whether the fragment lies in a rotational host: a vessel's floor, its far wall. What lies under
+/// a lying thing is over its footprint, too.
+bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
+              const Part& host, const Footprint& h) {
+  if (!host.axis) return false;
+  return host.axis->Lies() ? IsInside(context, fragment, *host.axis)
+                           : IsUnderTop(context, fragment, f, h);
+}
+
+/// Whether the fragment is so small beside the host that it is more likely a piece of it than of
+/// something under it.
+bool IsCrumb(const MergeOptions& options, const Part& fragment, const Part& host) {
+  return static_cast<double>(fragment.points.size()) <=
+         options.max_crumb_share * static_cast<double>(host.points.size());
+}
+
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
                   const Part& host, const Footprint& h) {
   const MergeOptions& options = context.options.merge;
-  const double over = ShareOver(context, fragment, h.frame, h.hull);
-  const bool cuts = options.cut_m > 0.0;
-  const bool within = f.top_m <= h.top_m + options.height_margin_m && over >= options.within_share;
-  if (within && host.axis) return Kinship::kWithin;
-  if (cuts && host.axis && host.axis->Lies() && IsInside(context, fragment, *host.axis)) {
-    return Kinship::kWithin;
-  }
+  if (IsWithin(context, fragment, f, host, h)) return Kinship::kWithin;
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
+  const bool cuts = options.cut_m > 0.0;
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
   if (close && IsCap(context, fragment, host)) return Kinship::kCap;
-  if (cuts && close && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (close && cuts && Hangs(context, fragment, f, host)) return Kinship::kHanging;
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
-  if (within && h.fill >= options.min_fill && !pairs.empty()) return Kinship::kWithin;
+  if (!pairs.empty() && IsCrumb(options, fragment, host) && IsUnderTop(context, fragment, f, h)) {
+    return Kinship::kWithin;
+  }
   // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
   const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
   if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;

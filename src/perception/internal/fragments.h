@@ -11,8 +11,8 @@ namespace rangegrasp::perception::internal {
 /// Why two parts would be one object.
 enum class Kinship {
   kNone,
-  kWithin,   ///< the fragment lies in the host's footprint and below its top: a cavity's floor, a
-             ///< front face under its top surface
+  kWithin,   ///< the fragment lies in a rotational host, as a vessel's floor or far wall does, or
+             ///< is a crumb under the host's top
   kCap,      ///< a small part at the host's end, in line with it: the cap or neck of a bottle
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
   kHanging,  ///< it touches the host and nothing else, in the air: a handle
@@ -23,23 +23,23 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
 /// lengths are MergeOptions):
-/// - kWithin: 70 % of its points over the host's footprint (grown by 5 mm), not above its top, and
-///   no further from its points than the gap, or over a rotational host. A host whose points leave
-///   most of its footprint empty (the rim of a large box) holds nothing unless it is rotational.
-///   Where the segmentation cuts: or inside of a rotational host that lies.
-/// - kCap: at least eight points within the gap from the host; seen along the table's normal, or
-/// one way or the other along the principal axis of the host's top surface, it begins where the
-/// host ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section,
-/// and across the view it is at most 0.7 times as wide and off its middle by at most 0.15 of its
-/// width. Bottles need not be round; what lies on a thing or beside it is in line with it by chance
-/// alone.
+/// - kWithin: 70 % of its points over the footprint of a rotational host that stands (grown by
+///   5 mm), and not above its top; or inside of one that lies. In any host, under its top in the
+///   same way, what has at most 5 % of its points and one of them within the gap.
+/// - kCap: at least eight points within the gap from the host; along the table's normal, or one
+///   way or the other along the principal axis of the host's top surface, it begins where the host
+///   ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section, and
+///   across the view it is at most 0.7 times as wide and off its middle by at most 0.15 of its
+///   width. Bottles need not be round; what lies on a thing or beside it is in line with it by
+///   chance alone.
 /// - kSurface: at least eight points, and about as many as the fragment is wide (the root of all
 ///   that it has), have their nearest neighbor in the host across the gap, more along the sensor's
 ///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
-///   plane (smooth or convex, as objects in contact are not).
+///   plane (smooth or convex, as objects in contact are not); unless the segmentation saw the two
+///   meet, and cut between them.
 /// - kHanging, where the segmentation cuts: at least eight points within the gap from the host,
-///   which has at least twice as many points; it is off the table, the sensor saw through under a
-///   good part of it, and the host does not carry it from below.
+///   which has five times as many points; it is off the table, the sensor saw through under
+///   a good part of it, and the host does not carry it from below.
 /// Objects beside each other fail all of them: their footprints do not overlap and the gap between
 /// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
