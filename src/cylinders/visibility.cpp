@@ -67,13 +67,14 @@ std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3
 
 ViewCounts CompareWithView(geometry::PointSpan points, geometry::PointSpan places,
                            std::span<const std::uint32_t> place_of, const Cylinder& cylinder,
-                           double tolerance_m) {
+                           double tolerance_m, const std::vector<bool>& left_out) {
   Cylinder smaller = cylinder;
   smaller.radius_m = std::max(0.0, cylinder.radius_m - tolerance_m);
   smaller.height_m = std::max(0.5 * cylinder.height_m, cylinder.height_m - 2.0 * tolerance_m);
   const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
   ViewCounts counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!left_out.empty() && left_out[i]) continue;
     const Eigen::Vector3d& origin = places[place_of[i]];
     const Eigen::Vector3d way = points[i] - origin;
     const Eigen::Vector3d to_center = cylinder.center - origin;
@@ -91,6 +92,17 @@ ViewCounts CompareWithView(geometry::PointSpan points, geometry::PointSpan place
     }
   }
   return counts;
+}
+
+std::vector<bool> PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
+                           double tolerance_m) {
+  const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
+  std::vector<bool> on(points.size(), false);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if ((points[i] - cylinder.center).squaredNorm() > bound_m * bound_m) continue;
+    on[i] = SurfaceDistance(cylinder, points[i]) <= tolerance_m;
+  }
+  return on;
 }
 
 }  // namespace rangegrasp::cylinders

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "cylinders/axis_fit.h"
 #include "geometry/point_cloud.h"
@@ -39,8 +40,14 @@ struct ViewCounts {
 /// @param places  where the sensor stood; place_of: one a point
 /// @param tolerance_m  the ray counts as through only if it meets a cylinder smaller by this all
 /// round (and not lower than half of it)
+/// @param left_out  where not empty, one a point: whether its ray is left out
 ViewCounts CompareWithView(geometry::PointSpan points, geometry::PointSpan places,
                            std::span<const std::uint32_t> place_of, const Cylinder& cylinder,
+                           double tolerance_m, const std::vector<bool>& left_out = {});
+
+/// For each point whether it is on the surface of the closed cylinder, to within the tolerance.
+/// O(n).
+std::vector<bool> PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
                            double tolerance_m);
 
 }  // namespace rangegrasp::cylinders

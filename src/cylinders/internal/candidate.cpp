@@ -40,33 +40,50 @@ class Examination {
     const double reach_m = 1.5 * given_.height_m + accept_.max_height_error_m;
     const double round_m = given_.radius_m + context_.options.barrel.first_distance_m;
     const Indices near = NearAxis(context_.scene.cloud.points, candidate.axis_C, round_m, reach_m);
-    if (auto found = ByBarrel(candidate, near)) return found;
+    auto refined = RefineAxis(context_.scene.cloud, near, candidate.axis_C, given_.radius_m,
+                              context_.options.barrel);
+    if (refined) return ByBarrel(candidate, near, std::move(*refined));
     return candidate.rim ? ByRim(*candidate.rim) : std::nullopt;
   }
 
  private:
   const geometry::Plane& Table() const { return context_.scene.table.plane; }
 
-  std::optional<FoundCylinder> ByBarrel(const Candidate& candidate, const Indices& near) const {
-    const geometry::PointCloud& cloud = context_.scene.cloud;
-    const BarrelOptions& options = context_.options.barrel;
-    auto refined = RefineAxis(cloud, near, candidate.axis_C, given_.radius_m, options);
-    if (!refined || !IsOfTheGivenRadius(*refined)) return std::nullopt;
-    Orient(refined->axis);
-    const double max_length_m = given_.height_m + accept_.max_height_error_m;
-    const auto ends = FindEnds(cloud, near, *refined, given_.radius_m, max_length_m, options);
+  std::optional<FoundCylinder> ByBarrel(const Candidate& candidate, const Indices& near,
+                                        RefinedAxis refined) const {
+    if (!IsOfTheGivenRadius(refined)) return std::nullopt;
+    Orient(refined.axis);
+    // Points are no further out than the ends but for noise; they may end a row before them.
+    const double max_length_m = given_.height_m + accept_.max_face_error_m;
+    const auto ends = FindEnds(context_.scene.cloud, near, refined, given_.radius_m, max_length_m,
+                               context_.options.barrel);
     if (!ends || ends->Length() > max_length_m) return std::nullopt;
     FoundCylinder found;
-    found.lies = !Stands(refined->axis.direction);
+    found.lies = !Stands(refined.axis.direction);
     found.length_seen_m = ends->Length();
-    found.cylinder_C = {refined->axis.point, refined->axis.direction, refined->radius_m,
+    found.cylinder_C = {refined.axis.point, refined.axis.direction, refined.radius_m,
                         given_.height_m};
-    const bool placed =
-        found.lies ? PlaceLying(*refined, *ends, found) : PlaceStanding(*refined, *ends, found);
+    const Seen seen{refined, *ends, OwnPoints(refined.axis, *ends)};
+    const bool placed = found.lies ? PlaceLying(seen, found) : PlaceStanding(seen, found);
     if (!placed) return std::nullopt;
-    found.barrel = std::move(refined->points);
+    found.barrel = std::move(refined.points);
     AddRim(candidate, found);
     return found;
+  }
+
+  /// What was seen of the cylinder.
+  struct Seen {
+    const RefinedAxis& refined;
+    const BarrelEnds& ends;
+    std::vector<bool> own;  ///< of all measured points those on it
+  };
+
+  /// The rays to these say nothing of a part of it that is not seen: they end before that as they
+  /// would were there none.
+  std::vector<bool> OwnPoints(const Line& axis, const BarrelEnds& ends) const {
+    const Cylinder seen{axis.point + 0.5 * (ends.low_m + ends.high_m) * axis.direction,
+                        axis.direction, given_.radius_m, ends.Length()};
+    return PointsOn(context_.scene.points_C, seen, accept_.view_tolerance_m);
   }
 
   void AddRim(const Candidate& candidate, FoundCylinder& found) const {
@@ -100,21 +117,21 @@ class Examination {
 
   /// Its top at the given height above the table, or higher where it shows that it stands on
   /// something; lower only where the top may be hidden.
-  bool PlaceStanding(const RefinedAxis& refined, const BarrelEnds& ends,
-                     FoundCylinder& found) const {
+  bool PlaceStanding(const Seen& seen, FoundCylinder& found) const {
+    const auto& [refined, ends, own] = seen;
     const double half = 0.5 * given_.height_m;
     const double table = TableAlong(refined.axis);
     const double top = table + given_.height_m;
     const double error_m = ends.high_face ? accept_.max_face_error_m : accept_.max_height_error_m;
     if (std::abs(ends.high_m - top) <= error_m) {
-      return Place(refined, ends, (ends.high_face ? ends.high_m : top) - half, found);
+      return Place(seen, (ends.high_face ? ends.high_m : top) - half, found);
     }
     if (ends.high_m < top) {
-      return !ends.high_face && Place(refined, ends, top - half, found);
+      return !ends.high_face && Place(seen, top - half, found);
     }
     const double foot =
         table + context_.options.preprocess.table_clearance_m + accept_.max_height_error_m;
-    return ends.low_m > foot && IsWhole(ends) && Place(refined, ends, ends.high_m - half, found);
+    return ends.low_m > foot && IsWhole(ends) && Place(seen, ends.high_m - half, found);
   }
 
   bool IsWhole(const BarrelEnds& ends) const {
@@ -123,36 +140,36 @@ class Examination {
     return std::abs(ends.Length() - given_.height_m) <= error_m;
   }
 
-  bool PlaceLying(const RefinedAxis& refined, const BarrelEnds& ends, FoundCylinder& found) const {
+  bool PlaceLying(const Seen& seen, FoundCylinder& found) const {
+    const auto& [refined, ends, own] = seen;
     const double half = 0.5 * given_.height_m;
     double middle = 0.5 * (ends.low_m + ends.high_m);
     if (IsWhole(ends)) {
       if (ends.high_face && !ends.low_face) middle = ends.high_m - half;
       if (ends.low_face && !ends.high_face) middle = ends.low_m + half;
-      return Place(refined, ends, middle, found);
+      return Place(seen, middle, found);
     }
     // What is missing is hidden beyond the one end, the other, or both: the middle of all places
     // where it may be.
     const double missing = given_.height_m - ends.Length();
-    const double low = ends.low_face ? 0.0 : HiddenLength(refined.axis, ends.low_m, -1.0, missing);
-    const double high =
-        ends.high_face ? 0.0 : HiddenLength(refined.axis, ends.high_m, 1.0, missing);
+    const double low = ends.low_face ? 0.0 : HiddenLength(seen, ends.low_m, -1.0, missing);
+    const double high = ends.high_face ? 0.0 : HiddenLength(seen, ends.high_m, 1.0, missing);
     if (low + high < missing - accept_.max_height_error_m) return false;
     const double most_up = ends.high_m + high - half;
     const double most_down = ends.low_m - low + half;
     middle = 0.5 * (most_up + most_down);
-    return Place(refined, ends, middle, found);
+    return Place(seen, middle, found);
   }
 
   /// Puts the middle there, and says whether what was seen agrees.
-  bool Place(const RefinedAxis& refined, const BarrelEnds& ends, double middle_m,
-             FoundCylinder& found) const {
+  bool Place(const Seen& seen, double middle_m, FoundCylinder& found) const {
+    const auto& [refined, ends, own] = seen;
     found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
     if (IsSunk(found.cylinder_C)) return false;
     if (!context_.options.check_shape) return true;
     const double half = 0.5 * given_.height_m;
-    return MayBeHidden(refined.axis, middle_m - half, ends.low_m) &&
-           MayBeHidden(refined.axis, ends.high_m, middle_m + half) && Agrees(found);
+    return MayBeHidden(seen, middle_m - half, ends.low_m) &&
+           MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found);
   }
 
   /// Under the table by more than its end's uncertainty.
@@ -164,27 +181,28 @@ class Examination {
   }
 
   /// How far beyond an end the cylinder may go on unseen, up to so much [m].
-  double HiddenLength(const Line& axis, double end_m, double sign, double up_to_m) const {
+  double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
     const int steps = accept_.hidden_steps;
     const double step_m = up_to_m / steps;
     for (int i = 0; i < steps; ++i) {
       const double near_m = end_m + sign * i * step_m;
       const double far_m = near_m + sign * step_m;
-      if (!IsHidden(axis, std::min(near_m, far_m), std::max(near_m, far_m))) return i * step_m;
+      if (!IsHidden(seen, std::min(near_m, far_m), std::max(near_m, far_m))) return i * step_m;
     }
     return up_to_m;
   }
 
   /// Whether the part of the cylinder between two places along its axis, which showed no points,
   /// can be there.
-  bool MayBeHidden(const Line& axis, double from_m, double to_m) const {
-    return to_m - from_m <= accept_.max_height_error_m || IsHidden(axis, from_m, to_m);
+  bool MayBeHidden(const Seen& seen, double from_m, double to_m) const {
+    return to_m - from_m <= accept_.max_height_error_m || IsHidden(seen, from_m, to_m);
   }
 
-  bool IsHidden(const Line& axis, double from_m, double to_m) const {
+  bool IsHidden(const Seen& seen, double from_m, double to_m) const {
+    const Line& axis = seen.refined.axis;
     const Cylinder part{axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction,
                         given_.radius_m, to_m - from_m};
-    const ViewCounts counts = View(part);
+    const ViewCounts counts = View(part, seen.own);
     return static_cast<double>(counts.through) <=
            accept_.max_missing_seen * static_cast<double>(counts.through + counts.before);
   }
@@ -198,9 +216,9 @@ class Examination {
                accept_.min_seen_share * static_cast<double>(found.view.All());
   }
 
-  ViewCounts View(const Cylinder& cylinder) const {
+  ViewCounts View(const Cylinder& cylinder, const std::vector<bool>& left_out = {}) const {
     return CompareWithView(context_.scene.points_C, context_.places_C, context_.place_of, cylinder,
-                           accept_.view_tolerance_m);
+                           accept_.view_tolerance_m, left_out);
   }
 
   /// Only the rim is seen: it stands on the table, below its rim.
