@@ -67,7 +67,7 @@ struct AcceptOptions {
   perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
   /// The same of the barrel's, which has more points; and by as much again where two deviations of
   /// the fit are as much (an arc that is short).
-  perception::AdaptiveLength max_radius_error_m{0.0005, {.noises = 2.0}};
+  perception::AdaptiveLength max_radius_error_m{0.0008, {.noises = 2.0}};
   /// Of the height that is seen from the given one: a row of points at each end.
   perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
   /// The same of ends that are seen as faces, of many points each.
