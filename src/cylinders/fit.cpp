@@ -1,5 +1,6 @@
 #include "cylinders/fit.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace rangegrasp::cylinders {

@@ -25,9 +25,9 @@ struct BarrelFit {
 
 /// What every fit is given: points of one object, as one sensor sees them.
 struct FitInput {
-  geometry::PointSpan points;                       ///< [m], finite
-  Eigen::Vector3d eye = Eigen::Vector3d::Zero();    ///< where the sensor stood
-  Eigen::Vector3d up = Eigen::Vector3d::UnitX();    ///< unit; out of the table
+  geometry::PointSpan points;                     ///< [m], finite
+  Eigen::Vector3d eye = Eigen::Vector3d::Zero();  ///< where the sensor stood
+  Eigen::Vector3d up = Eigen::Vector3d::UnitX();  ///< unit; out of the table
 };
 
 /// Angle between two axes, whatever their signs [rad], 0 to pi / 2.
