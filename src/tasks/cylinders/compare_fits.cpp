@@ -42,16 +42,17 @@ Prepared Prepare(const FitInput& input, const Options& options) {
   return prepared;
 }
 
-ComparedFit Rcf(const FitInput& input, const Prepared& prepared, int iterations,
+ComparedFit Rcf(const FitInput& input, const Prepared& prepared, Method method, int iterations,
                 std::uint64_t seed) {
-  cylinders::RcfOptions options = prepared.options;
+  cylinders::RcfOptions options =
+      method == Method::kPrinted ? cylinders::RcfAsPrinted() : cylinders::RcfOptions{};
+  options.neighborhood_m = prepared.options.neighborhood_m;
   options.circle.draws = iterations;
   core::Rng rng(
       core::DeriveSeed(core::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
   const core::Stopwatch watch;
   const auto fit = cylinders::FitRcf(input, prepared.preparation, options, rng);
-  return {Method::kRcf, iterations, BarrelOf(fit), prepared.seconds + watch.Seconds(),
-          prepared.seconds};
+  return {method, iterations, BarrelOf(fit), prepared.seconds + watch.Seconds(), prepared.seconds};
 }
 
 ComparedFit Refined(const FitInput& input, const ComparedFit& rcf) {
@@ -108,8 +109,9 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const Options& optio
         fits.push_back(Lsf(input, iterations));
         continue;
       }
-      const ComparedFit rcf = Rcf(input, prepared, iterations, seed);
-      fits.push_back(method == Method::kRcf ? rcf : Refined(input, rcf));
+      const Method start = method == Method::kRefined ? Method::kRcf : method;
+      const ComparedFit rcf = Rcf(input, prepared, start, iterations, seed);
+      fits.push_back(method == Method::kRefined ? Refined(input, rcf) : rcf);
     }
   }
   return fits;

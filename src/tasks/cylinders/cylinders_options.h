@@ -22,12 +22,13 @@ constexpr std::array<std::string_view, 3> WordsOf(Source) {
 
 enum class Method {
   kLsf,      ///< least squares, as published
-  kRcf,      ///< random circle fitting, as published
+  kPrinted,  ///< random circle fitting to the letter (cylinders::RcfAsPrinted)
+  kRcf,      ///< random circle fitting
   kPcl,      ///< the Point Cloud Library's cylinder model
   kRefined,  ///< random circle fitting, refined
 };
-constexpr std::array<std::string_view, 4> WordsOf(Method) {
-  return {"lsf", "rcf", "pcl", "refined"};
+constexpr std::array<std::string_view, 5> WordsOf(Method) {
+  return {"lsf", "rcf_as_printed", "rcf", "pcl", "refined"};
 }
 
 /// What is shown.
@@ -47,7 +48,8 @@ struct Options {
   Shown shown = Shown::kResolution;
   std::vector<CylinderRow> rows;
   std::vector<Source> sources = {Source::kPerfect, Source::kNoisy, Source::kScanned};
-  std::vector<Method> methods = {Method::kLsf, Method::kRcf, Method::kPcl, Method::kRefined};
+  std::vector<Method> methods = {Method::kLsf, Method::kPrinted, Method::kRcf, Method::kPcl,
+                                 Method::kRefined};
   std::vector<int> iterations = {100};  ///< of LSF; triples of RCF; hypotheses of PCL
   int repetitions = 50;
   double neighborhood_m = 0.005;  ///< of normals and curvature

@@ -35,8 +35,11 @@ struct MethodStyle {
   const char* name;
   const char* color;
 };
-constexpr std::array<MethodStyle, 4> kStyles = {
-    {{"LSF", "#d62728"}, {"RCF", "#1f77b4"}, {"PCL", "#7f7f7f"}, {"refined", "#2ca02c"}}};
+constexpr std::array<MethodStyle, 5> kStyles = {{{"LSF", "#d62728"},
+                                                 {"RCF as printed", "#9467bd"},
+                                                 {"RCF", "#1f77b4"},
+                                                 {"PCL", "#7f7f7f"},
+                                                 {"refined", "#2ca02c"}}};
 const MethodStyle& StyleOf(Method method) { return kStyles[static_cast<std::size_t>(method)]; }
 
 struct Mean {
