@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tasks/clearing/clearing_task.h"
+#include "tasks/cylinders/cylinders_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
@@ -12,7 +13,8 @@ namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
   static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
-                                   times::TimesTask(), seam_task::SeamTask(), PartsTask()};
+                                   times::TimesTask(),       cylinder_task::CylindersTask(),
+                                   seam_task::SeamTask(),    PartsTask()};
   return kinds;
 }
 
