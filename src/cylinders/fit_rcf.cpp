@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "cylinders/curvature.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 
@@ -49,14 +50,6 @@ WallPoints WallOf(const FitInput& input, const RcfPreparation& prepared, const B
 
 }  // namespace
 
-double MeanNormalAngle(const geometry::Points& normals, std::size_t i,
-                       const std::vector<std::uint32_t>& neighbors) {
-  double sum = 0.0;
-  for (const std::uint32_t t : neighbors) sum += normals[i].dot(normals[t]);
-  const double mean = sum / static_cast<double>(std::max<std::size_t>(neighbors.size(), 1));
-  return neighbors.empty() ? 0.0 : std::acos(std::clamp(mean, -1.0, 1.0));
-}
-
 RcfOptions RcfAsPrinted() {
   RcfOptions options;
   options.gate = RimGate::kSigned;
@@ -73,10 +66,10 @@ bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
     const double tilt = std::acos(std::clamp(n_x, -1.0, 1.0));
     return std::abs(tilt - core::Deg(45.0)) <= options.halfway_rad;
   }
-  const Eigen::Vector3d y = up.cross(to_eye).stableNormalized();
+  const Eigen::Vector3d y = to_eye.cross(up).stableNormalized();
   const double n_y = normal.dot(y);
-  const double n_z = normal.dot(y.cross(up));
-  if (options.gate == RimGate::kSigned) return n_x > n_y && n_x > n_z;
+  const double n_z = normal.dot(up.cross(y));
+  if (options.gate == RimGate::kSigned) return PassesSensorGate({n_x, n_y, n_z});
   return n_x > std::abs(n_y) && n_x > std::abs(n_z);
 }
 
@@ -88,15 +81,15 @@ RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
       geometry::EstimateNormals(input.points, tree, options.neighborhood_m, input.eye);
   prepared.curved.assign(input.points.size(), false);
   std::vector<geometry::KdTree::Neighbor> near;
-  std::vector<std::uint32_t> neighbors;
+  const double max_cosine = std::cos(options.curvature_rad);
+  geometry::Points others;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
     tree.Within(input.points[i], options.neighborhood_m, near);
-    neighbors.clear();
+    others.clear();
     for (const auto& neighbor : near) {
-      if (neighbor.index != i) neighbors.push_back(neighbor.index);
+      if (neighbor.index != i) others.push_back(prepared.normals[neighbor.index]);
     }
-    std::sort(neighbors.begin(), neighbors.end());
-    prepared.curved[i] = MeanNormalAngle(prepared.normals, i, neighbors) > options.curvature_rad;
+    prepared.curved[i] = MeanCosine(prepared.normals[i], others) < max_cosine;
   }
   return prepared;
 }

@@ -57,11 +57,6 @@ struct RcfPreparation {
 /// @throws std::invalid_argument if an option is out of range or a point is not finite.
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
 
-/// The angle of eq. 4.13 [rad]: of the normal of point i to those of its neighbors. The equation's
-/// sum of cosines is read as their mean: a sum of more than one cosine has no arc cosine.
-double MeanNormalAngle(const geometry::Points& normals, std::size_t i,
-                       const std::vector<std::uint32_t>& neighbors);
-
 /// Whether a normal is that of a "top curvature point", in a frame whose x axis is `up` and whose
 /// z axis points to the eye.
 bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,

@@ -57,6 +57,13 @@ double Tukey(double sigmas, double cut) {
 
 double Square(double x) { return x * x; }
 
+// The variance of unit normal values, weighed by Tukey's biweight: what its weights leave of it.
+// (Of values beyond the cut, which are one in 3e5 at 4.685, the formula has none.)
+double KeptVariance(double cut) {
+  const double c2 = cut * cut;
+  return (1.0 - 6.0 / c2 + 15.0 / (c2 * c2)) / (1.0 - 2.0 / c2 + 3.0 / (c2 * c2));
+}
+
 /// A point's part in a round.
 struct Term {
   double distance_m = 0.0;  ///< from the barrel, less its mean under noise
@@ -130,6 +137,9 @@ void Refinement::FindWall() {
   }
   const double enough = options_.end_share * static_cast<double>(input_.points.size());
   if (static_cast<double>(inside.size()) < std::max(enough, 3.0) || on.empty()) return;
+  // Mixed points behind the wall lie within it, too, but all along it.
+  const double spread_m = core::QuantileOf(inside, 0.75) - core::QuantileOf(inside, 0.25);
+  if (spread_m > options_.inner_share * barrel_.radius_m) return;
   const double end_m = core::MedianOf(inside);
   // The end is seen at an angle: along the axis its noise is at most that along the ray.
   const double noise_m = noise_ ? std::hypot(noise_->along_m, noise_->across_m) : 0.0;
@@ -182,16 +192,18 @@ void Refinement::Weigh() {
 }
 
 // The squares of the distances as a sum of both noises' squares, each times its part of the normal:
-// weighted linear least squares over the points that count.
+// weighted linear least squares with the robust loss's weights, or one point in eleven that is far
+// off would widen the noise until it counts itself.
 void Refinement::EstimateNoise(double sigma_m) {
+  const double kept = KeptVariance(options_.cut_sigmas);
   double aa = 0.0, ab = 0.0, bb = 0.0, ay = 0.0, by = 0.0;
   for (const Term& term : terms_) {
     if (term.weight == 0.0) continue;
     const double a = Square(term.incidence.radial);
     const double b = 1.0 - a;
     // The variance of a square is twice the square of its mean.
-    const double w = 1.0 / Square(term.variance_m2);
-    const double y = Square(term.distance_m);
+    const double w = term.weight / Square(term.variance_m2);
+    const double y = Square(term.distance_m) / kept;
     aa += w * a * a;
     ab += w * a * b;
     bb += w * b * b;

@@ -11,13 +11,6 @@ using testing_support::SeenCylinder;
 
 const Eigen::Vector3d kAxis = Eigen::Vector3d::UnitX();
 
-TEST(MeanNormalAngle, IsThatOfTheMeanCosine) {
-  const geometry::Points normals = {{0, 0, 1}, {0, 1, 0}, {0, 0, 1}};
-  // (0 + 1) / 2: 60 deg.
-  EXPECT_NEAR(MeanNormalAngle(normals, 0, {1, 2}), core::Deg(60.0), 1e-12);
-  EXPECT_EQ(MeanNormalAngle(normals, 0, {}), 0.0);
-}
-
 TEST(Gate, AsPrintedComparesSigns) {
   const Eigen::Vector3d to_eye(0.5, 0.0, 1.0);
   RcfOptions options = RcfAsPrinted();

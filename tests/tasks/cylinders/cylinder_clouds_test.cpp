@@ -28,7 +28,7 @@ TEST(SyntheticScan, HasSoManyPointsOnTheSurfaceThatTheEyeSees) {
     end += on_end ? 1 : 0;
     // The wall's outward normal faces the eye.
     const Eigen::Vector3d normal(0.0, p.y(), p.z());
-    if (!on_end) EXPECT_GT(normal.dot(view.eye - p), -1e-9);
+    EXPECT_TRUE(on_end || normal.dot(view.eye - p) > -1e-9);
   }
   // Seen from far the end's ellipse has pi r^2 sin(37 deg) of it and 2 r h cos(37 deg) of the wall;
   // from 0.9 m the nearer end has a few more.

@@ -71,7 +71,9 @@ TEST(CylindersTask, SameSeedSameRecordsForOneAndTwoJobs) {
 TEST(CylindersTask, ReplayLeavesThePoints) {
   const testing_support::TempFolder folder;
   const auto experiment = Open("cylinder_resolution.yaml", {"sources=[noisy]"});
-  experiment.task->Replay(experiment.cases[0], {.folder = folder.path()});
+  experiment::ReplayOptions options;
+  options.folder = folder.path();
+  experiment.task->Replay(experiment.cases[0], options);
   EXPECT_TRUE(std::filesystem::exists(folder / experiment.cases[0].id / "points.csv"));
 }
 
