@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "core/error.h"
 #include "tasks/cylinders/scanned_cylinder.h"
 #include "tasks/cylinders/synthetic_cylinder.h"
