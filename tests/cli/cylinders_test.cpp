@@ -88,7 +88,7 @@ TEST_F(CylindersTest, TakesOtherUnitsACropAndTheMethodAsPublished) {
   auto image = Image();
   const Ran cropped = Cylinders(Write("cloud.pcd", image),
                                 {"--cylinder", "25.75,173", "--cylinder", "26.75,134", "--crop",
-                                 "-0.3,-0.3,-1,0.3,0,1", "--up", "0,0,1", "--json"});
+                                 "-0.3,-0.3,-1,0.3,-0.03,1", "--up", "0,0,1", "--json"});
   ASSERT_EQ(cropped.code, 0) << cropped.err;
   const auto json = nlohmann::json::parse(cropped.out);
   EXPECT_TRUE(json["given"][0]["found"]);
