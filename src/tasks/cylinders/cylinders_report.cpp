@@ -173,22 +173,22 @@ std::vector<std::string> LineOf(const Collected& all, const Key& key, const Fits
   const Mean radius = MeanOf(fits.radius_mm);
   const Mean radius_error = MeanOf(fits.radius_error_mm);
   const Mean axis = MeanOf(fits.axis_error_deg);
-  std::vector<std::string> line = {
-      fmt::format("{} x {}", row.at("radius_mm").get<double>(), row.at("height_mm").get<double>()),
-      fmt::format("{}", PointsOf(all, key.row)),
-      StyleOf(key.method).name,
-      CellOf(radius.mean, kRadiusDigits),
-      CellOf(radius_error.mean, kRadiusDigits),
-      CellOf(radius_error.standard_error, kRadiusDigits),
-      "-",
-      CellOf(axis.mean, kAxisDigits),
-      CellOf(axis.standard_error, kAxisDigits),
-      "-",
-      CellOf(MeanOf(fits.seconds).mean, kTimeDigits),
-      CellOf(MeanOf(fits.preparation).mean, kTimeDigits),
-      "-",
-      fmt::format("{} of {}", fits.failed, fits.All()),
-      fits.All() > 0 ? Fixed(100.0 * fits.good / fits.All(), 1) : "-"};
+  std::vector<std::string> line = {fmt::format("{:.6g} x {:.6g}", row.at("radius_mm").get<double>(),
+                                               row.at("height_mm").get<double>()),
+                                   fmt::format("{}", PointsOf(all, key.row)),
+                                   StyleOf(key.method).name,
+                                   CellOf(radius.mean, kRadiusDigits),
+                                   CellOf(radius_error.mean, kRadiusDigits),
+                                   CellOf(radius_error.standard_error, kRadiusDigits),
+                                   "-",
+                                   CellOf(axis.mean, kAxisDigits),
+                                   CellOf(axis.standard_error, kAxisDigits),
+                                   "-",
+                                   CellOf(MeanOf(fits.seconds).mean, kTimeDigits),
+                                   CellOf(MeanOf(fits.preparation).mean, kTimeDigits),
+                                   "-",
+                                   fmt::format("{} of {}", fits.failed, fits.All()),
+                                   fits.All() > 0 ? Fixed(100.0 * fits.good / fits.All(), 1) : "-"};
   const auto published = all.published.find({key.method, PointsOf(all, key.row)});
   if (published != all.published.end()) {
     line[6] = Fixed(published->second.radius_error_mm, 3);
