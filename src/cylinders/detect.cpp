@@ -262,19 +262,19 @@ double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
   return on * std::exp(-error / options.accept.max_radius_error_m);
 }
 
-/// Of what shares points the better one stays.
+/// Of what shares points the better one stays. A cylinder's points are all on its surface: those
+/// that its axis was fitted to may be a piece of it, and another piece would be found as another.
 std::vector<FoundCylinder> WithoutOverlaps(std::vector<FoundCylinder> found,
                                            std::span<const GivenCylinder> given,
-                                           const DetectOptions& options, std::size_t points) {
+                                           const DetectOptions& options, PointSpan points) {
   std::stable_sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
     return ScoreOf(a, given[a.given], options) > ScoreOf(b, given[b.given], options);
   });
-  std::vector<bool> taken(points, false);
+  std::vector<bool> taken(points.size(), false);
   std::vector<FoundCylinder> kept;
   for (FoundCylinder& one : found) {
-    Indices own;
-    std::set_union(one.barrel.begin(), one.barrel.end(), one.rim.begin(), one.rim.end(),
-                   std::back_inserter(own));
+    const Indices own =
+        PositionsOf(PointsOn(points, one.cylinder_C, options.accept.view_tolerance_m));
     const auto shared = std::ranges::count_if(own, [&](auto i) { return taken[i]; });
     if (static_cast<double>(shared) > options.accept.max_shared * static_cast<double>(own.size())) {
       continue;
@@ -298,7 +298,7 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
       found.push_back(std::move(*one));
     }
   }
-  scene.cylinders = WithoutOverlaps(std::move(found), given, context.options, scene.cloud.size());
+  scene.cylinders = WithoutOverlaps(std::move(found), given, context.options, scene.cloud.points);
 }
 
 }  // namespace

@@ -181,9 +181,11 @@ class Examination {
     return Table().Distance(cylinder.center) < lowest - 2.0 * accept_.max_height_error_m;
   }
 
-  /// How far beyond an end the cylinder may go on unseen, up to so much [m].
+  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are no thinner
+  /// than a row of points: a slice that no ray meets would be taken for hidden.
   double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
-    const int steps = accept_.hidden_steps;
+    const int steps =
+        std::clamp(static_cast<int>(up_to_m / accept_.max_height_error_m), 1, accept_.hidden_steps);
     const double step_m = up_to_m / steps;
     for (int i = 0; i < steps; ++i) {
       const double near_m = end_m + sign * i * step_m;
