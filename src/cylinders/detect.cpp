@@ -145,15 +145,17 @@ void Filter(const Indices& above, const DetectOptions& options, CylinderScene& s
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
 }
 
-void FindNormals(const Measured& measured, const KdTree& tree, const DetectOptions& options,
-                 CylinderScene& scene) {
+geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree,
+                                    const DetectOptions& options, CylinderScene& scene) {
   Indices place_of;
   place_of.reserve(scene.source.size());
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   const double radius_m = options.preprocess.normal_radius_m;
   const double max_m = options.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
+  geometry::NeighborLists neighbors;
   scene.cloud.normals = geometry::EstimateNormals(scene.cloud.points, tree, radius_m,
-                                                  measured.places_C, place_of, max_m);
+                                                  measured.places_C, place_of, max_m, &neighbors);
+  return neighbors;
 }
 
 Indices PositionsOf(const std::vector<bool>& chosen) {
@@ -164,9 +166,10 @@ Indices PositionsOf(const std::vector<bool>& chosen) {
   return positions;
 }
 
-void FindCurvature(const Measured& measured, const KdTree& tree, const DetectOptions& options,
+void FindCurvature(const Measured& measured, const KdTree& tree,
+                   const geometry::NeighborLists& neighbors, const DetectOptions& options,
                    CylinderScene& scene) {
-  scene.curved = PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature));
+  scene.curved = PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature, neighbors));
   scene.scan_order = measured.scan_order;
   if (!scene.scan_order) return;
   std::vector<ScanPlace> places;
@@ -325,10 +328,10 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   const KdTree tree(scene.cloud.points);
   scene.seconds.emplace_back("filter", watch.Restart());
 
-  FindNormals(measured, tree, options, scene);
+  const auto neighbors = FindNormals(measured, tree, options, scene);
   scene.seconds.emplace_back("normals", watch.Restart());
 
-  FindCurvature(measured, tree, options, scene);
+  FindCurvature(measured, tree, neighbors, options, scene);
   scene.seconds.emplace_back("curvature", watch.Restart());
 
   FindFragments(options, scene);

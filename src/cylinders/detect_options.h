@@ -65,14 +65,14 @@ struct AcceptOptions {
   /// Of the circle's radius from the given one (eq. 4.27 takes the nearest, however far it is). The
   /// range tolerance of section 4.2.4. Larger: other cylinders are taken for given ones.
   perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
-  /// The same of the barrel's, which has more points: what the given numbers and a scan's radius are
-  /// known to (the line scanner's are off by 0.1 mm, one in twenty by 0.4); and by as much again
-  /// where two deviations of the fit are as much (an arc that is short).
+  /// The same of the barrel's, which has more points: what the given numbers and a scan's radius
+  /// are known to (the line scanner's are off by 0.1 mm, one in twenty by 0.4); and by as much
+  /// again where two deviations of the fit are as much (an arc that is short).
   perception::AdaptiveLength max_radius_error_m{0.0005, {.noises = 1.5}};
   /// Of the height that is seen from the given one: a row of points at each end.
   perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
   /// The same of ends that are seen as faces, of many points each.
-  perception::AdaptiveLength max_face_error_m{0.001, {.noises = 4.0}};
+  perception::AdaptiveLength max_face_error_m{0.002, {.noises = 4.0}};
   /// Of the height that a barrel has to show: of a shorter piece nothing says how far it goes on.
   double min_length_share = 0.2;
   /// Less of a barrel fits about any curved thing.
