@@ -311,6 +311,8 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
                     std::optional<std::size_t> row, const std::string& title) {
   draw::Panel panel{title, row ? "iterations" : "points", quantity.unit, {}, {}, {}, false};
   for (const Method method : core::ValuesOf<Method>()) {
+    // Off by tens of millimetres, it would press all others to the axis; fits.csv has it.
+    if (method == Method::kPrinted) continue;
     auto series = SeriesOf(all, quantity, method, source, row);
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }

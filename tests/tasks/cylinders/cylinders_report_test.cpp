@@ -61,14 +61,18 @@ TEST(CylindersReport, IterationsMakeSixFigures) {
                {RecordOf(0, R"([{"method": "rcf", "iterations": 50, "radius_mm": 25.0,
                         "radius_error_mm": 0.75, "axis_error_deg": 0.02},
                        {"method": "rcf", "iterations": 100, "radius_mm": 25.75,
-                        "radius_error_mm": 0.0, "axis_error_deg": 0.01}])")});
+                        "radius_error_mm": 0.0, "axis_error_deg": 0.01},
+                       {"method": "rcf_as_printed", "iterations": 100, "radius_mm": 60.0,
+                        "radius_error_mm": 34.25, "axis_error_deg": 20.0}])")});
   ASSERT_EQ(report.files.size(), 7u);
+  // What would press all others to the axis is in the table and the CSV alone.
+  EXPECT_THAT(report.files[1].second, testing::Not(testing::HasSubstr("as printed")));
   EXPECT_EQ(report.files[1].first, "figure_4.14_noisy.svg");
   EXPECT_EQ(report.files[6].first, "figure_4.19_noisy.svg");
   // The table is that of 100 iterations; the CSV has both.
-  ASSERT_EQ(report.sections[0].grid.rows.size(), 1u);
-  EXPECT_EQ(report.sections[0].grid.rows[0][6], "0.568");
-  EXPECT_EQ(report.csv.rows.size(), 2u);
+  ASSERT_EQ(report.sections[0].grid.rows.size(), 2u);
+  EXPECT_THAT(report.sections[0].grid.rows[1], testing::Contains("0.568"));
+  EXPECT_EQ(report.csv.rows.size(), 3u);
 }
 
 }  // namespace
