@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 
@@ -21,6 +22,7 @@ using testing::HandMadeGrasp;
 struct Case {
   const char* object;  ///< upright
   HandMadeGrasp grasp;
+  double first_grip_N = 40.0;
 };
 
 HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
@@ -33,7 +35,8 @@ HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
 
 const Case kBox{"dextrose", Grasp({0, 0, 0.100}, 10)};
 const Case kCylinder{"salt_cylinder", Grasp({0, 0, 0.085}, 10)};
-const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0)};
+// With 40 N the cup turns on about its rim, by 0.3 deg/s.
+const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0), 50.0};
 
 World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
   const ObjectModel object = testing::RepositoryObject(setup.object);
@@ -65,14 +68,16 @@ bool Delivered(const ExecutionLog& log) {
 class GoodGrasp : public ::testing::TestWithParam<const Case*> {};
 
 TEST_P(GoodGrasp, DeliversWithinTheBoundsOfTheAudit) {
-  const ExecutionLog log = Try(*GetParam());
+  HandControlOptions hand;
+  hand.initial_force_N = GetParam()->first_grip_N;
+  const ExecutionLog log = Try(*GetParam(), {}, hand);
   EXPECT_TRUE(Delivered(log));
   EXPECT_EQ(log.audit.failed, "");
   EXPECT_EQ(log.audit.warnings, 0);
   EXPECT_GT(log.audit.tracking_error_rad, 0.0);
   EXPECT_GT(log.tracking_error_m, 0.0);
   EXPECT_GT(log.audit.penetration_max_m, 0.0);  // it was measured
-  EXPECT_GE(log.grip_force_N, 40.0);
+  EXPECT_GE(log.grip_force_N, GetParam()->first_grip_N);
   EXPECT_GT(log.felt_force_N, 5.0);  // the pads' sensors are on
 }
 
@@ -101,6 +106,27 @@ TEST(BadGrasp, AHandThatNeverClosesLiftsNothing) {
     EXPECT_FALSE(log.held_after_lift) << setup->object;
     EXPECT_LT(log.lift_height_m, 0.01) << setup->object;
   }
+}
+
+// A grip that loses what it holds must not shut like a trap: the blow of a motor with 100 N and no
+// limit of its speed was locked in by the gear, as up to 6 kN between the fingers.
+TEST(ShippedHand, TheStrongestGripShutsNoFasterThanTheMotorTurns) {
+  World world = Arrange(kBox);
+  const mjModel* model = world.model();
+  const int motor = mj_name2id(model, mjOBJ_ACTUATOR, "arm/hand/motor");
+  const int drive = mj_name2id(model, mjOBJ_TENDON, "arm/hand/drive");
+  ASSERT_GE(motor, 0);
+  ASSERT_GE(drive, 0);
+  const double full_Nm = model->actuator_ctrlrange[2 * motor + 1];
+  double fastest_rad_s = 0.0;
+  for (int step = 0; step < 200; ++step) {
+    world.data()->ctrl[motor] = step < 100 ? -full_Nm : full_Nm;
+    world.Step();
+    fastest_rad_s = std::max(fastest_rad_s, world.data()->ten_velocity[drive]);
+  }
+  EXPECT_GT(fastest_rad_s, 1.5);
+  // Of the damping half is explicit, so that the first step goes too far.
+  EXPECT_LT(fastest_rad_s, 1.5 * HandControlOptions().closing_speed_rad_s);
 }
 
 TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {

@@ -38,13 +38,39 @@ TEST(GripControl, ClosesAtTheTorqueOfItsFreeSpeedUntilBothSidesFeel) {
   Script hand;
   hand.control.Close();
   hand.For(0.2, kTurning);
-  EXPECT_DOUBLE_EQ(hand.torque_Nm, 0.61 * 2.2);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, 6.1 * 2.2);
   HandReading one_side = kTurning;
   one_side.thumb_N = 5.0;
   hand.For(0.2, one_side);
   EXPECT_TRUE(hand.control.Closing());
   hand.For(kStep_s, kPressed);
   EXPECT_FALSE(hand.control.Closing());
+}
+
+// What stands in the way of the moving hand feels 10 N, a quarter of the first grip, at most.
+TEST(GripControl, TheMovingMotorStallsAtALimitedCurrent) {
+  Script hand;
+  HandReading stalled = kTurning;
+  stalled.speed_rad_s = 0.0;
+  hand.control.Close();
+  hand.For(kStep_s, stalled);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, 10.0 * 0.135);
+  hand.control.Open();
+  hand.For(kStep_s, stalled);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, -10.0 * 0.135);
+  HandReading opening = kTurning;
+  opening.speed_rad_s = -2.0;
+  hand.For(kStep_s, opening);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, -6.1 * 2.2);
+}
+
+TEST(GripControl, AMotorWithoutDampingMovesAtThatCurrent) {
+  HandDrive drive;
+  drive.damping_Nm_s = 0.0;
+  Script hand({}, drive);
+  hand.control.Close();
+  hand.For(0.1, kTurning);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, 10.0 * 0.135);
 }
 
 TEST(GripControl, AStalledMotorGripsToo) {
@@ -84,13 +110,14 @@ TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
 }
 
-// From the motor's free torque, 0.61 * 2.2 / 0.135 = 9.94 N, at 250 N/s: 40 N after 0.12 s.
+// From the current's limit while it moves, a quarter of the first grip, at 250 N/s: 40 N after 0.12
+// s.
 TEST(GripControl, TheForceRisesToTheFirstGripAndStays) {
   Script hand;
   hand.control.Close();
   hand.For(kStep_s, kPressed);
   double before_N = hand.control.force_N();
-  EXPECT_NEAR(before_N, 9.94, 0.01);
+  EXPECT_DOUBLE_EQ(before_N, 10.0);
   for (int i = 0; i < 100; ++i) {
     hand.For(kStep_s, kPressed);
     EXPECT_GE(hand.control.force_N(), before_N);
@@ -157,7 +184,7 @@ TEST(GripControl, TheNextClosingBeginsWithTheFirstGripAgain) {
   hand.control.Open();
   hand.For(kStep_s, kTurning);
   EXPECT_EQ(hand.control.force_N(), 0.0);
-  EXPECT_DOUBLE_EQ(hand.torque_Nm, -0.61 * 2.2);
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, -10.0 * 0.135);  // it still closed
   hand.Grip();
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 40.0);
 }
@@ -169,9 +196,9 @@ TEST(GripControl, PreshapesAtTheClosingSpeed) {
   HandReading still;
   still.angle_rad = -0.7;
   hand.For(0.1, still);
-  EXPECT_NEAR(hand.torque_Nm, 15.0 * 0.22, 1e-9);
+  EXPECT_NEAR(hand.torque_Nm, 152.5 * 0.22, 1e-9);
   hand.For(0.5, still);
-  EXPECT_NEAR(hand.torque_Nm, 15.0 * 0.5, 1e-9);
+  EXPECT_NEAR(hand.torque_Nm, 152.5 * 0.5, 1e-9);
   EXPECT_FALSE(hand.control.Ratchets());
 }
 

@@ -6,9 +6,14 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-// Of the pre-shape, in the air: the passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad)
-// move it by 0.01 rad.
-constexpr double kPositionGain_Nm_rad = 15.0;
+// Of the pre-shape, in the air, a share of the motor's damping: the hand follows the ramp by 0.09
+// rad, and the passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad. A
+// motor without damping has the least one.
+constexpr double kPositionRate_1_s = 25.0;
+constexpr double kLeastPositionGain_Nm_rad = 15.0;
+// While the hand moves, the motor's current is limited to this share of the first grip: what it
+// meets is shoved with 10 N, and not with what the motor has.
+constexpr double kMovingShare = 0.25;
 // What a side must press to feel it: a twentieth of the weakest grip, above what the fingers'
 // blow on the air gives, which is none. Larger shoves light objects further before the grip.
 constexpr double kFelt_N = 0.5;
@@ -16,7 +21,7 @@ constexpr double kFelt_N = 0.5;
 // free motor makes 300; long enough for the start, when it turns slowly too.
 constexpr double kStallSpeed_rad_s = 0.03;
 constexpr double kStallTime_s = 0.06;
-// The force rises from touch to the first grip of 40 N in 0.16 s. Faster is a blow.
+// The force rises from touch to the first grip of 40 N in 0.12 s. Faster is a blow.
 constexpr double kForceRate_N_s = 250.0;
 // The first grip stands this long before slip is listened to: closing itself slides.
 constexpr double kFirstGripHold_s = 0.05;
@@ -52,7 +57,8 @@ double GripControl::Tick(const HandReading& reading) {
   switch (mode_) {
     case Mode::kPreshape:
       commanded_rad_ += std::clamp(target_rad_ - commanded_rad_, -step_rad, step_rad);
-      return kPositionGain_Nm_rad * (commanded_rad_ - reading.angle_rad);
+      return std::max(kLeastPositionGain_Nm_rad, kPositionRate_1_s * drive_.damping_Nm_s) *
+             (commanded_rad_ - reading.angle_rad);
     case Mode::kClosing:
       return TickClosing(reading);
     case Mode::kGripping:
@@ -60,18 +66,25 @@ double GripControl::Tick(const HandReading& reading) {
     case Mode::kOpening:
       break;
   }
-  return -drive_.damping_Nm_s * options_.closing_speed_rad_s;
+  return -MovingTorque(-reading.speed_rad_s);
+}
+
+// Runs free at the closing speed, and stalls at the limit of the current.
+double GripControl::MovingTorque(double speed_rad_s) const {
+  const double limit_Nm = kMovingShare * drive_.first_force_N * drive_.torque_per_force_Nm_N;
+  const double free_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
+  return std::min(limit_Nm + drive_.damping_Nm_s * std::max(0.0, speed_rad_s),
+                  std::max(limit_Nm, free_Nm));
 }
 
 double GripControl::TickClosing(const HandReading& reading) {
-  const double torque_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
   const bool both_sides = reading.thumb_N > kFelt_N && reading.fingers_N > kFelt_N;
   if (both_sides || Stalls(reading.speed_rad_s)) {
     mode_ = Mode::kGripping;
-    force_N_ = std::min(first_force_N_, torque_Nm / drive_.torque_per_force_Nm_N);
+    force_N_ = std::min(first_force_N_, kMovingShare * drive_.first_force_N);
     gripping_s_ = since_slip_s_ = 0.0;
   }
-  return torque_Nm;
+  return MovingTorque(reading.speed_rad_s);
 }
 
 bool GripControl::Stalls(double speed_rad_s) {

@@ -11,7 +11,7 @@ struct HandDrive {
   double first_force_N = 40.0;
   double max_force_N = 100.0;
   double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
-  double damping_Nm_s = 0.61;            ///< of the motor, per rad/s
+  double damping_Nm_s = 6.1;             ///< of the motor, per rad/s; 0: it has none
   double backlash_rad = 0.008;           ///< of the gear
 };
 
@@ -26,9 +26,10 @@ struct HandReading {
 
 /// What the hand's motor does, from what the hand feels. Positive angles and torques close.
 ///
-/// Closing runs at the speed limit until both sides feel pressure (or the motor stalls), then the
-/// force rises to the first grip; each slip felt after that adds to it, up to the largest force.
-/// The force stays until the hand opens; the next closing begins with the first grip again.
+/// Closing runs at the speed limit, with a limited current, until both sides feel pressure (or the
+/// motor stalls), then the force rises to the first grip; each slip felt after that adds to it, up
+/// to the largest force. The force stays until the hand opens; the next closing begins with the
+/// first grip again.
 class GripControl {
  public:
   GripControl(const HandControlOptions& options, const HandDrive& drive, double timestep_s)
@@ -51,6 +52,7 @@ class GripControl {
  private:
   enum class Mode { kPreshape, kClosing, kGripping, kOpening };
 
+  double MovingTorque(double speed_rad_s) const;
   double TickClosing(const HandReading& reading);
   double TickGripping(bool slips);
   bool Stalls(double speed_rad_s);

@@ -38,8 +38,7 @@ HandDrive DriveOf(const mjModel* model, int motor, const HandControlOptions& opt
   if (!calibration.empty()) drive.torque_per_force_Nm_N = calibration[0];
   const auto backlash = NumericOf(model, "gear_backlash");
   if (!backlash.empty()) drive.backlash_rad = backlash[0];
-  const double damping = -model->actuator_biasprm[motor * mjNBIAS + 2];
-  if (damping > 0.0) drive.damping_Nm_s = damping;
+  drive.damping_Nm_s = std::max(0.0, -model->actuator_biasprm[motor * mjNBIAS + 2]);
   const auto force = NumericOf(model, "grip_force");
   if (!force.empty() && force.size() != 2) {
     throw core::InputError(

@@ -151,7 +151,7 @@ class AttemptRun {
       if (!move.plan) return End(Outcome::kNoPath, move.failures);
       Execute(*move.plan, known.grasps[move.grasp], noise, last);
       const auto& met_W = result_.log->met_W;
-      if (met_W.empty()) return;
+      if (met_W.empty() || !result_.log->audit.failed.empty()) return;
       known.obstacles.measured_C.push_back(grasp::SpeckMesh(met_W, kMet_m));
       q = world_.ArmPositions();
     }
