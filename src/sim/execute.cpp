@@ -14,6 +14,7 @@
 #include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
 #include "sim/internal/slip_sensor.h"
+#include "sim/internal/user.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
@@ -39,6 +40,11 @@ constexpr double kFelt_rad = 0.005;
 // What fingertips feel on their way down: what lies loose slides, or a joint lags by a third of the
 // above, at less than this.
 constexpr double kMet_N = 2.0;
+// A change of a joint's lag at rest that is a pull: a fifth of the above, about 4 N at the hand. A
+// held object that swings moves it by a tenth of that.
+constexpr double kPull_rad = 0.001;
+// Drawing an object out of the open hand takes 0.6 s.
+constexpr double kDrawLimit_s = 2.0;
 // And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
 // drive then has a tenth of its torque left.
 constexpr double kGives_rad = 0.004;
@@ -82,7 +88,9 @@ class Execution {
     Grasp();
     if (!Over()) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
-    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) Deliver();
+    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) {
+      program_.user ? HandOver() : Deliver();
+    }
     if (ByAperture() && holding_) LetGo();
     Finish();
     Moment("end");
@@ -233,6 +241,40 @@ class Execution {
     }
   }
 
+  // The arm feels the pull by its joints' lag, as it feels contact; then the hand lets go.
+  void HandOver() {
+    UserOptions options = *program_.user;
+    log_.hand_over.emplace();
+    HandOverLog& log = *log_.hand_over;
+    const Eigen::VectorXd before = Lag();
+    const auto pulls = [&] { return (Lag() - before).cwiseAbs().maxCoeff() > kPull_rad; };
+    for (double t = 0.0; !lost_ && t < options.wait_s; t += Period()) {
+      Tick();
+      log.early = log.early || pulls();
+    }
+    Moment("waits");
+    if (lost_) return;
+    user_.emplace(world_, target_,
+                  internal::BodyPose(world_.data(), hand_.body()).linear() * options.direction_H,
+                  options);
+    const double start_s = world_.time_s();
+    while (!log.felt && !lost_ && world_.time_s() - start_s < options.rise_s + options.patience_s) {
+      Tick();
+      log.felt = pulls();
+      log.felt_N = user_->pull_N();
+    }
+    log.felt_s = world_.time_s() - start_s;
+    Moment("pulled");
+    if (log.felt) LetGo();
+    for (double t = 0.0; log.felt && t < kDrawLimit_s && !user_->Done(); t += Period()) Tick();
+    log.taken = user_->Done() && !TouchNow().hand;
+    Moment("taken");
+    user_.reset();
+  }
+
+  // Of the arm's joints behind their commands.
+  Eigen::VectorXd Lag() const { return command_.position - world_.ArmPositions(); }
+
   void LetGo() {
     holding_ = false;
     controller_.Open();
@@ -335,6 +377,7 @@ class Execution {
   }
 
   void Tick() {
+    if (user_) user_->Tick();
     servo_.Command(world_.model(), world_.data(), command_);
     glove_.Tick(world_);
     controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
@@ -386,6 +429,8 @@ class Execution {
   internal::SlipSensor slip_sensor_;
   internal::AuditRecorder audit_;
   const double start_s_;
+
+  std::optional<internal::User> user_;  ///< from when they take hold until they have the object
 
   ExecutionLog log_;
   internal::JointCommand command_;
