@@ -9,6 +9,7 @@
 
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
+#include "sim/internal/engine.h"
 #include "sim/internal/glove.h"
 #include "sim/internal/hand_controller.h"
 #include "sim/internal/kinematics.h"
@@ -196,6 +197,7 @@ class Execution {
     if (lost_) return;
     log_.grip_force_N = controller_.force_N();
     log_.felt_force_N = controller_.FeltForce();
+    audit_.RecordGrip(log_.felt_force_N, controller_.strongest_N());
     log_.slips_heard = controller_.slips_heard();
     const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
@@ -206,26 +208,21 @@ class Execution {
     return internal::BodyPose(world_.data(), hand_.body()).translation();
   }
 
-  // Where the hand's root body is in W when the arm's joints stand so.
+  // Where the hand's root body is in W when the arm's joints stand so. On a copy: what the arm
+  // would touch there is none of the world's business.
   Eigen::Vector3d HandAt(const Eigen::VectorXd& q) {
     const mjModel* model = world_.model();
-    mjData* data = world_.data();
-    const std::vector<mjtNum> qpos(data->qpos, data->qpos + model->nq);
+    const internal::DataPtr copy(mj_makeData(model));
+    std::copy_n(world_.data()->qpos, model->nq, copy->qpos);
     for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
-      data->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[static_cast<Eigen::Index>(i)];
+      copy->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[static_cast<Eigen::Index>(i)];
     }
-    world_.Refresh();
-    const Eigen::Vector3d hand_W = HandNow();
-    std::copy(qpos.begin(), qpos.end(), data->qpos);
-    world_.Refresh();
-    return hand_W;
+    mj_kinematics(model, copy.get());
+    return internal::BodyPose(copy.get(), hand_.body()).translation();
   }
 
   // How far the hand is from where the arm's joints were sent.
-  double HandError() {
-    const Eigen::Vector3d sent_W = HandAt(command_.position);  // leaves the kinematics up to date
-    return (HandNow() - sent_W).norm();
-  }
+  double HandError() { return (HandNow() - HandAt(command_.position)).norm(); }
 
   void Deliver() {
     FollowUntilContact(program_.lower, "lower");

@@ -73,6 +73,10 @@ struct AuditBounds {
   /// Of joints that are coupled, as a share of their range, of points that are joined, of 0.1 m:
   /// 0.24 deg of 48, or 0.6 mm between the tips: half of the gear's backlash.
   double equality_share = 0.005;
+  /// Of what the pads of the side pressed less feel, as a multiple of the strongest grip: a drive's
+  /// wedge, a cam or a dead point may hold some more than the motor gives, a real hand's gear would
+  /// break.
+  double grip_share = 3.0;
   /// Rise of the held object that its energy would pay for, while no motor moves.
   double energy_gain_m = 0.001;
   /// Time that drives of the arm may spend at their limits: half of what a lift takes. Longer, the
@@ -96,6 +100,7 @@ struct Audit {
   double creep_m_s = 0.0;
   double creep_rad_s = 0.0;  ///< of the held object, relative to the palm; has no bound of its own
   double equality_share = 0.0;
+  double grip_share = 0.0;  ///< at the ends of lift and carry
   double drive_limit_s = 0.0;
   double tracking_error_rad = 0.0;
   double energy_gain_J = 0.0;

@@ -56,7 +56,6 @@ struct World::Impl {
   // Before the step at hand.
   struct {
     std::vector<mjtNum> state;
-    std::vector<int> asleep;
     std::array<mjWarningStat, mjNWARNING> counts;
     std::size_t warnings = 0;
   } before;
@@ -157,13 +156,13 @@ struct World::Impl {
   // What a step depends on.
   void KeepState() {
     mj_getState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
-    std::copy_n(data->tree_asleep, model->ntree, before.asleep.data());
     std::copy_n(data->warning, mjNWARNING, before.counts.data());
     before.warnings = warnings.size();
   }
   void GoBack() {
     mj_setState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
-    std::copy_n(before.asleep.data(), model->ntree, data->tree_asleep);
+    // Who sleeps is no state that can be set: the engine keeps lists of it that are its own.
+    WakeAll();
     std::copy_n(before.counts.data(), mjNWARNING, data->warning);
     warnings.resize(before.warnings);
   }
@@ -197,7 +196,6 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->data.reset(data);
   impl_->before.state.resize(
       static_cast<std::size_t>(mj_stateSize(impl_->model.get(), mjSTATE_INTEGRATION)));
-  impl_->before.asleep.resize(static_cast<std::size_t>(impl_->model->ntree));
   impl_->LoadArm();
   const std::vector<double> home = internal::NumericOf(model(), "home");
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {

@@ -76,7 +76,8 @@ class AuditBound : public ::testing::Test {
       &AuditBounds::penetration_p95_m, &AuditBounds::penetration_max_m,
       &AuditBounds::penetration_share, &AuditBounds::creep_m_s,
       &AuditBounds::equality_share,    &AuditBounds::energy_gain_m,
-      &AuditBounds::drive_limit_s,     &AuditBounds::tracking_error_rad};
+      &AuditBounds::drive_limit_s,     &AuditBounds::tracking_error_rad,
+      &AuditBounds::grip_share};
 
   void Step(bool holding) {
     JointCommand command;
@@ -257,6 +258,12 @@ TEST_F(AuditBound, TrackingError) {
   Step(false);                  // the maximum stays
   audit_.Step(false, nullptr);  // something may be in the way
   ExpectFailsBeyond("tracking_error_rad", 0.003, &AuditBounds::tracking_error_rad);
+}
+
+TEST_F(AuditBound, WhatThePadsFeel) {
+  audit_.RecordGrip(250.0, 100.0);
+  audit_.RecordGrip(120.0, 100.0);  // the maximum stays
+  ExpectFailsBeyond("grip_share", 2.5, &AuditBounds::grip_share);
 }
 
 // A beam of 0.384 m between the tips, 0.38 m apart: 2 mm deep in each. In front of one tip only

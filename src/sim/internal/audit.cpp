@@ -158,6 +158,10 @@ void AuditRecorder::EndRest() {
   }
 }
 
+void AuditRecorder::RecordGrip(double felt_N, double strongest_N) {
+  if (strongest_N > 0.0) audit_.grip_share = std::max(audit_.grip_share, felt_N / strongest_N);
+}
+
 Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
                             bool held_after_carry) const {
   Audit audit = audit_;
@@ -176,6 +180,7 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
   Check("penetration_max_m", audit.penetration_max_m, bounds.penetration_max_m, failed);
   Check("penetration_share", audit.penetration_share, bounds.penetration_share, failed);
   Check("equality_share", audit.equality_share, bounds.equality_share, failed);
+  Check("grip_share", audit.grip_share, bounds.grip_share, failed);
   const double weight_N = world_->ObjectMass(target_) * core::kGravity;
   Check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N, failed);
   if (!held_after_carry || slid_at_rest_) return audit;

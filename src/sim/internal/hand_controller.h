@@ -32,6 +32,7 @@ class HandController {
   bool FeelsEmpty();
   bool FullyOpen() const;
   double force_N() const { return control_.force_N(); }  ///< command
+  double strongest_N() const { return drive_.max_force_N; }
   double FeltForce() const;  ///< on the pads of the side that is pressed less [N]
   /// Where the pads are in W that are pressed harder.
   std::vector<Eigen::Vector3d> PressedPads(double least_N) const;

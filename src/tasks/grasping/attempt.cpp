@@ -26,6 +26,7 @@ ordered_json JsonOf(const sim::Audit& a) {
           {"creep_m_s", a.creep_m_s},
           {"creep_rad_s", a.creep_rad_s},
           {"equality_share", a.equality_share},
+          {"grip_share", a.grip_share},
           {"drive_limit_s", a.drive_limit_s},
           {"tracking_error_rad", a.tracking_error_rad},
           {"energy_gain_j", a.energy_gain_J},
