@@ -217,6 +217,7 @@ class AttemptRun {
                                     plan.carry,
                                     plan.lower,
                                     plan.retreat,
+                                    std::nullopt,
                                     grasp.opening_m,
                                     grasp.contact_angle_rad > cell_.options.firm_from_rad,
                                     options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture,

@@ -35,8 +35,13 @@ void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
 }
 
 void ReadClutter(YamlMap map, ClutterOptions& options) {
+  map.Read("always", options.always, "scattered: objects that lie there in every trial");
+  map.Read("others", options.others,
+           "scattered: objects that others are drawn from; empty: from `objects`");
+  map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
+                 "scattered: others lie no further from the middle of the workspace");
   map.Read("min_others", options.min_others, 1, 30,
-           "touching: objects beside the target, the number is drawn from here ...");
+           "scattered, touching: objects beside the target, the number is drawn from here ...");
   map.Read("max_others", options.max_others, 1, 30, "... to here");
   map.Read("min_touching", options.min_touching, 0, 30,
            "touching: so many of them the target touches at least");
@@ -220,7 +225,8 @@ Options ReadOptions(YamlMap& map) {
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
-  ReadClutter(map.Child("clutter", "how objects come to lie: touching, box, pile"), o.clutter);
+  ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
+              o.clutter);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <utility>
 #include <vector>
 
 #include "core/rng.h"
@@ -15,6 +16,12 @@ Eigen::Quaterniond RandomRotation(core::Rng& rng);
 
 /// Uniform over a disc round the middle of the workspace, in W.
 Eigen::Vector3d PlaceInDisc(const core::Pose& X_WWorkspace, double radius_m, core::Rng& rng);
+
+/// In random order; std::shuffle differs between libraries.
+template <typename T>
+void Shuffle(std::vector<T>& items, core::Rng& rng) {
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
+}
 
 /// The objects of whose visual surfaces not all vertices lie in the scanner's field of view,
 /// ascending.
