@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddResultsCommands(app);
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddPerceiveCommand(app);
+  rangegrasp::cli::AddCylindersCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
   rangegrasp::cli::AddListCommand(app);
   rangegrasp::cli::AddPartsCommands(app);

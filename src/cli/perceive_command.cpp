@@ -1,10 +1,10 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/cloud_arguments.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "core/data_folder.h"
@@ -12,7 +12,6 @@
 #include "core/units.h"
 #include "core/words.h"
 #include "draw/scene_view.h"
-#include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
 #include "grasp/grasp.h"
 #include "image/png.h"
@@ -25,66 +24,20 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct PerceiveArguments {
-  std::string cloud, out, origin, up, unit = "m", segmentation = "convexity";
+struct PerceiveArguments : CloudArguments {
+  std::string out, segmentation = "convexity";
   std::string scene;
-  std::vector<double> crop;
   std::optional<double> noise_mm;
   std::uint64_t seed = 1;
   bool json = false;
 };
-
-Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
-  double x = 0.0;
-  double y = 0.0;
-  double z = 0.0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) != 3 ||
-      !std::isfinite(x + y + z)) {
-    throw core::InputError(std::string(option) + " '" + text + "' must be x,y,z, e.g. 0,0,1");
-  }
-  return {x, y, z};
-}
-
-double UnitFrom(const std::string& name) {
-  if (name == "mm") return 1e-3;
-  if (name == "cm") return 1e-2;
-  return 1.0;
-}
-
-// The finite points, of those within `crop` if it is not empty: low and high x, y, z.
-geometry::Points UsedPoints(const geometry::Points& points, const std::vector<double>& crop) {
-  if (!crop.empty() && !(crop[0] < crop[3] && crop[1] < crop[4] && crop[2] < crop[5])) {
-    throw core::InputError("--crop: the first three numbers must be below the last three");
-  }
-  geometry::Points used;
-  used.reserve(points.size());
-  for (const auto& p : points) {
-    if (!p.allFinite()) continue;
-    const auto within = [&](int axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      return p[axis] >= crop[i] && p[axis] <= crop[i + 3];
-    };
-    if (crop.empty() || (within(0) && within(1) && within(2))) used.push_back(p);
-  }
-  if (used.empty()) {
-    throw core::InputError(fmt::format(
-        "--crop: the crop left 0 points of {}; its numbers are metres in the cloud's frame",
-        points.size()));
-  }
-  return used;
-}
 
 perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   perception::PerceptionOptions options;
   options.segment.method =
       core::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
   if (arguments.noise_mm) options.noise_m = *arguments.noise_mm * core::kMm;
-  if (!arguments.up.empty()) {
-    const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
-    if (up.norm() == 0.0) throw core::InputError("--up must not be 0,0,0");
-    options.preprocess.up_C = up.normalized();
-  }
+  options.preprocess.up_C = UpOf(arguments);
   return options;
 }
 
@@ -232,11 +185,10 @@ void WriteObject(const perception::Scene& scene, std::size_t object,
 }
 
 void Perceive(const PerceiveArguments& arguments) {
-  const auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
-  const geometry::Points points = UsedPoints(file.points, arguments.crop);
-  const Eigen::Vector3d origin = arguments.origin.empty()
-                                     ? file.sensor_origin.value_or(Eigen::Vector3d::Zero())
-                                     : ParseVector(arguments.origin, "--sensor-origin");
+  const auto file = ReadCloud(arguments);
+  geometry::Points points = file.points;
+  std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  const Eigen::Vector3d origin = OriginOf(arguments, file);
   const auto options = OptionsFor(arguments);
   core::Rng rng(arguments.seed);
   perception::Scene scene;
@@ -275,18 +227,7 @@ void AddPerceiveCommand(CLI::App& app) {
   auto* command =
       app.add_subcommand("perceive", "Objects and grasps of any cloud, a recorded one too.");
   auto arguments = std::make_shared<PerceiveArguments>();
-  command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
-  command->add_option(
-      "--sensor-origin", arguments->origin,
-      "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");
-  command
-      ->add_option("--crop", arguments->crop,
-                   "only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
-      ->delimiter(',')
-      ->expected(6);
-  command->add_option("--up", arguments->up, "direction away from the table, where it is known");
-  command->add_option("--unit", arguments->unit, "of the cloud's coordinates")
-      ->check(CLI::IsMember({"m", "cm", "mm"}));
+  AddCloudOptions(*command, *arguments);
   command
       ->add_option("--noise-mm", arguments->noise_mm,
                    "the sensor's noise, where it is known better than it can be measured")

@@ -80,10 +80,13 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
 }
 
 View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C) {
-  const Eigen::Vector3d up = scene.table.plane.normal;
+  return LookAtPoints(scene.cloud.points, scene.table.plane.normal, sensor_origin_C);
+}
+
+View LookAtPoints(geometry::PointSpan points, const Eigen::Vector3d& up,
+                  const Eigen::Vector3d& sensor_origin_C) {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = kMinRadius_m;
-  const auto& points = scene.cloud.points;
   if (!points.empty()) {
     center = geometry::Centroid(points);
     for (const auto& p : points) radius = std::max(radius, (p - center).norm());

@@ -19,5 +19,8 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
 
 /// A view of the objects of a scene, from the sensor's side and somewhat above.
 View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C);
+/// The same of any points on a table with the normal `up_C`.
+View LookAtPoints(geometry::PointSpan points_C, const Eigen::Vector3d& up_C,
+                  const Eigen::Vector3d& sensor_origin_C);
 
 }  // namespace rangegrasp::draw

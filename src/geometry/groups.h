@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "geometry/kd_tree.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
@@ -10,5 +11,8 @@ namespace rangegrasp::geometry {
 /// order of their first points, and so are the points of each. O(n log n) for few neighbors each.
 /// @throws std::invalid_argument if a point is not finite.
 std::vector<Points> GroupsWithin(const Points& points, double link_m);
+
+/// The same as positions, with a tree over these points.
+std::vector<Indices> GroupsWithin(PointSpan points, const KdTree& tree, double link_m);
 
 }  // namespace rangegrasp::geometry
