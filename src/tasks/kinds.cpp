@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tasks/clearing/clearing_task.h"
+#include "tasks/demo/demo_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
@@ -11,7 +12,7 @@
 namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
-  static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
+  static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(), demo::DemoTask(),
                                    times::TimesTask(), seam_task::SeamTask(), PartsTask()};
   return kinds;
 }

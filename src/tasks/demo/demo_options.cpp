@@ -1,0 +1,73 @@
+#include "tasks/demo/demo_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/number.h"
+#include "core/units.h"
+
+namespace rangegrasp::tasks::demo {
+namespace {
+
+using core::kMm;
+using core::YamlMap;
+
+/// "RADIUSxHEIGHT" in mm.
+cylinders::GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) {
+  const auto cross = text.find('x');
+  if (cross != std::string::npos) {
+    const auto radius_mm = core::NumberFrom<double>(text.substr(0, cross));
+    const auto height_mm = core::NumberFrom<double>(text.substr(cross + 1));
+    if (radius_mm && height_mm && *radius_mm > 0.0 && *height_mm > 0.0) {
+      return {*radius_mm * kMm, *height_mm * kMm};
+    }
+  }
+  map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
+}
+
+void ReadUser(YamlMap map, sim::UserOptions& user) {
+  map.Read("wait_s", user.wait_s, 0.0, 60.0, "the hand holds for so long before anyone pulls");
+  map.Read("force_n", user.force_N, 0.1, 200.0, "what the pull rises to");
+  map.Read("rise_s", user.rise_s, 0.01, 10.0, "in this time");
+  map.Read("patience_s", user.patience_s, 0.0, 60.0, "of pulling in vain");
+  map.ReadScaled("draw_mm", user.draw_m, kMm, 20.0, 1000.0,
+                 "the object is drawn so far once the hand has let go");
+  map.Finish();
+}
+
+}  // namespace
+
+void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
+  map.Read("runs", o.runs, 1, 100000, "runs; the given cylinders are wanted in turn");
+  std::vector<std::string> given;
+  map.Read("cylinders", given,
+           "the shapes that are given to the program, RADIUSxHEIGHT in mm, of `objects` in order");
+  for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
+  auto keys = map.Child("demo", "from the detected cylinder to the person");
+  keys.Read("delivery", o.delivery, "what becomes of the cylinder at the end");
+  keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
+                  "what is perceived this near to the cylinder is of it");
+  ReadUser(keys.Child("user", "the person who takes it"), o.user);
+  keys.Finish();
+}
+
+Options ReadOptions(YamlMap& map) {
+  Options options;
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "a demo has `runs` in its place");
+  }
+  map.Require("cylinders");
+  ReadDemoKeys(map, options.demo);
+  options.grasping = grasping::ReadOptions(map);
+  const std::size_t objects = options.grasping.objects.size();
+  if (options.demo.given.size() != objects) {
+    map.Fail("cylinders",
+             fmt::format("names {} shapes, objects names {}", options.demo.given.size(), objects));
+  }
+  // Each run has all of them on the table.
+  options.grasping.clutter.always = options.grasping.objects;
+  return options;
+}
+
+}  // namespace rangegrasp::tasks::demo
