@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/words.h"
+#include "experiment/compare.h"
 #include "experiment/statistics.h"
 
 namespace rangegrasp::tasks::demo {
