@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
@@ -199,6 +201,55 @@ std::vector<Line> Lying(const Votes& votes, const Eigen::Vector3d& up, double sc
   return lines;
 }
 
+/// The line through the axis points of two votes, if it is oblique and square to both normals.
+std::optional<Line> LeaningThrough(const Votes& votes, std::size_t i, std::size_t k,
+                                   const Eigen::Vector3d& up, double min_length_m,
+                                   double max_length_m, const BarrelSearchOptions& options) {
+  const Eigen::Vector3d way = votes.places[k] - votes.places[i];
+  const double length_m = way.norm();
+  if (length_m < min_length_m || length_m > max_length_m) return std::nullopt;
+  const Eigen::Vector3d direction = way / length_m;
+  const double max_sine = std::sin(options.max_off_square_rad);
+  if (std::abs(direction.dot(votes.normals[i])) > max_sine) return std::nullopt;
+  if (std::abs(direction.dot(votes.normals[k])) > max_sine) return std::nullopt;
+  const double rise = std::abs(direction.dot(up));
+  if (rise < std::sin(options.min_oblique_rad) || rise > std::cos(options.min_oblique_rad)) {
+    return std::nullopt;
+  }
+  return Line{votes.places[i], direction};
+}
+
+std::vector<Line> Leaning(const Votes& votes, const Eigen::Vector3d& up, double scatter_m,
+                          double radius_m, double height_m, const BarrelSearchOptions& options,
+                          core::Rng& rng) {
+  const double max_sine = std::sin(options.max_off_square_rad);
+  std::vector<std::size_t> left(votes.places.size());
+  std::iota(left.begin(), left.end(), std::size_t{0});
+  std::vector<Line> lines;
+  while (lines.size() < static_cast<std::size_t>(options.max_leaning) && left.size() > 1) {
+    std::optional<Line> best;
+    std::vector<std::size_t> support;
+    for (int draw = 0; draw < options.pair_draws; ++draw) {
+      const std::size_t i = left[rng.Index(left.size())];
+      const std::size_t k = left[rng.Index(left.size())];
+      const auto line = LeaningThrough(votes, i, k, up, radius_m, height_m, options);
+      if (!line) continue;
+      auto found = Supporters(votes, left, *line, scatter_m, height_m, max_sine);
+      if (found.size() <= support.size()) continue;
+      support = std::move(found);
+      best = line;
+    }
+    if (!best || support.size() < static_cast<std::size_t>(options.min_support)) break;
+    if (const auto fit = FitTrimmedLine(PlacesOf(votes, support))) best = fit;
+    lines.push_back(*best);
+    std::vector<std::size_t> rest;
+    std::set_difference(left.begin(), left.end(), support.begin(), support.end(),
+                        std::back_inserter(rest));
+    left = std::move(rest);
+  }
+  return lines;
+}
+
 }  // namespace
 
 std::vector<Line> FindBarrels(const PointCloud& cloud, const Eigen::Vector3d& up, double radius_m,
@@ -212,6 +263,9 @@ std::vector<Line> FindBarrels(const PointCloud& cloud, const Eigen::Vector3d& up
   std::vector<Line> lines = Standing(votes, up, scatter_m, radius_m, options);
   const std::vector<Line> lying = Lying(votes, up, scatter_m, height_m, options, rng);
   lines.insert(lines.end(), lying.begin(), lying.end());
+  const Votes fewer = VotesOf(cloud, radius_m, options.pair_points);
+  const std::vector<Line> leaning = Leaning(fewer, up, scatter_m, radius_m, height_m, options, rng);
+  lines.insert(lines.end(), leaning.begin(), leaning.end());
   return lines;
 }
 

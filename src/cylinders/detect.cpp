@@ -197,7 +197,7 @@ void FindFragments(const DetectOptions& options, CylinderScene& scene) {
     return !PassesGate(scene.cloud.normals[i], scene.table.plane.normal, options);
   });
   FragmentOptions as_options = options.fragments;
-  if (!options.wide_links) as_options.link = 1.0;
+  if (!options.wide_links) as_options.link = 0.0;
   scene.fragments = Fragments(geometry::Select(scene.cloud.points, top), as_options);
   for (Indices& fragment : scene.fragments) {
     for (auto& i : fragment) i = top[i];

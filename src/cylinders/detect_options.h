@@ -67,11 +67,13 @@ struct AcceptOptions {
   perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
   /// The same of the barrel's, which has more points; and by as much again where two deviations of
   /// the fit are as much (an arc that is short).
-  perception::AdaptiveLength max_radius_error_m{0.0008, {.noises = 2.0}};
+  perception::AdaptiveLength max_radius_error_m{0.001, {.noises = 2.0}};
   /// Of the height that is seen from the given one: a row of points at each end.
   perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
   /// The same of ends that are seen as faces, of many points each.
   perception::AdaptiveLength max_face_error_m{0.002, {.noises = 4.0}};
+  /// Of the height that a barrel has to show: of a shorter piece nothing says how far it goes on.
+  double min_length_share = 0.2;
   /// Less of a barrel fits about any curved thing.
   double min_arc_rad = core::Deg(45.0);
   /// RefinedAxis::normal_angle_rad. Larger: corners of boxes are barrels; smaller: noisy ones are

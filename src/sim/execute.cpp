@@ -208,8 +208,8 @@ class Execution {
     return internal::BodyPose(world_.data(), hand_.body()).translation();
   }
 
-  // Where the hand's root body is in W when the arm's joints stand so. On a copy: what the arm
-  // would touch there is none of the world's business.
+  // Where the hand's root body is in W when the arm's joints stand so. On a copy, so that the
+  // world's own kinematics stay as they are.
   Eigen::Vector3d HandAt(const Eigen::VectorXd& q) {
     const mjModel* model = world_.model();
     const internal::DataPtr copy(mj_makeData(model));

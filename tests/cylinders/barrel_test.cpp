@@ -193,5 +193,28 @@ TEST(BarrelSearch, FindsAStandingAndALyingBarrelAmongWalls) {
   }
 }
 
+TEST(BarrelSearch, FindsALeaningBarrelAmongWalls) {
+  const Vector3d up = Vector3d::UnitZ();
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    core::Rng rng(seed);
+    const double lean = rng.Uniform(0.3, 1.2);
+    const Vector3d axis(std::sin(lean), 0.0, std::cos(lean));
+    const Vector3d a(0.3, 0.1, 0.5);
+    geometry::PointCloud cloud;
+    AddBarrel(a, axis, Vector3d(-0.5, -0.5, 0.7), 0.026, -0.06, 0.06, 2.2, 0.0003, 500, rng, cloud);
+    for (int i = 0; i < 1500; ++i) {  // a wall and a top
+      const double x = rng.Uniform(-0.05, 0.05);
+      const double y = rng.Uniform(-0.05, 0.05);
+      const bool wall = i % 2 == 0;
+      cloud.points.push_back(a + (wall ? Vector3d(x, 0.1, y) : Vector3d(x, 0.15 + y, 0.05)));
+      cloud.normals.push_back(wall ? Vector3d(0, -1, 0) : up);
+    }
+    const auto lines = FindBarrels(cloud, up, 0.026, 0.12, {}, rng);
+    EXPECT_TRUE(std::ranges::any_of(lines, [&](const Line& line) {
+      return line.Distance(a) < 0.003 && AngleBetween(line.direction, axis) < core::Deg(4);
+    })) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::cylinders

@@ -42,6 +42,30 @@ TEST(Fragments, MeanNearestDistanceIsThatOfANaiveLoop) {
   EXPECT_EQ(MeanNearestDistance(one, geometry::KdTree(one)), 0.0);
 }
 
+TEST(Fragments, MeanNeighborDistanceIsThatOfANaiveLoop) {
+  core::Rng rng(1);
+  const auto points = RandomPoints(200, rng);
+  double sum = 0.0;
+  int with_neighbors = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double of_one = 0.0;
+    int m = 0;
+    for (std::size_t t = 0; t < points.size(); ++t) {
+      const double d = (points[i] - points[t]).norm();
+      if (t == i || d >= 0.1) continue;
+      of_one += d;
+      ++m;
+    }
+    if (m == 0) continue;
+    sum += of_one / m;
+    ++with_neighbors;
+  }
+  EXPECT_NEAR(MeanNeighborDistance(points, geometry::KdTree(points), 0.1), sum / with_neighbors,
+              1e-12);
+  const geometry::Points apart = {{0, 0, 0}, {1, 0, 0}};
+  EXPECT_EQ(MeanNeighborDistance(apart, geometry::KdTree(apart), 0.1), 0.0);
+}
+
 // The recursive flood fill of the text, with eq. 4.16 written out.
 std::vector<geometry::Indices> NaiveFloodFill(const geometry::Points& points, double d_ca) {
   std::vector<bool> visited(points.size(), false);

@@ -58,6 +58,7 @@ class Examination {
     const auto ends = FindEnds(context_.scene.cloud, near, refined, given_.radius_m, max_length_m,
                                context_.options.barrel);
     if (!ends || ends->Length() > max_length_m) return std::nullopt;
+    if (ends->Length() < accept_.min_length_share * given_.height_m) return std::nullopt;
     FoundCylinder found;
     found.lies = !Stands(refined.axis.direction);
     found.length_seen_m = ends->Length();

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/words.h"
+#include "experiment/stage_seconds.h"
 
 namespace rangegrasp::tasks::clearing {
 namespace {
@@ -40,13 +41,7 @@ std::vector<std::pair<std::string, double>> SumsOf(const Clearing& clearing) {
   std::vector<std::pair<std::string, double>> sums = {{"scan", clearing.scan_s}};
   for (const Step& step : clearing.steps) {
     for (const auto& [stage, seconds] : step.attempt.seconds) {
-      const auto found = std::find_if(sums.begin(), sums.end(),
-                                      [&](const auto& sum) { return sum.first == stage; });
-      if (found == sums.end()) {
-        sums.emplace_back(stage, seconds);
-      } else {
-        found->second += seconds;
-      }
+      experiment::AddSeconds(stage, seconds, sums);
     }
   }
   return sums;

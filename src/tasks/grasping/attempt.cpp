@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/stopwatch.h"
+#include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -14,8 +14,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// A way that nothing is longer than.
-constexpr double kNever_m = std::numeric_limits<double>::infinity();
 /// About a fingertip that met something: as wide as a finger.
 constexpr double kMet_m = 0.016;
 
@@ -115,11 +113,7 @@ class AttemptRun {
     watch_.Restart();
   }
   void Timed(const char* stage) {
-    const double seconds = watch_.Restart();
-    for (auto& [name, sum] : result_.seconds) {
-      if (name == stage) return void(sum += seconds);
-    }
-    result_.seconds.emplace_back(stage, seconds);
+    experiment::AddSeconds(stage, watch_.Restart(), result_.seconds);
   }
   core::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
 
@@ -221,17 +215,17 @@ class AttemptRun {
                bool last) {
     Begin("execute");
     result_.grasp = grasp;
-    const sim::GraspProgram program{plan.reach,
-                                    plan.approach,
-                                    plan.lift,
-                                    plan.carry,
-                                    plan.lower,
-                                    plan.retreat,
-                                    options_.user,
-                                    grasp.opening_m,
-                                    grasp.contact_angle_rad > cell_.options.firm_from_rad,
-                                    options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture,
-                                    last ? kNever_m : cell_.options.early_m};
+    sim::GraspProgram program{plan.reach,
+                              plan.approach,
+                              plan.lift,
+                              plan.carry,
+                              plan.lower,
+                              plan.retreat,
+                              options_.user,
+                              grasp.opening_m,
+                              grasp.contact_angle_rad > cell_.options.firm_from_rad,
+                              options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
+    if (!last) program.withdraw_m = cell_.options.early_m;
     result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
                                cell_.options.audit, rng, options_.observer);
     Timed("execute");

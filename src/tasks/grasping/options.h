@@ -101,8 +101,8 @@ struct Options {
   /// A hand whose fingertips meet something early comes down elsewhere, so often at most in all;
   /// the last time, and with 1 always, it closes where it is.
   int max_approaches = 3;
-  /// With more than this left of an approach it meets something early: less is what what is
-  /// perceived may be off by.
+  /// With more than this left of an approach it meets something early: less is within
+  /// the error of what is perceived.
   double early_m = 0.006;
 
   sim::PhysicsOptions physics;

@@ -1,0 +1,129 @@
+// Detection of given cylinders in a cloud of as many points as table 4.2's, by its steps, and the
+// Point Cloud Library's counterparts in the same run on the same cloud.
+
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <stdexcept>
+
+#include "core/stopwatch.h"
+#include "cylinders/detect.h"
+#include "cylinders/tabletop_scan.h"
+#include "pcl_bridge/clusters.h"
+#include "pcl_bridge/outliers.h"
+#include "pcl_bridge/ransac.h"
+#include "pcl_bridge/surface_normals.h"
+
+namespace rangegrasp::bench {
+namespace {
+
+using benchmark::Counter;
+namespace scans = cylinders::testing_support;
+
+const std::vector<cylinders::GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
+
+/// The two given cylinders among boxes and a third, in 76,176 points (table 4.2: 75,863).
+/// @param field_deg  both ways: the narrower it is, the more of the points are of objects
+geometry::Observation TabletopOf(std::int64_t field_deg) {
+  const scans::Tabletop tabletop = {
+      {scans::Standing(0.0, -0.07, 0.02575, 0.173), scans::Lying(0.04, 0.07, 1.2, 0.02675, 0.134),
+       scans::Standing(-0.08, 0.06, 0.035, 0.15)},
+      {scans::StandingBox(-0.05, -0.13, 0.4, {0.06, 0.05, 0.10}),
+       scans::StandingBox(0.10, -0.03, 1.1, {0.05, 0.04, 0.06})}};
+  core::Rng rng(1);
+  const scans::Sensor sensor{.target = {0.0, 0.0, 0.05},
+                             .profiles = 276,
+                             .samples = 276,
+                             .field_rad = core::Deg(static_cast<double>(field_deg))};
+  return scans::Scan(tabletop, sensor, rng);
+}
+
+struct PclCylinderSeconds {
+  double plane = 0.0, filter = 0.0, normals = 0.0, clusters = 0.0, cylinders = 0.0;
+
+  double Sum() const { return plane + filter + normals + clusters + cylinders; }
+};
+
+geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane) {
+  constexpr double kClearance_m = 0.004;  // as perception's
+  geometry::Indices above;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (plane.Distance(points[i]) > kClearance_m) above.push_back(i);
+  }
+  return above;
+}
+
+/// SACSegmentation's plane, StatisticalOutlierRemoval, NormalEstimation,
+/// EuclideanClusterExtraction, and SACSegmentation's cylinder in every cluster; the conversion of
+/// the points is not counted.
+PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& origin) {
+  const pcl_bridge::Cloud all(points, origin);
+  PclCylinderSeconds seconds;
+  core::Stopwatch watch;
+  const auto plane = pcl_bridge::FitPlane(all);
+  if (!plane) throw std::runtime_error("the cloud has no plane");
+  const auto above = all.Select(Above(points, plane->plane));
+  seconds.plane = watch.Restart();
+  const auto kept = above.Select(pcl_bridge::StatisticalFilter(above));
+  seconds.filter = watch.Restart();
+  pcl_bridge::EstimateNormals(kept);
+  seconds.normals = watch.Restart();
+  const auto clusters = pcl_bridge::EuclideanClusters(kept);
+  seconds.clusters = watch.Restart();
+  for (const auto& cluster : clusters) {
+    // The normals of a cluster are those of its points: taken again outside the clock.
+    const auto part = kept.Select(cluster);
+    const auto normals = pcl_bridge::EstimateNormals(part);
+    watch.Restart();
+    benchmark::DoNotOptimize(
+        pcl_bridge::FitCylinder(part, normals, {.min_radius_m = 0.02, .max_radius_m = 0.03}));
+    seconds.cylinders += watch.Restart();
+  }
+  return seconds;
+}
+
+// Argument: the sensor's field [deg]. Counters: milliseconds of each step and of PCL's, and ours /
+// PCL.
+void DetectCylindersBesidePcl(benchmark::State& state) {
+  const geometry::Observation observation = TabletopOf(state.range(0));
+  const geometry::RangeImage& image = observation.views.front().image;
+  const geometry::Points points = geometry::ToCloud(image).points;
+  std::map<std::string, double> ours;
+  double sum_s = 0.0;
+  double pcl_s = 0.0;
+  PclCylinderSeconds pcl;
+  std::size_t found = 0;
+  std::size_t above = 0;
+  for (auto _ : state) {
+    core::Rng rng(1);
+    core::Stopwatch watch;
+    const auto scene =
+        cylinders::DetectCylinders(observation, kGiven, cylinders::DetectOptions{}, rng);
+    sum_s += watch.Seconds();
+    for (const auto& [step, seconds] : scene.seconds) ours[step] += seconds;
+    found = scene.cylinders.size();
+    above = scene.cloud.size();
+    pcl = RunPcl(points, image.origins_C.front());
+    pcl_s += pcl.Sum();
+  }
+  auto& c = state.counters;
+  for (const auto& [step, seconds] : ours) {
+    c[step + "_ms"] = Counter(seconds * 1e3, Counter::kAvgIterations);
+  }
+  c["ours_ms"] = Counter(sum_s * 1e3, Counter::kAvgIterations);
+  c["pcl_ms"] = Counter(pcl_s * 1e3, Counter::kAvgIterations);
+  c["pcl_last_cylinders_ms"] = pcl.cylinders * 1e3;
+  c["ratio"] = sum_s / pcl_s;
+  c["points"] = static_cast<double>(points.size());
+  c["above"] = static_cast<double>(above);
+  c["found"] = static_cast<double>(found);
+}
+BENCHMARK(DetectCylindersBesidePcl)
+    ->ArgName("field_deg")
+    ->Arg(28)
+    ->Arg(18)
+    ->Unit(benchmark::kMillisecond)
+    ->MinTime(2.0);
+
+}  // namespace
+}  // namespace rangegrasp::bench

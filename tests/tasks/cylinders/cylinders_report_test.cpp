@@ -1,0 +1,75 @@
+#include "tasks/cylinders/cylinders_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/file.h"
+
+namespace rangegrasp::tasks::cylinder_task {
+namespace {
+
+using testing::ElementsAre;
+
+experiment::Stamp StampOf(const std::string& shown, const std::string& rows,
+                          const std::string& reference) {
+  experiment::Stamp stamp;
+  stamp.data = {{kShown, shown}, {kRows, rows}, {kNoise, "0.366"}};
+  stamp.data[kReference] =
+      core::ReadFile(RANGEGRASP_SOURCE_DIR "/experiments/reference/" + reference);
+  return stamp;
+}
+
+experiment::Record RecordOf(int repetition, const std::string& fits) {
+  experiment::Record record;
+  record.which.params =
+      R"({"source": "noisy", "row": 0, "repetition": )" + std::to_string(repetition) + "}";
+  record.result = {"fitted",
+                   "fit",
+                   "",
+                   R"({"points": 4000, "fits": )" + fits + "}",
+                   {{"rcf 100", 0.5}, {"rcf 100 preparation", 0.25}}};
+  return record;
+}
+
+TEST(CylindersReport, MeansStandBesideThePublishedRowAndFailedFitsCount) {
+  auto crashed = RecordOf(3, "[]");
+  crashed.result.data = "{}";
+  const auto report =
+      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+                       "4.3_cylinder_resolution.csv"),
+               {RecordOf(0, R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
+                        "radius_error_mm": 0.1, "axis_error_deg": 0.02}])"),
+                RecordOf(1, R"([{"method": "rcf", "iterations": 100, "radius_mm": 10.7,
+                        "radius_error_mm": 0.7, "axis_error_deg": 0.04}])"),
+                RecordOf(2, R"([{"method": "rcf", "iterations": 100, "failed": true}])"), crashed});
+  ASSERT_EQ(report.sections.size(), 1u);
+  // SE of two values: half their difference. Good: one of four.
+  EXPECT_THAT(report.sections[0].grid.rows,
+              ElementsAre(ElementsAre("10 x 100", "4000", "RCF", "10.3000", "0.4000", "0.3000",
+                                      "0.260", "0.0300", "0.0100", "0.0320", "0.5000", "0.2500",
+                                      "0.32", "2 of 4", "25.0")));
+  EXPECT_EQ(report.files[0].first, "fits.csv");
+  EXPECT_EQ(report.files[1].first, "figure_4.13_noisy.svg");
+}
+
+TEST(CylindersReport, IterationsMakeSixFigures) {
+  const auto report =
+      ReportOf(StampOf("iterations",
+                       R"([{"radius_mm": 25.75, "height_mm": 173.0, "points": 29953},
+                  {"radius_mm": 26.25, "height_mm": 134.0, "points": 34981}])",
+                       "4.4_cylinder_synthetic.csv"),
+               {RecordOf(0, R"([{"method": "rcf", "iterations": 50, "radius_mm": 25.0,
+                        "radius_error_mm": 0.75, "axis_error_deg": 0.02},
+                       {"method": "rcf", "iterations": 100, "radius_mm": 25.75,
+                        "radius_error_mm": 0.0, "axis_error_deg": 0.01}])")});
+  ASSERT_EQ(report.files.size(), 7u);
+  EXPECT_EQ(report.files[1].first, "figure_4.14_noisy.svg");
+  EXPECT_EQ(report.files[6].first, "figure_4.19_noisy.svg");
+  // The table is that of 100 iterations; the CSV has both.
+  ASSERT_EQ(report.sections[0].grid.rows.size(), 1u);
+  EXPECT_EQ(report.sections[0].grid.rows[0][6], "0.568");
+  EXPECT_EQ(report.csv.rows.size(), 2u);
+}
+
+}  // namespace
+}  // namespace rangegrasp::tasks::cylinder_task
