@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -41,9 +42,13 @@ constexpr double kFelt_rad = 0.005;
 // What fingertips feel on their way down: what lies loose slides, or a joint lags by a third of the
 // above, at less than this.
 constexpr double kMet_N = 2.0;
-// A change of a joint's lag at rest that is a pull: a fifth of the above, about 4 N at the hand. A
-// held object that swings moves it by a tenth of that.
-constexpr double kPull_rad = 0.001;
+// A change of the force on the resting hand, as the drives feel it, that is a pull. A held object
+// that swings changes it by less than 1 N, what is taken from the table weighs 1 to 10 N and has
+// been weighed by then. Larger: a gentle person draws in vain; smaller: real gears stick.
+constexpr double kPull_N = 5.0;
+// Where the arm is stretched its drives feel nothing of a force along it: a lever of this length is
+// added to all.
+constexpr double kMinLever_m = 0.05;
 // Drawing an object out of the open hand takes 0.6 s.
 constexpr double kDrawLimit_s = 2.0;
 // And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
@@ -238,13 +243,13 @@ class Execution {
     }
   }
 
-  // The arm feels the pull by its joints' lag, as it feels contact; then the hand lets go.
+  // The arm feels the pull by its drives' torques; then the hand lets go.
   void HandOver() {
     UserOptions options = *program_.user;
     log_.hand_over.emplace();
     HandOverLog& log = *log_.hand_over;
-    const Eigen::VectorXd before = Lag();
-    const auto pulls = [&] { return (Lag() - before).cwiseAbs().maxCoeff() > kPull_rad; };
+    const Eigen::VectorXd before = servo_.Torques(world_.model(), world_.data());
+    const auto pulls = [&] { return FeltForce(before).norm() > kPull_N; };
     for (double t = 0.0; !lost_ && t < options.wait_s; t += Period()) {
       Tick();
       log.early = log.early || pulls();
@@ -269,8 +274,16 @@ class Execution {
     user_.reset();
   }
 
-  // Of the arm's joints behind their commands.
-  Eigen::VectorXd Lag() const { return command_.position - world_.ArmPositions(); }
+  // The force on the hand that explains best how the drives' torques at rest have changed: with the
+  // Jacobian J of the tools' centre they are changed by -J^T f.
+  Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
+    const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
+    const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(),
+                                               world_.SitePose("tcp_tip").translation());
+    const Eigen::Matrix3d levers =
+        J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
+    return -levers.ldlt().solve(J * change);
+  }
 
   void LetGo() {
     holding_ = false;

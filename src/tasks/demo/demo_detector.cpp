@@ -77,8 +77,9 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
 
 class DemoDetector : public grasping::Detector {
  public:
-  DemoDetector(const Options& options, const robot::Robot& robot, std::size_t wanted)
-      : options_(options), robot_(robot), wanted_(wanted) {}
+  DemoDetector(const Options& options, const robot::Robot& robot, std::size_t wanted,
+               CylinderObserver observer)
+      : options_(options), robot_(robot), wanted_(wanted), observer_(std::move(observer)) {}
 
   grasping::Detected Detect(const geometry::Observation& observation, core::Rng& rng,
                             const grasping::Turn&) const override {
@@ -90,6 +91,8 @@ class DemoDetector : public grasping::Detector {
     const cylinders::CylinderScene cylinders = cylinders::DetectCylinders(
         observation, options_.demo.given, options_.demo.detection, rng, workspace);
     detected.seconds.emplace_back("cylinders", watch.Restart());
+    if (observer_) observer_(cylinders, observation);
+    watch.Restart();
     perception::Scene scene = perception::Perceive(observation, options.perception, rng, workspace);
     detected.seconds.emplace_back("perceive", watch.Restart());
     detected.segments = static_cast<int>(scene.segments.size());
@@ -98,6 +101,10 @@ class DemoDetector : public grasping::Detector {
     const auto found = std::find_if(cylinders.cylinders.begin(), cylinders.cylinders.end(),
                                     [&](const auto& c) { return c.given == wanted_; });
     if (found == cylinders.cylinders.end()) return detected;
+    for (const cylinders::FoundCylinder& other : cylinders.cylinders) {
+      if (&other == &*found) continue;
+      PutFirst(other.cylinder_C, other.lies, options_.demo.grown_m, scene);
+    }
     PutFirst(found->cylinder_C, found->lies, options_.demo.grown_m, scene);
 
     geometry::Points places_C;
@@ -116,6 +123,7 @@ class DemoDetector : public grasping::Detector {
   const Options& options_;
   const robot::Robot& robot_;
   std::size_t wanted_;
+  CylinderObserver observer_;
 };
 
 }  // namespace
@@ -131,9 +139,9 @@ void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception:
 }
 
 std::unique_ptr<grasping::Detector> MakeDemoDetector(const Options& options,
-                                                     const robot::Robot& robot,
-                                                     std::size_t wanted) {
-  return std::make_unique<DemoDetector>(options, robot, wanted);
+                                                     const robot::Robot& robot, std::size_t wanted,
+                                                     CylinderObserver observer) {
+  return std::make_unique<DemoDetector>(options, robot, wanted, std::move(observer));
 }
 
 }  // namespace rangegrasp::tasks::demo

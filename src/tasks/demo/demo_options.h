@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/rng.h"
+#include "core/units.h"
 #include "core/yaml_map.h"
 #include "cylinders/detect.h"
 #include "tasks/grasping/options.h"
@@ -28,6 +30,9 @@ struct DemoOptions {
   /// cylinder, not an obstacle. A scan's noise and the pose's error.
   double grown_m = 0.006;
   sim::UserOptions user;
+  /// The pull's direction is drawn within this of the one that the palm faces: people stand
+  /// somewhere. Larger: the object is drawn through fingers.
+  double pull_spread_rad = core::Deg(30.0);
 };
 
 /// A demo, as its file states it.
@@ -35,6 +40,9 @@ struct Options {
   grasping::Options grasping;
   DemoOptions demo;
 };
+
+/// The person of one run.
+sim::UserOptions UserFor(const DemoOptions& options, core::Rng& rng);
 
 /// The keys of a demo but those that it shares with grasping. @throws core::InputError
 void ReadDemoKeys(core::YamlMap& map, DemoOptions& options);

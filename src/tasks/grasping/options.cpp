@@ -38,6 +38,9 @@ void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.Read("always", options.always, "scattered: objects that lie there in every trial");
   map.Read("others", options.others,
            "scattered: objects that others are drawn from; empty: from `objects`");
+  map.Read("standing_share", options.standing_share, 0.0, 1.0,
+           "scattered: the target and what is always there stand so often; without it as often as "
+           "a drop ends so");
   map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
                  "scattered: others lie no further from the middle of the workspace");
   map.Read("min_others", options.min_others, 1, 30,

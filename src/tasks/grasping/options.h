@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,9 @@ struct ClutterOptions {
   /// from all rows' objects.
   std::vector<std::string> always;
   std::vector<std::string> others;
+  /// scattered: the target and what is always there stand, the axis z of their models vertical, so
+  /// often; without it as often as a drop ends so, which for slender things is hardly ever.
+  std::optional<double> standing_share;
   /// scattered: others lie no further from the middle of the workspace. Larger: less crowded.
   double scatter_radius_m = 0.22;
   /// scattered, touching: how many objects lie there beside the target (tables 5.3: 2 to 5), and

@@ -53,6 +53,29 @@ std::optional<sim::AtRest> Resting::Drop(sim::World& world, int object, core::Rn
   return sim::FaceAtRest(poses_.at(world.object_name(object)), world.ObjectPose(object).linear());
 }
 
+std::optional<sim::AtRest> Resting::Standing(const std::string& object, core::Rng& rng) const {
+  const auto& poses = poses_.at(object);
+  const auto share = [](const sim::RestingPose& pose) {
+    return Stands(pose.faces.front()) ? pose.probability : 0.0;
+  };
+  double rest = 0.0;
+  for (const auto& pose : poses) rest += share(pose);
+  rest *= rng.Uniform(0.0, 1.0);
+  const sim::RestingPose* chosen = nullptr;
+  for (const auto& pose : poses) {
+    if (share(pose) == 0.0) continue;
+    chosen = &pose;
+    rest -= share(pose);
+    if (rest < 0.0) break;
+  }
+  if (chosen == nullptr) return std::nullopt;
+  return sim::AtRest{chosen, &chosen->faces.front()};
+}
+
+bool Resting::Stands(const sim::RestingFace& face) {
+  return std::abs((face.R_WO * Eigen::Vector3d::UnitZ()).z()) > std::cos(kMaxTurn_rad);
+}
+
 core::Pose Resting::PutDown(const sim::RestingFace& face, double radius_m, sim::World& world,
                             int object, core::Rng& rng) const {
   const Eigen::Vector3d place = PlaceInDisc(robot_.X_WWorkspace, radius_m, rng);

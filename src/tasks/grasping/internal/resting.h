@@ -25,6 +25,11 @@ class Resting {
   /// nullopt for a pose that is left out.
   std::optional<sim::AtRest> Drop(sim::World& world, int object, core::Rng& rng) const;
 
+  /// A pose in which the model's axis z is vertical, as often as a body that is set down without a
+  /// bounce ends in it. @return nullopt if it has none.
+  std::optional<sim::AtRest> Standing(const std::string& object, core::Rng& rng) const;
+  static bool Stands(const sim::RestingFace& face);
+
   /// Puts it down on a face, at a random place in a disc round the middle of the workspace and yaw.
   /// @return its pose.
   core::Pose PutDown(const sim::RestingFace& face, double radius_m, sim::World& world, int object,

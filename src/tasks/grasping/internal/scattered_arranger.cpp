@@ -13,6 +13,8 @@ namespace {
 
 // Places that are tried for one object among those that lie there already.
 constexpr int kMaxPlaces = 100;
+// Drops of something that is to lie and comes to stand.
+constexpr int kMaxDrops = 20;
 
 void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list) {
   for (const std::string& name : names) {
@@ -93,8 +95,7 @@ class ScatteredArranger : public Arranger {
     for (int object = 0; object < world.objects(); ++object) world.ParkObject(object);
     std::vector<sim::AtRest> rests;
     for (int object = 0; object < world.objects(); ++object) {
-      const auto rest = resting_.Drop(world, object, rng);
-      world.ParkObject(object);
+      const auto rest = PoseFor(world, object, rng);
       if (!rest) return Redraw::kOtherPose;
       rests.push_back(*rest);
     }
@@ -119,11 +120,32 @@ class ScatteredArranger : public Arranger {
     return std::nullopt;
   }
 
+  /// @return nullopt for a pose that is not to be.
+  std::optional<sim::AtRest> PoseFor(sim::World& world, int object, core::Rng& rng) const {
+    const auto& share = clutter_.standing_share;
+    const bool chosen = share && MayBeTarget(world, object);
+    if (chosen && rng.Uniform(0.0, 1.0) < *share) {
+      return resting_.Standing(world.object_name(object), rng);
+    }
+    for (int drop = 0; drop < kMaxDrops; ++drop) {
+      const auto rest = resting_.Drop(world, object, rng);
+      world.ParkObject(object);
+      if (!rest || !chosen || !Resting::Stands(*rest->face)) return rest;
+    }
+    return std::nullopt;
+  }
+
+  bool MayBeTarget(const sim::World& world, int object) const {
+    const auto& always = clutter_.always;
+    return object == 0 ||
+           std::find(always.begin(), always.end(), world.object_name(object)) != always.end();
+  }
+
   /// Where it is inside none of those before it. It may touch them.
   std::optional<core::Pose> PlaceBeside(const sim::RestingFace& face, int object, core::Rng& rng,
                                         sim::World& world) const {
     for (int place = 0; place < kMaxPlaces; ++place) {
-      const core::Pose X_WO = resting_.PutDown(face, RadiusFor(object), world, object, rng);
+      const core::Pose X_WO = resting_.PutDown(face, RadiusFor(world, object), world, object, rng);
       bool free = true;
       for (int other = 0; free && other < object; ++other) {
         free = world.ObjectDistance(object, other, 0.0) >= 0.0;
@@ -134,10 +156,10 @@ class ScatteredArranger : public Arranger {
   }
 
   /// What may be a target lies where the arm reaches it.
-  double RadiusFor(int object) const {
-    const bool may_be_target = object <= static_cast<int>(clutter_.always.size());
-    return may_be_target ? robot_.workspace_radius_m
-                         : std::max(robot_.workspace_radius_m, clutter_.scatter_radius_m);
+  double RadiusFor(const sim::World& world, int object) const {
+    return MayBeTarget(world, object)
+               ? robot_.workspace_radius_m
+               : std::max(robot_.workspace_radius_m, clutter_.scatter_radius_m);
   }
 
   int Touching(const sim::World& world) const {
