@@ -150,6 +150,22 @@ TEST(HandOver, APullIsFeltAndThePersonHasTheObject) {
   EXPECT_EQ(log.audit.failed, "");
 }
 
+// Whichever way people pull, an arm feels it, stretched along the pull or not.
+TEST(HandOver, IsFeltFromEverySide) {
+  for (const Eigen::Vector3d& along_H :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, 1, 0),
+        Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1)}) {
+    UserOptions user;
+    user.direction_H = along_H;
+    const ExecutionLog log = HandOver(user);
+    ASSERT_TRUE(log.hand_over);
+    EXPECT_TRUE(log.hand_over->felt) << along_H.transpose();
+    EXPECT_FALSE(log.hand_over->early);
+    // With the tube's weight that is taken off, 1.5 N, the pull is what is felt: 5 N.
+    EXPECT_NEAR(log.hand_over->felt_N, 5.0, 2.5) << along_H.transpose();
+  }
+}
+
 TEST(HandOver, WithoutAPullTheHandHolds) {
   UserOptions still;
   still.force_N = 0.2;

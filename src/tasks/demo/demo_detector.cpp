@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "core/stopwatch.h"
@@ -75,6 +76,36 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
   return object;
 }
 
+/// Of what a cylinder's points are part of, how much is the cylinder's: 1 where it is alone, a half
+/// where it is one side of something twice as large.
+double PurityOf(const Cylinder& c, double grown_m, const perception::Scene& scene) {
+  double own = 0.0;
+  double pure = 0.0;
+  for (const perception::PerceivedObject& object : scene.objects) {
+    const auto within = static_cast<double>(std::ranges::count_if(
+        object.points, [&](auto i) { return IsWithin(c, grown_m, scene.cloud.points[i]); }));
+    own += within;
+    pure += within * within / std::max(1.0, static_cast<double>(object.points.size()));
+  }
+  return own > 0.0 ? pure / own : 0.0;
+}
+
+/// Each kind's own order, the purest first; what the radius is off counts against it.
+void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
+                 std::vector<cylinders::FoundCylinder>& found) {
+  std::vector<std::pair<double, cylinders::FoundCylinder>> scored;
+  for (cylinders::FoundCylinder& one : found) {
+    const double error_m = std::abs(one.cylinder_C.radius_m - options.given[one.given].radius_m);
+    const double score = PurityOf(one.cylinder_C, options.grown_m, scene) *
+                         std::exp(-error_m / options.detection.accept.max_radius_error_m);
+    scored.emplace_back(score, std::move(one));
+  }
+  std::ranges::stable_sort(scored, [](const auto& a, const auto& b) {
+    return std::pair(a.second.given, -a.first) < std::pair(b.second.given, -b.first);
+  });
+  for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::move(scored[i].second);
+}
+
 class DemoDetector : public grasping::Detector {
  public:
   DemoDetector(const Options& options, const robot::Robot& robot, std::size_t wanted,
@@ -88,31 +119,29 @@ class DemoDetector : public grasping::Detector {
     core::Stopwatch watch;
     const perception::Workspace workspace =
         grasping::WorkspaceOf(robot_, options.workspace_margin_m);
-    const cylinders::CylinderScene cylinders = cylinders::DetectCylinders(
-        observation, options_.demo.given, options_.demo.detection, rng, workspace);
+    const DemoOptions& demo = options_.demo;
+    const auto look = [&](const cylinders::DetectOptions& how) {
+      return cylinders::DetectCylinders(observation, demo.given, how, rng, workspace);
+    };
+    cylinders::CylinderScene cylinders = look(FirstLook(demo));
+    if (demo.second_look && !IsFound(cylinders)) cylinders = look(SecondLook(demo));
     detected.seconds.emplace_back("cylinders", watch.Restart());
-    if (observer_) observer_(cylinders, observation);
-    watch.Restart();
     perception::Scene scene = perception::Perceive(observation, options.perception, rng, workspace);
     detected.seconds.emplace_back("perceive", watch.Restart());
     detected.segments = static_cast<int>(scene.segments.size());
     detected.kept = scene.cloud.size();
     detected.detection.table_C = scene.table.plane;
-    const auto found = std::find_if(cylinders.cylinders.begin(), cylinders.cylinders.end(),
-                                    [&](const auto& c) { return c.given == wanted_; });
-    if (found == cylinders.cylinders.end()) return detected;
-    for (const cylinders::FoundCylinder& other : cylinders.cylinders) {
-      if (&other == &*found) continue;
-      PutFirst(other.cylinder_C, other.lies, options_.demo.grown_m, scene);
-    }
-    PutFirst(found->cylinder_C, found->lies, options_.demo.grown_m, scene);
+    if (demo.purity) PurestFirst(scene, demo, cylinders.cylinders);
+    if (observer_) observer_(cylinders, observation);
+    watch.Restart();
+    if (!IsFound(cylinders)) return detected;
+    // In the end the wanted one is the first of the scene.
+    for (const bool wanted : {false, true}) PutFirstOf(cylinders, wanted, scene);
 
     geometry::Points places_C;
     for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
     grasp::Obstacles obstacles = grasp::ObstaclesOf(scene, 0, places_C, options.obstacles);
-    const Vector3d arm_W = robot_.links().front().X_PB.translation();
-    const auto grasps =
-        grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options.grasp, obstacles.measured_C);
+    const auto grasps = Grasps(scene, obstacles.measured_C);
     detected.seconds.emplace_back("grasp", watch.Restart());
     detected.detection = grasp::DetectionFrom(scene, grasps);
     detected.detection.obstacles = std::move(obstacles);
@@ -120,6 +149,35 @@ class DemoDetector : public grasping::Detector {
   }
 
  private:
+  bool IsFound(const cylinders::CylinderScene& scene) const {
+    return std::ranges::any_of(scene.cylinders, [&](const auto& c) { return c.given == wanted_; });
+  }
+
+  /// Of the first object: those with much air to the others first.
+  std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
+                                   std::span<const geometry::TriangleMesh> obstacles_C) const {
+    const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
+    grasp::GraspOptions options = options_.grasping.grasp;
+    const auto tight = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    if (!options_.demo.roomy_grasps) return tight;
+    options.object_clearance_m = std::max(options.object_clearance_m, options_.demo.room_m);
+    auto grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    std::erase_if(grasps, [](const grasp::Grasp& grasp) { return grasp.collides; });
+    grasps.insert(grasps.end(), tight.begin(), tight.end());
+    return grasps;
+  }
+
+  /// The wanted one, or the best of each of the others.
+  void PutFirstOf(const cylinders::CylinderScene& cylinders, bool wanted,
+                  perception::Scene& scene) const {
+    std::vector<bool> done(options_.demo.given.size(), false);
+    for (const cylinders::FoundCylinder& found : cylinders.cylinders) {
+      if ((found.given == wanted_) != wanted || done[found.given]) continue;
+      done[found.given] = true;
+      PutFirst(found.cylinder_C, found.lies, options_.demo.grown_m, scene);
+    }
+  }
+
   const Options& options_;
   const robot::Robot& robot_;
   std::size_t wanted_;

@@ -36,22 +36,43 @@ void ReadUser(YamlMap map, DemoOptions& options) {
   map.ReadScaled("draw_mm", user.draw_m, kMm, 20.0, 1000.0,
                  "the object is drawn so far once the hand has let go");
   map.ReadScaled("spread_deg", options.pull_spread_rad, core::kDeg, 0.0, 90.0,
-                 "the pull's direction is drawn within this of the one that the palm faces");
+                 "the pull's direction is drawn within this of straight out of the open hand");
   map.Finish();
 }
 
 }  // namespace
 
-sim::UserOptions UserFor(const DemoOptions& options, core::Rng& rng) {
+cylinders::DetectOptions FirstLook(const DemoOptions& options) {
+  cylinders::DetectOptions look = options.detection;
+  if (!options.thorough) return look;
+  look.search.draws = std::max(look.search.draws, options.lying_draws);
+  look.search.max_lying = std::max(look.search.max_lying, options.max_lying);
+  look.search.max_standing = std::max(look.search.max_standing, options.max_standing);
+  look.search.max_leaning = std::max(look.search.max_leaning, options.max_leaning);
+  return look;
+}
+
+cylinders::DetectOptions SecondLook(const DemoOptions& options) {
+  cylinders::DetectOptions look = FirstLook(options);
+  cylinders::AcceptOptions& accept = look.accept;
+  accept.min_arc_rad = options.second_min_arc_rad;
+  accept.min_length_share = options.second_min_length_share;
+  accept.min_agreement = options.second_min_agreement;
+  accept.min_seen_share = options.second_min_seen_share;
+  accept.max_normal_angle_rad = options.second_normal_angle_rad;
+  accept.max_radius_error_m = options.second_radius_error_m;
+  return look;
+}
+
+sim::UserOptions UserFor(const DemoOptions& options, const Eigen::Vector3d& out_H, core::Rng& rng) {
   sim::UserOptions user = options.user;
   // Even over the cap of the sphere.
   const double cosine = rng.Uniform(std::cos(options.pull_spread_rad), 1.0);
   const double round = rng.Uniform(0.0, 2.0 * core::kPi);
-  const Eigen::Vector3d& along = options.user.direction_H;
-  const Eigen::Vector3d u = along.unitOrthogonal();
-  const Eigen::Vector3d v = along.cross(u);
+  const Eigen::Vector3d u = out_H.unitOrthogonal();
+  const Eigen::Vector3d v = out_H.cross(u);
   const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-  user.direction_H = cosine * along + sine * (std::cos(round) * u + std::sin(round) * v);
+  user.direction_H = cosine * out_H + sine * (std::cos(round) * u + std::sin(round) * v);
   return user;
 }
 
@@ -63,8 +84,14 @@ void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
   for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
   auto keys = map.Child("demo", "from the detected cylinder to the person");
   keys.Read("delivery", o.delivery, "what becomes of the cylinder at the end");
+  keys.Read("max_tries", o.max_tries, 1, 20,
+            "a robot that found nothing, no way, or holds nothing looks and tries again, so often "
+            "at most");
   keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
                   "what is perceived this near to the cylinder is of it");
+  for (const auto& row : core::AdditionsTable<DemoAdditions>()) {
+    keys.Read(std::string(row.key), o.*row.on, std::string(row.doc));
+  }
   ReadUser(keys.Child("user", "the person who takes it"), o);
   keys.Finish();
 }
@@ -77,6 +104,11 @@ Options ReadOptions(YamlMap& map) {
   map.Require("cylinders");
   ReadDemoKeys(map, options.demo);
   options.grasping = grasping::ReadOptions(map);
+  if (options.grasping.method == grasping::MethodKind::kPublished) {
+    options.demo.detection = cylinders::AsPublished();
+    core::SwitchAll<DemoAdditions>(false, options.demo);
+    options.demo.max_tries = 1;
+  }
   const std::size_t objects = options.grasping.objects.size();
   if (options.demo.given.size() != objects) {
     map.Fail("cylinders",

@@ -8,16 +8,17 @@
 
 #include "core/stopwatch.h"
 #include "core/units.h"
+#include "core/words.h"
 #include "draw/canvas.h"
 #include "draw/cylinder_view.h"
 #include "draw/scene_view.h"
+#include "experiment/stage_seconds.h"
 #include "geometry/cloud_file.h"
 #include "image/png.h"
-#include "sensing/scan_truth.h"
 #include "sim/info.h"
-#include "tasks/demo/demo_detector.h"
 #include "tasks/demo/demo_options.h"
 #include "tasks/demo/demo_report.h"
+#include "tasks/demo/demo_run.h"
 #include "tasks/grasping/recorder.h"
 #include "tasks/grasping/trial.h"
 
@@ -45,48 +46,41 @@ double ClearanceOf(const sim::World& world, int target) {
   return nearest_m;
 }
 
-/// Those that were measured.
-std::ptrdiff_t SamplesOf(const grasping::Sensed& sensed, int object) {
-  const auto label = static_cast<std::uint32_t>(object) + 1;
-  std::ptrdiff_t samples = 0;
-  for (const auto& truth : sensed.truth) {
-    for (std::size_t i = 0; i < truth.label.size(); ++i) {
-      const bool measured = truth.state[i] == sensing::SampleState::kMeasured;
-      samples += measured && truth.label[i] == label ? 1 : 0;
-    }
-  }
-  return samples;
-}
-
-/// A detected cylinder beside the true one.
-ordered_json ErrorOf(const cylinders::FoundCylinder& found, const core::Pose& X_WO,
-                     const Eigen::Vector3d& center_W) {
-  const cylinders::Cylinder& c = found.cylinder_C;
-  const Eigen::Vector3d axis_W = X_WO.linear().col(2);
-  const Eigen::Vector3d off = c.center - center_W;
-  const double along_m = off.dot(axis_W);
-  return {{"lies", found.lies},
-          {"from_rim", found.from_rim},
-          {"length_seen_m", found.length_seen_m},
-          {"axis_error_rad", std::acos(std::min(1.0, std::abs(axis_W.dot(c.axis))))},
-          {"along_error_m", std::abs(along_m)},
-          {"across_error_m", (off - along_m * axis_W).norm()}};
-}
-
 /// What lies on the table, as truth has it.
-ordered_json JsonOf(const grasping::Arrangement& arranged, const grasping::Sensed& sensed) {
+ordered_json JsonOf(const grasping::Arrangement& arranged) {
   const int target = arranged.target;
   const Eigen::Vector3d axis_W = arranged.world.ObjectPose(target).linear().col(2);
   return {{"stands", std::abs(axis_W.z()) > std::cos(kStanding_rad)},
           {"pose_class", arranged.pose_class},
           {"scene_objects", arranged.world.objects()},
           {"touching", arranged.touching},
-          {"clearance_m", ClearanceOf(arranged.world, target)},
-          {"target_samples", SamplesOf(sensed, target)}};
+          {"clearance_m", ClearanceOf(arranged.world, target)}};
 }
 
-/// The models of cylinders are drawn round the middle of their height.
-Eigen::Vector3d CenterOf(const core::Pose& X_WO) { return X_WO.translation(); }
+ordered_json JsonOf(const std::optional<FoundError>& found) {
+  if (!found) return nullptr;
+  return {{"lies", found->lies},
+          {"from_rim", found->from_rim},
+          {"length_seen_m", found->length_seen_m},
+          {"axis_error_rad", found->axis_rad},
+          {"along_error_m", found->along_m},
+          {"across_error_m", found->across_m}};
+}
+
+/// The tries' outcomes, and what the last one left.
+void AddTries(const std::vector<Try>& tries, ordered_json& data) {
+  data["tries"] = ordered_json::array();
+  int moved = 0;
+  int left_table = 0;
+  for (const Try& one : tries) {
+    data["tries"].push_back({{"outcome", one.outcome}, {"found", JsonOf(one.found)}});
+    moved = std::max(moved, one.attempt.others.moved);
+    left_table = std::max(left_table, one.attempt.others.left_table);
+  }
+  data.update(JsonOf(tries.back().attempt));
+  data["others_moved"] = moved;
+  data["others_left_table"] = left_table;
+}
 
 /// `<prefix>_scan.pcd` and `<prefix>_cylinders.png`.
 void Draw(const cylinders::CylinderScene& scene, const geometry::Observation& observation,
@@ -124,13 +118,20 @@ class DemoExperiment : public experiment::Task {
   experiment::Result Replay(const Case& which,
                             const experiment::ReplayOptions& options) const override {
     grasping::Recorder recorder(cell_, which.id, options);
-    CylinderObserver draw;
+    Viewers viewers;
+    viewers.execution = recorder.Observer();
+    std::string prefix;
+    viewers.on_try = [&](int number) {
+      prefix = number == 1 ? which.id : fmt::format("{}_try{}", which.id, number);
+      recorder.SetPrefix(prefix);
+    };
     if (options.snapshots) {
-      draw = [&](const cylinders::CylinderScene& scene, const geometry::Observation& observation) {
-        Draw(scene, observation, options.folder / which.id);
+      viewers.cylinders = [&](const cylinders::CylinderScene& scene,
+                              const geometry::Observation& observation) {
+        Draw(scene, observation, options.folder / prefix);
       };
     }
-    const auto result = RunCase(which, {recorder.Observer(), draw});
+    const auto result = RunCase(which, viewers);
     recorder.Finish();
     return result;
   }
@@ -141,12 +142,6 @@ class DemoExperiment : public experiment::Task {
   }
 
  private:
-  /// What a replay looks at.
-  struct Viewers {
-    sim::ExecutionObserver execution;
-    CylinderObserver cylinders;
-  };
-
   experiment::Result RunCase(const Case& which, const Viewers& viewers) const {
     const auto params = nlohmann::json::parse(which.params);
     const grasping::TrialSpec spec{params.at("object"), params.at("index"), which.seed};
@@ -157,42 +152,24 @@ class DemoExperiment : public experiment::Task {
       return {
           experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
     }
-    const double arrange_s = watch.Restart();
-    const grasping::Sensed sensed = grasping::Look(cell_, arranged->world, spec.seed);
-    const double scan_s = watch.Restart();
-
-    ordered_json data = JsonOf(*arranged, sensed);
+    const double arrange_s = watch.Seconds();
+    ordered_json data = JsonOf(*arranged);
     data["wanted"] = spec.object;
-    data["redraws"] = grasping::Total(redraws);
-    const core::Pose X_WO = arranged->world.ObjectPose(arranged->target);
-    const Eigen::Vector3d center_W = CenterOf(X_WO);
+    for (const auto& [reason, count] : redraws) data["redraw_reasons"][core::Word(reason)] = count;
     const std::size_t wanted = static_cast<std::size_t>(spec.index) % options_.demo.given.size();
-    const auto see = [&](const cylinders::CylinderScene& scene,
-                         const geometry::Observation& observation) {
-      for (const auto& found : scene.cylinders) {
-        if (found.given == wanted) data["found"] = ErrorOf(found, X_WO, center_W);
-      }
-      if (viewers.cylinders) viewers.cylinders(scene, observation);
-    };
-    const auto detector = MakeDemoDetector(options_, cell_.robot, wanted, see);
-    grasping::AttemptOptions attempt_options;
-    attempt_options.seed = spec.seed;
-    attempt_options.target = arranged->target;
-    attempt_options.sensed = &sensed;
-    attempt_options.detector = detector.get();
-    attempt_options.observer = viewers.execution;
-    if (options_.demo.delivery == Delivery::kHandOver) {
-      core::Rng rng = grasping::StageStream(spec.seed, "user");
-      attempt_options.user = UserFor(options_.demo, rng);
-    }
-    const grasping::Attempt attempt = grasping::RunAttempt(cell_, arranged->world, attempt_options);
-    data.update(JsonOf(attempt));
+    const std::vector<Try> tries =
+        RunDemo(options_, cell_, wanted, arranged->target, spec.seed, arranged->world, viewers);
+    AddTries(tries, data);
+    const Try& last = tries.back();
     experiment::Result result{
-        OutcomeOf(attempt, options_.demo.delivery), attempt.stage, attempt.detail, data.dump(), {}};
+        last.outcome, last.attempt.stage, last.attempt.detail, data.dump(), {}};
     result.seconds.emplace_back("arrange", arrange_s);
-    result.seconds.emplace_back("scan", scan_s);
-    result.seconds.insert(result.seconds.end(), attempt.seconds.begin(), attempt.seconds.end());
-    result.seconds.emplace_back("run", watch.Seconds() + arrange_s + scan_s);
+    for (const Try& one : tries) {
+      for (const auto& [stage, seconds] : one.attempt.seconds) {
+        experiment::AddSeconds(stage, seconds, result.seconds);
+      }
+    }
+    result.seconds.emplace_back("run", watch.Seconds());
     return result;
   }
 

@@ -27,10 +27,11 @@ enum class Redraw {
   kNotHighest,  ///< another object is higher than the target
   kTouchesFew,  ///< the target touches fewer others than it should
   kDoesNotFit,  ///< something is larger than the box, or no place is left for it
+  kHidden,      ///< scattered: too little of the target is seen behind the others
 };
-constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
-  return {"not_at_rest", "other_pose", "out_of_view", "out_of_reach", "left_table",
-          "touches_arm", "overlaps",   "not_highest", "touches_few",  "does_not_fit"};
+constexpr std::array<std::string_view, 11> WordsOf(Redraw) {
+  return {"not_at_rest", "other_pose",  "out_of_view", "out_of_reach", "left_table", "touches_arm",
+          "overlaps",    "not_highest", "touches_few", "does_not_fit", "hidden"};
 }
 
 /// How often an arrangement was drawn again, by reason.

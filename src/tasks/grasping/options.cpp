@@ -41,6 +41,8 @@ void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.Read("standing_share", options.standing_share, 0.0, 1.0,
            "scattered: the target and what is always there stand so often; without it as often as "
            "a drop ends so");
+  map.Read("min_seen_share", options.min_seen_share, 0.0, 1.0,
+           "scattered: of what would be seen of the target alone, so much is seen at least");
   map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
                  "scattered: others lie no further from the middle of the workspace");
   map.Read("min_others", options.min_others, 1, 30,
@@ -177,6 +179,17 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
   }
 }
 
+/// The rows', and what else may lie there; each once, the rows' first.
+std::vector<std::string> AllObjects(const Options& options) {
+  std::vector<std::string> all = options.objects;
+  for (const auto* names : {&options.clutter.always, &options.clutter.others}) {
+    for (const std::string& name : *names) {
+      if (std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 void SetMethod(MethodKind method, Options& options) {
@@ -251,6 +264,8 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {
     if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
+  }
+  for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     if (std::filesystem::is_regular_file(mjcf)) continue;
     std::vector<std::string> known;
@@ -266,7 +281,7 @@ void CheckObjects(const YamlMap& map, const Options& options) {
 std::string SceneHash(const Options& options) {
   std::set<std::filesystem::path> files;
   CollectModelFiles(options.scene, files);
-  for (const std::string& object : options.objects) {
+  for (const std::string& object : AllObjects(options)) {
     CollectModelFiles(ObjectModelOf(options, object).mjcf, files);
   }
   files.insert(options.sensor);

@@ -46,6 +46,9 @@ struct ClutterOptions {
   /// scattered: the target and what is always there stand, the axis z of their models vertical, so
   /// often; without it as often as a drop ends so, which for slender things is hardly ever.
   std::optional<double> standing_share;
+  /// scattered: of what the scanner would see of the target if it lay there alone, at least this
+  /// share is seen. 0: it may be hidden wholly.
+  double min_seen_share = 0.0;
   /// scattered: others lie no further from the middle of the workspace. Larger: less crowded.
   double scatter_radius_m = 0.22;
   /// scattered, touching: how many objects lie there beside the target (tables 5.3: 2 to 5), and

@@ -28,4 +28,9 @@ void Shuffle(std::vector<T>& items, core::Rng& rng) {
 std::vector<int> OutOfView(const sim::World& world, const core::Pose& X_WS,
                            const sensing::LineScannerOptions& scanner);
 
+/// Of the surface of an object that the scanner would see if nothing else were there, as it appears
+/// from the laser, the share that it sees.
+double SeenShare(const sim::World& world, int object, const core::Pose& X_WS,
+                 const sensing::LineScannerOptions& scanner);
+
 }  // namespace rangegrasp::tasks::grasping::internal

@@ -115,6 +115,10 @@ class ScatteredArranger : public Arranger {
       }
     }
     if (!OutOfView(world, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
+    if (clutter_.min_seen_share > 0.0 &&
+        SeenShare(world, 0, robot_.X_WScanner, scanner_) < clutter_.min_seen_share) {
+      return Redraw::kHidden;
+    }
     trial.pose_class = rests.front().pose->label;
     trial.touching = Touching(world);
     return std::nullopt;
