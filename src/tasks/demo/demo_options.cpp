@@ -57,10 +57,7 @@ cylinders::DetectOptions SecondLook(const DemoOptions& options) {
   cylinders::AcceptOptions& accept = look.accept;
   accept.min_arc_rad = options.second_min_arc_rad;
   accept.min_length_share = options.second_min_length_share;
-  accept.min_agreement = options.second_min_agreement;
   accept.min_seen_share = options.second_min_seen_share;
-  accept.max_normal_angle_rad = options.second_normal_angle_rad;
-  accept.max_radius_error_m = options.second_radius_error_m;
   return look;
 }
 

@@ -62,14 +62,11 @@ struct DemoOptions : DemoAdditions {
   int max_lying = 24;
   int max_standing = 24;
   int max_leaning = 6;
-  /// Of the second look: the cylinder is known to be there, so that little of it is enough. Larger
-  /// demands: it is given up; smaller: another thing is taken for it.
+  /// Of the second look: the cylinder is known to be there, so that little of it is enough; what is
+  /// seen has to agree with it as in the first. Smaller: another thing is taken for it.
   double second_min_arc_rad = core::Deg(30.0);
   double second_min_length_share = 0.1;
-  double second_min_agreement = 0.7;
   double second_min_seen_share = 0.05;
-  double second_normal_angle_rad = core::Deg(12.0);
-  perception::AdaptiveLength second_radius_error_m{0.002, {.noises = 4.0}};
   /// The fit criterion is a cylinder grown by this much: what is perceived within it is the
   /// cylinder, not an obstacle. A scan's noise and the pose's error.
   double grown_m = 0.006;

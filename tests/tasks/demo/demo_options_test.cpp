@@ -69,9 +69,9 @@ TEST(DemoLooks, TheSecondAsksForLess) {
   const auto second = SecondLook(options).accept;
   EXPECT_LT(second.min_arc_rad, first.min_arc_rad);
   EXPECT_LT(second.min_length_share, first.min_length_share);
-  EXPECT_LT(second.min_agreement, first.min_agreement);
   EXPECT_LT(second.min_seen_share, first.min_seen_share);
-  EXPECT_GT(second.max_radius_error_m, first.max_radius_error_m);
+  EXPECT_EQ(second.min_agreement, first.min_agreement);
+  EXPECT_EQ(double{second.max_radius_error_m}, double{first.max_radius_error_m});
 }
 
 TEST(DemoLooks, WithoutTheSwitchTheFirstIsTheDetectionsOwn) {
