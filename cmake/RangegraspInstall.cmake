@@ -33,11 +33,6 @@ install(FILES ${MUJOCO_LICENSES} DESTINATION share/doc/rangegrasp/mujoco COMPONE
 set(RANGEGRASP_INSTALLED_MODULES "")
 get_property(modules GLOBAL PROPERTY RANGEGRASP_MODULES)
 foreach(module ${modules})
-  # What is not built by default (a peer that only tests and benchmarks link) is not installed either.
-  get_target_property(excluded ${module} EXCLUDE_FROM_ALL)
-  if(excluded)
-    continue()
-  endif()
   install(TARGETS ${module} EXPORT rangegraspTargets
     ARCHIVE DESTINATION "${RANGEGRASP_LIBRARY_DIR}" COMPONENT Development)
   get_target_property(export_name ${module} EXPORT_NAME)

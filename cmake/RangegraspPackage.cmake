@@ -34,6 +34,9 @@ files by which CMake finds them: find_package(rangegrasp).")
 # What rangegraspConfig.cmake looks for; libmujoco is in the other package.
 set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev libosmesa6-dev
   libpng-dev libpugixml-dev libsqlite3-dev libtbb-dev libyaml-cpp-dev pkg-config)
+if(TARGET rangegrasp_pcl_bridge)  # a build with tests compares with PCL, and its modules link it
+  list(APPEND development_packages libpcl-dev)
+endif()
 list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "rangegrasp (= ${PROJECT_VERSION}), ${development_packages}")
 

@@ -19,16 +19,18 @@ using geometry::PointCloud;
 struct About {
   double along_m = 0.0;   ///< from the axis' point
   double radial_m = 0.0;  ///< distance from the axis
-  Eigen::Vector3d out;    ///< unit, from the axis to the point
+  Eigen::Vector3d radial;
+
+  /// Unit, from the axis to the point.
+  Eigen::Vector3d Out() const { return radial / std::max(radial_m, 1e-12); }
 };
 
-About PlaceOf(const Line& axis, const Eigen::Vector3d& p) {
+inline About PlaceOf(const Line& axis, const Eigen::Vector3d& p) {
   const Eigen::Vector3d offset = p - axis.point;
   About about;
   about.along_m = offset.dot(axis.direction);
-  const Eigen::Vector3d radial = offset - about.along_m * axis.direction;
-  about.radial_m = radial.norm();
-  about.out = radial / std::max(about.radial_m, 1e-12);
+  about.radial = offset - about.along_m * axis.direction;
+  about.radial_m = about.radial.norm();
   return about;
 }
 
@@ -38,12 +40,13 @@ Indices Gather(const PointCloud& cloud, std::span<const std::uint32_t> near, con
   for (const auto i : near) {
     const About about = PlaceOf(axis, cloud.points[i]);
     if (std::abs(about.radial_m - radius_m) > distance_m) continue;
-    if (cloud.normals[i].dot(about.out) >= min_cosine) gathered.push_back(i);
+    if (cloud.normals[i].dot(about.Out()) >= min_cosine) gathered.push_back(i);
   }
   return gathered;
 }
 
-/// The normal equations of one Gauss-Newton step: two shifts, two tilts, the radius.
+/// The normal equations of one Gauss-Newton step: two shifts, two tilts, the radius. Of the
+/// symmetric matrix the lower half alone, which is what its decomposition reads.
 struct Step {
   Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
@@ -63,22 +66,36 @@ Frame FrameOf(const Line& axis) {
 /// Lengths along the axis are measured in radii, so that all parameters weigh alike.
 Step StepOf(const PointCloud& cloud, const Indices& points, const Line& axis, const Frame& frame,
             double radius_m, double distance_m) {
-  Step step;
+  // In variables of the function's own, which stay in registers.
+  std::array<double, 15> information{};
+  std::array<double, 5> gradient{};
+  double weighted_squares = 0.0;
+  double weights = 0.0;
   for (const auto i : points) {
     const About about = PlaceOf(axis, cloud.points[i]);
     const double residual = about.radial_m - radius_m;
     const double share = residual / distance_m;
     if (std::abs(share) >= 1.0) continue;
     const double weight = (1.0 - share * share) * (1.0 - share * share);
-    const double on_u = about.out.dot(frame.u);
-    const double on_v = about.out.dot(frame.v);
+    const Eigen::Vector3d out = about.Out();
+    const double on_u = out.dot(frame.u);
+    const double on_v = out.dot(frame.v);
     const double along = about.along_m / radius_m;
-    Eigen::Matrix<double, 5, 1> row;
-    row << -on_u, -on_v, -along * on_u, -along * on_v, -1.0;
-    step.information += weight * row * row.transpose();
-    step.gradient += weight * residual * row;
-    step.weighted_squares += weight * residual * residual;
-    step.weights += weight;
+    const std::array<double, 5> row = {-on_u, -on_v, -along * on_u, -along * on_v, -1.0};
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < 5; ++k) {
+      const double weighted = weight * row[k];
+      for (std::size_t l = 0; l <= k; ++l) information[at++] += weighted * row[l];
+      gradient[k] += weight * residual * row[k];
+    }
+    weighted_squares += weight * residual * residual;
+    weights += weight;
+  }
+  Step step{.weighted_squares = weighted_squares, .weights = weights};
+  std::size_t at = 0;
+  for (int k = 0; k < 5; ++k) {
+    for (int l = 0; l <= k; ++l) step.information(k, l) = information[at++];
+    step.gradient[k] = gradient[static_cast<std::size_t>(k)];
   }
   return step;
 }
@@ -123,7 +140,7 @@ double MedianNormalAngle(const PointCloud& cloud, const Indices& points, const L
   std::vector<double> cosines;
   cosines.reserve(points.size());
   for (const auto i : points) {
-    cosines.push_back(cloud.normals[i].dot(PlaceOf(axis, cloud.points[i]).out));
+    cosines.push_back(cloud.normals[i].dot(PlaceOf(axis, cloud.points[i]).Out()));
   }
   return std::acos(std::clamp(core::MedianOf(std::move(cosines)), -1.0, 1.0));
 }

@@ -127,20 +127,39 @@ std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double
   return lines;
 }
 
-/// Of the votes about the line, no further along it than a cylinder is high.
-std::vector<std::size_t> Supporters(const Votes& votes, const std::vector<std::size_t>& left,
-                                    const Line& line, double scatter_m, double height_m,
-                                    double max_sine) {
-  std::vector<std::size_t> supporters;
-  for (const std::size_t i : left) {
+/// Which votes are about a line, no further along it than a cylinder is high.
+struct Support {
+  const Votes& votes;
+  double scatter_m;
+  double height_m;
+  double max_sine;
+
+  bool Has(std::size_t i, const Line& line) const {
     const Eigen::Vector3d offset = votes.places[i] - line.point;
     const double along = offset.dot(line.direction);
-    if (std::abs(along) > height_m) continue;
-    if ((offset - along * line.direction).squaredNorm() > scatter_m * scatter_m) continue;
-    if (std::abs(votes.normals[i].dot(line.direction)) <= max_sine) supporters.push_back(i);
+    return std::abs(along) <= height_m &&
+           (offset - along * line.direction).squaredNorm() <= scatter_m * scatter_m &&
+           std::abs(votes.normals[i].dot(line.direction)) <= max_sine;
   }
-  return supporters;
-}
+
+  /// How many of them do, or anything below `enough` as soon as so many cannot be reached.
+  std::size_t Count(const std::vector<std::size_t>& of, const Line& line,
+                    std::size_t enough) const {
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < of.size() && count + (of.size() - k) >= enough; ++k) {
+      count += Has(of[k], line) ? 1 : 0;
+    }
+    return count;
+  }
+
+  std::vector<std::size_t> Of(const std::vector<std::size_t>& left, const Line& line) const {
+    std::vector<std::size_t> supporters;
+    for (const std::size_t i : left) {
+      if (Has(i, line)) supporters.push_back(i);
+    }
+    return supporters;
+  }
+};
 
 /// The horizontal axis that one vote names: square to its normal.
 std::optional<Line> LyingThrough(const Votes& votes, std::size_t i, const Eigen::Vector3d& up,
@@ -171,27 +190,30 @@ std::vector<Line> Lying(const Votes& votes, const Eigen::Vector3d& up, double sc
     left.push_back(i);
     if (rise > max_sine && rise < max_upright) leaning.push_back(i);
   }
+  const Support support{votes, scatter_m, height_m, max_sine};
   std::vector<Line> lines;
   while (lines.size() < static_cast<std::size_t>(options.max_lying) && !leaning.empty()) {
     std::optional<Line> best;
-    std::vector<std::size_t> support;
+    std::size_t most = 0;
     for (int draw = 0; draw < options.draws; ++draw) {
       const std::size_t i = leaning[rng.Index(leaning.size())];
       const auto line = LyingThrough(votes, i, up, min_lean);
       if (!line) continue;
-      auto found = Supporters(votes, leaning, *line, scatter_m, height_m, max_sine);
-      if (found.size() <= support.size()) continue;
-      support = std::move(found);
+      const std::size_t count = support.Count(leaning, *line, most + 1);
+      if (count <= most) continue;
+      most = count;
       best = line;
     }
-    if (!best || support.size() < static_cast<std::size_t>(options.min_support)) break;
+    if (!best || most < static_cast<std::size_t>(options.min_support)) break;
     // Once more with all that is about the line through the supporters.
-    if (const auto fit = FitTrimmedLine(PlacesOf(votes, support))) best = fit;
-    const auto about = Supporters(votes, left, *best, scatter_m, height_m, max_sine);
+    const auto drawn = support.Of(leaning, *best);
+    if (const auto fit = FitTrimmedLine(PlacesOf(votes, drawn))) best = fit;
+    const auto about = support.Of(left, *best);
     if (const auto fit = FitTrimmedLine(PlacesOf(votes, about))) best = fit;
     lines.push_back(*best);
     // Twice the scatter: what is left of the same barrel would be found again.
-    const auto taken = Supporters(votes, leaning, *best, 2.0 * scatter_m, 2.0 * height_m, 1.0);
+    const Support wider{votes, 2.0 * scatter_m, 2.0 * height_m, 1.0};
+    const auto taken = wider.Of(leaning, *best);
     std::vector<std::size_t> rest;
     std::set_difference(leaning.begin(), leaning.end(), taken.begin(), taken.end(),
                         std::back_inserter(rest));
@@ -222,28 +244,29 @@ std::optional<Line> LeaningThrough(const Votes& votes, std::size_t i, std::size_
 std::vector<Line> Leaning(const Votes& votes, const Eigen::Vector3d& up, double scatter_m,
                           double radius_m, double height_m, const BarrelSearchOptions& options,
                           core::Rng& rng) {
-  const double max_sine = std::sin(options.max_off_square_rad);
+  const Support support{votes, scatter_m, height_m, std::sin(options.max_off_square_rad)};
   std::vector<std::size_t> left(votes.places.size());
   std::iota(left.begin(), left.end(), std::size_t{0});
   std::vector<Line> lines;
   while (lines.size() < static_cast<std::size_t>(options.max_leaning) && left.size() > 1) {
     std::optional<Line> best;
-    std::vector<std::size_t> support;
+    std::size_t most = 0;
     for (int draw = 0; draw < options.pair_draws; ++draw) {
       const std::size_t i = left[rng.Index(left.size())];
       const std::size_t k = left[rng.Index(left.size())];
       const auto line = LeaningThrough(votes, i, k, up, radius_m, height_m, options);
       if (!line) continue;
-      auto found = Supporters(votes, left, *line, scatter_m, height_m, max_sine);
-      if (found.size() <= support.size()) continue;
-      support = std::move(found);
+      const std::size_t count = support.Count(left, *line, most + 1);
+      if (count <= most) continue;
+      most = count;
       best = line;
     }
-    if (!best || support.size() < static_cast<std::size_t>(options.min_support)) break;
-    if (const auto fit = FitTrimmedLine(PlacesOf(votes, support))) best = fit;
+    if (!best || most < static_cast<std::size_t>(options.min_support)) break;
+    const auto drawn = support.Of(left, *best);
+    if (const auto fit = FitTrimmedLine(PlacesOf(votes, drawn))) best = fit;
     lines.push_back(*best);
     std::vector<std::size_t> rest;
-    std::set_difference(left.begin(), left.end(), support.begin(), support.end(),
+    std::set_difference(left.begin(), left.end(), drawn.begin(), drawn.end(),
                         std::back_inserter(rest));
     left = std::move(rest);
   }

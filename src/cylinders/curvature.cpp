@@ -39,16 +39,27 @@ double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
 }
 
 std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
-                               const CurvatureOptions& options) {
+                               const CurvatureOptions& options,
+                               const geometry::NeighborLists& known) {
   const double max_cosine = std::cos(options.min_angle_rad);
+  const bool usable = known.radius_m == options.radius_m;
   std::vector<bool> curved(cloud.size(), false);
   std::vector<geometry::KdTree::Neighbor> near;
+  geometry::Indices searched;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    tree.Within(cloud.points[i], options.radius_m, near);
+    std::span<const std::uint32_t> neighbors;
+    if (usable && known.Has(i)) {
+      neighbors = known.Of(i);
+    } else {
+      tree.Within(cloud.points[i], options.radius_m, near);
+      searched.clear();
+      for (const auto& neighbor : near) searched.push_back(neighbor.index);
+      neighbors = searched;
+    }
     // The mean cosine of unit normals, by their sum. The point finds itself.
     Eigen::Vector3d sum = -cloud.normals[i];
-    for (const auto& neighbor : near) sum += cloud.normals[neighbor.index];
-    const auto others = static_cast<double>(near.size()) - 1.0;
+    for (const auto k : neighbors) sum += cloud.normals[k];
+    const auto others = static_cast<double>(neighbors.size()) - 1.0;
     curved[i] = others > 0.0 && cloud.normals[i].dot(sum) < max_cosine * others;
   }
   return curved;

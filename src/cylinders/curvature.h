@@ -8,6 +8,7 @@
 
 #include "core/units.h"
 #include "geometry/kd_tree.h"
+#include "geometry/normals.h"
 #include "geometry/point_cloud.h"
 #include "perception/sampling.h"
 
@@ -58,8 +59,11 @@ struct CurvatureOptions {
 
 /// For each point whether the angle of its normal to its neighbors' is above min_angle_rad
 /// (eq. 4.13). O(n log n).
+/// @param known  neighbors of the cloud's points as their normals' estimation found them; used if
+/// they are of options.radius_m
 std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
-                               const CurvatureOptions& options);
+                               const CurvatureOptions& options,
+                               const geometry::NeighborLists& known = {});
 
 /// Where a point was measured: its scan line, and the order on it.
 struct ScanPlace {

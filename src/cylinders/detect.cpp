@@ -145,15 +145,17 @@ void Filter(const Indices& above, const DetectOptions& options, CylinderScene& s
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
 }
 
-void FindNormals(const Measured& measured, const KdTree& tree, const DetectOptions& options,
-                 CylinderScene& scene) {
+geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree,
+                                    const DetectOptions& options, CylinderScene& scene) {
   Indices place_of;
   place_of.reserve(scene.source.size());
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   const double radius_m = options.preprocess.normal_radius_m;
   const double max_m = options.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
+  geometry::NeighborLists neighbors;
   scene.cloud.normals = geometry::EstimateNormals(scene.cloud.points, tree, radius_m,
-                                                  measured.places_C, place_of, max_m);
+                                                  measured.places_C, place_of, max_m, &neighbors);
+  return neighbors;
 }
 
 Indices PositionsOf(const std::vector<bool>& chosen) {
@@ -164,9 +166,10 @@ Indices PositionsOf(const std::vector<bool>& chosen) {
   return positions;
 }
 
-void FindCurvature(const Measured& measured, const KdTree& tree, const DetectOptions& options,
+void FindCurvature(const Measured& measured, const KdTree& tree,
+                   const geometry::NeighborLists& neighbors, const DetectOptions& options,
                    CylinderScene& scene) {
-  scene.curved = PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature));
+  scene.curved = PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature, neighbors));
   scene.scan_order = measured.scan_order;
   if (!scene.scan_order) return;
   std::vector<ScanPlace> places;
@@ -262,19 +265,19 @@ double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
   return on * std::exp(-error / options.accept.max_radius_error_m);
 }
 
-/// Of what shares points the better one stays.
+/// Of what shares points the better one stays. A cylinder's points are all on its surface: those
+/// that its axis was fitted to may be a piece of it, and another piece would be found as another.
 std::vector<FoundCylinder> WithoutOverlaps(std::vector<FoundCylinder> found,
                                            std::span<const GivenCylinder> given,
-                                           const DetectOptions& options, std::size_t points) {
+                                           const DetectOptions& options, PointSpan points) {
   std::stable_sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
     return ScoreOf(a, given[a.given], options) > ScoreOf(b, given[b.given], options);
   });
-  std::vector<bool> taken(points, false);
+  std::vector<bool> taken(points.size(), false);
   std::vector<FoundCylinder> kept;
   for (FoundCylinder& one : found) {
-    Indices own;
-    std::set_union(one.barrel.begin(), one.barrel.end(), one.rim.begin(), one.rim.end(),
-                   std::back_inserter(own));
+    const Indices own =
+        PositionsOf(PointsOn(points, one.cylinder_C, options.accept.view_tolerance_m));
     const auto shared = std::ranges::count_if(own, [&](auto i) { return taken[i]; });
     if (static_cast<double>(shared) > options.accept.max_shared * static_cast<double>(own.size())) {
       continue;
@@ -298,7 +301,7 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
       found.push_back(std::move(*one));
     }
   }
-  scene.cylinders = WithoutOverlaps(std::move(found), given, context.options, scene.cloud.size());
+  scene.cylinders = WithoutOverlaps(std::move(found), given, context.options, scene.cloud.points);
 }
 
 }  // namespace
@@ -325,10 +328,10 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   const KdTree tree(scene.cloud.points);
   scene.seconds.emplace_back("filter", watch.Restart());
 
-  FindNormals(measured, tree, options, scene);
+  const auto neighbors = FindNormals(measured, tree, options, scene);
   scene.seconds.emplace_back("normals", watch.Restart());
 
-  FindCurvature(measured, tree, options, scene);
+  FindCurvature(measured, tree, neighbors, options, scene);
   scene.seconds.emplace_back("curvature", watch.Restart());
 
   FindFragments(options, scene);

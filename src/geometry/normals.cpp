@@ -48,6 +48,13 @@ Spread SpreadOf(PointSpan points, const Eigen::Vector3d& p,
   return {solver.eigenvectors().col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
 }
 
+/// The list of the next point, unless one before it was left out.
+void Keep(const std::vector<KdTree::Neighbor>& neighbors, std::size_t i, NeighborLists& kept) {
+  if (kept.ends.size() != i || kept.all.size() + neighbors.size() > kept.kMaxKept) return;
+  for (const KdTree::Neighbor& neighbor : neighbors) kept.all.push_back(neighbor.index);
+  kept.ends.push_back(kept.all.size());
+}
+
 }  // namespace
 
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
@@ -56,13 +63,16 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
 }
 
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
-                       std::span<const std::uint32_t> place_of, double max_radius_m) {
+                       std::span<const std::uint32_t> place_of, double max_radius_m,
+                       NeighborLists* kept) {
+  if (kept) *kept = {radius_m, {}, {}};
   Points normals(points.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& p = points[i];
     const Eigen::Vector3d to_origin = places[place_of[i]] - p;
     tree.Within(p, radius_m, neighbors);
+    if (kept) Keep(neighbors, i, *kept);
     if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);  // a plane needs three
     Spread spread = SpreadOf(points, p, neighbors);
     for (double wider_m = kWiden * radius_m; spread.flatness < kOnALine && wider_m <= max_radius_m;

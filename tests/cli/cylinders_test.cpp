@@ -136,6 +136,19 @@ TEST_F(CylindersTest, EmptyCloudsAndCloudsWithoutATableAreNamed) {
   ExpectRefused(Write("cube.pcd", cube), {"--cylinder", "25,100", "--as-published"}, "no table");
 }
 
+TEST_F(CylindersTest, FilesThatAreNoCloudsAreNamed) {
+  const auto text = (folder_ / "text.pcd").string();
+  std::ofstream(text) << "this is no cloud\n";
+  ExpectRefused(text, {"--cylinder", "25,100"}, "text.pcd");
+  const auto cut = (folder_ / "cut.pcd").string();
+  std::ofstream(cut)
+      << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 500\n"
+         "HEIGHT 1\nPOINTS 500\nDATA ascii\n0 0 1\n";
+  ExpectRefused(cut, {"--cylinder", "25,100"}, "cut.pcd");
+  ExpectRefused(folder_.path().string(), {"--cylinder", "25,100"},
+                folder_.path().filename().string());
+}
+
 TEST_F(CylindersTest, OneThatIsLargerThanTheSceneIsNotFoundAndThatIsSaid) {
   const Ran ran = Cylinders(Write("cloud.pcd", Image()), {"--cylinder", "900,4000"});
   EXPECT_EQ(ran.code, 0) << ran.err;

@@ -92,6 +92,26 @@ TEST(Curvature, CurvedPointsAreThoseOfANaiveLoop) {
   }
 }
 
+TEST(Curvature, NeighborsThatAreKnownChangeNothing) {
+  core::Rng rng(5);
+  geometry::PointCloud cloud = Edge();
+  for (auto& p : cloud.points) p += 0.0003 * RandomVector(rng);
+  const geometry::KdTree tree(cloud.points);
+  const CurvatureOptions options;
+  const Vector3d eye(1.0, 0.0, 1.0);
+  for (const double radius_m : {double{options.radius_m}, 0.5 * options.radius_m}) {
+    geometry::NeighborLists known;
+    cloud.normals =
+        geometry::EstimateNormals(cloud.points, tree, radius_m, {&eye, 1},
+                                  geometry::Indices(cloud.size(), 0), 2.0 * radius_m, &known);
+    ASSERT_TRUE(known.Has(cloud.size() - 1));
+    EXPECT_EQ(CurvedPoints(cloud, tree, options, known), CurvedPoints(cloud, tree, options));
+    // Some points' lists may not have been kept.
+    known.ends.resize(cloud.size() / 2);
+    EXPECT_EQ(CurvedPoints(cloud, tree, options, known), CurvedPoints(cloud, tree, options));
+  }
+}
+
 TEST(Curvature, OnlyWhatIsNearAnEdgeIsCurved) {
   const geometry::PointCloud cloud = Edge();
   const auto curved = CurvedPoints(cloud, geometry::KdTree(cloud.points), {});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -207,6 +208,19 @@ TEST(DetectCylinders, TwoOfOneKindAreBothFound) {
   EXPECT_EQ(scene.cylinders.size(), 2u);
   ExpectFound(scene, 0, tabletop.cylinders[0]);
   ExpectFound(scene, 0, tabletop.cylinders[1]);
+}
+
+// Beside one that touches it a piece of the barrel alone may be fitted: the rest is of the same
+// cylinder all the same.
+TEST(DetectCylinders, APieceIsNotFoundBesideTheWhole) {
+  const Tabletop tabletop = {
+      {Standing(0.10209, -0.10672, 0.02575, 0.173), Standing(0.05268, -0.12590, 0.02675, 0.134)},
+      {StandingBox(0.022, -0.047, 0.3, {0.0569, 0.0336, 0.1171})}};
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    core::Rng rng(seed);
+    const auto scene = Detect(Scan(tabletop, {}, rng));
+    EXPECT_EQ(std::ranges::count(scene.cylinders, 0u, &FoundCylinder::given), 1) << seed;
+  }
 }
 
 TEST(DetectCylinders, SameSeedSameResult) {

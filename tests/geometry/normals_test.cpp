@@ -62,6 +62,27 @@ TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
   }
 }
 
+TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
+  core::Rng rng(6);
+  const Points points = testing::RandomPoints(300, 0.02, rng);
+  const KdTree tree(points);
+  const Eigen::Vector3d eye(1.0, 1.0, 1.0);
+  NeighborLists kept;
+  // Widened where a neighborhood lies on a line: what is kept is of the first radius.
+  EstimateNormals(points, tree, 0.004, {&eye, 1}, Indices(points.size(), 0), 0.02, &kept);
+  EXPECT_EQ(kept.radius_m, 0.004);
+  std::vector<KdTree::Neighbor> neighbors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_TRUE(kept.Has(i));
+    tree.Within(points[i], 0.004, neighbors);
+    ASSERT_EQ(kept.Of(i).size(), neighbors.size());
+    for (std::size_t k = 0; k < neighbors.size(); ++k) {
+      EXPECT_EQ(kept.Of(i)[k], neighbors[k].index);
+    }
+  }
+  EXPECT_FALSE(kept.Has(points.size()));
+}
+
 TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
   for (const auto& n : EstimateNormals(points, KdTree(points), 0.005, {0.2, 0.2, 3.0})) {

@@ -28,6 +28,37 @@ Indices NearAxis(const geometry::Points& points, const Line& axis, double radius
   return near;
 }
 
+/// Part of the rays of a scan: all that meet a sphere.
+struct RaysThrough {
+  Eigen::Vector3d center;
+  double radius_m = 0.0;
+  Indices chosen;  ///< positions in all points
+  Points points;
+  Indices place_of;
+
+  /// Whether a ray that meets `cylinder`, or passes it within the tolerance, is among them.
+  bool AreAllOf(const Cylinder& cylinder, double tolerance_m) const {
+    const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
+    return (cylinder.center - center).norm() + bound_m < radius_m;
+  }
+};
+
+RaysThrough ChooseRays(const CandidateContext& context, const Eigen::Vector3d& center,
+                       double radius_m) {
+  RaysThrough rays{center, radius_m, {}, {}, {}};
+  const Points& points = context.scene.points_C;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& origin = context.places_C[context.place_of[i]];
+    const Eigen::Vector3d way = points[i] - origin;
+    const Eigen::Vector3d to_center = center - origin;
+    if (way.cross(to_center).squaredNorm() > radius_m * radius_m * way.squaredNorm()) continue;
+    rays.chosen.push_back(i);
+    rays.points.push_back(points[i]);
+    rays.place_of.push_back(context.place_of[i]);
+  }
+  return rays;
+}
+
 /// A given cylinder at an axis, with what was seen of it.
 class Examination {
  public:
@@ -64,7 +95,8 @@ class Examination {
     found.length_seen_m = ends->Length();
     found.cylinder_C = {refined.axis.point, refined.axis.direction, refined.radius_m,
                         given_.height_m};
-    const Seen seen{refined, *ends, OwnPoints(refined.axis, *ends)};
+    const RaysThrough rays = RaysAbout(refined.axis, *ends);
+    const Seen seen{refined, *ends, rays, OwnPoints(rays, refined.axis, *ends)};
     const bool placed = found.lies ? PlaceLying(seen, found) : PlaceStanding(seen, found);
     if (!placed) return std::nullopt;
     found.barrel = std::move(refined.points);
@@ -76,15 +108,26 @@ class Examination {
   struct Seen {
     const RefinedAxis& refined;
     const BarrelEnds& ends;
-    std::vector<bool> own;  ///< of all measured points those on it
+    const RaysThrough& rays;  ///< those that any cylinder may meet that the ends are ends of
+    std::vector<bool> own;    ///< of the rays' points those on it
   };
+
+  /// The cylinder goes on from one end of what is seen until it is as high as given.
+  RaysThrough RaysAbout(const Line& axis, const BarrelEnds& ends) const {
+    const double slack_m = 2.0 * accept_.max_height_error_m + accept_.view_tolerance_m;
+    const double reach_m = given_.height_m - 0.5 * ends.Length();
+    const double sphere_m = std::hypot(given_.radius_m, reach_m) + 2.0 * slack_m;
+    return ChooseRays(context_, axis.point + 0.5 * (ends.low_m + ends.high_m) * axis.direction,
+                      sphere_m);
+  }
 
   /// The rays to these say nothing of a part of it that is not seen: they end before that as they
   /// would were there none.
-  std::vector<bool> OwnPoints(const Line& axis, const BarrelEnds& ends) const {
+  std::vector<bool> OwnPoints(const RaysThrough& rays, const Line& axis,
+                              const BarrelEnds& ends) const {
     const Cylinder seen{axis.point + 0.5 * (ends.low_m + ends.high_m) * axis.direction,
                         axis.direction, given_.radius_m, ends.Length()};
-    return PointsOn(context_.scene.points_C, seen, accept_.view_tolerance_m);
+    return PointsOn(rays.points, seen, accept_.view_tolerance_m);
   }
 
   void AddRim(const Candidate& candidate, FoundCylinder& found) const {
@@ -119,7 +162,7 @@ class Examination {
   /// Its top at the given height above the table, or higher where it shows that it stands on
   /// something; lower only where the top may be hidden.
   bool PlaceStanding(const Seen& seen, FoundCylinder& found) const {
-    const auto& [refined, ends, own] = seen;
+    const auto& [refined, ends, rays, own] = seen;
     const double half = 0.5 * given_.height_m;
     const double table = TableAlong(refined.axis);
     const double top = table + given_.height_m;
@@ -142,7 +185,7 @@ class Examination {
   }
 
   bool PlaceLying(const Seen& seen, FoundCylinder& found) const {
-    const auto& [refined, ends, own] = seen;
+    const auto& [refined, ends, rays, own] = seen;
     const double half = 0.5 * given_.height_m;
     double middle = 0.5 * (ends.low_m + ends.high_m);
     if (IsWhole(ends)) {
@@ -164,13 +207,13 @@ class Examination {
 
   /// Puts the middle there, and says whether what was seen agrees.
   bool Place(const Seen& seen, double middle_m, FoundCylinder& found) const {
-    const auto& [refined, ends, own] = seen;
+    const auto& [refined, ends, rays, own] = seen;
     found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
     if (IsSunk(found.cylinder_C)) return false;
     if (!context_.options.check_shape) return true;
     const double half = 0.5 * given_.height_m;
     return MayBeHidden(seen, middle_m - half, ends.low_m) &&
-           MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found);
+           MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found, &rays);
   }
 
   /// Under the table by more than its end's uncertainty.
@@ -181,9 +224,11 @@ class Examination {
     return Table().Distance(cylinder.center) < lowest - 2.0 * accept_.max_height_error_m;
   }
 
-  /// How far beyond an end the cylinder may go on unseen, up to so much [m].
+  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are no thinner
+  /// than a row of points: a slice that no ray meets would be taken for hidden.
   double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
-    const int steps = accept_.hidden_steps;
+    const int steps =
+        std::clamp(static_cast<int>(up_to_m / accept_.max_height_error_m), 1, accept_.hidden_steps);
     const double step_m = up_to_m / steps;
     for (int i = 0; i < steps; ++i) {
       const double near_m = end_m + sign * i * step_m;
@@ -203,23 +248,38 @@ class Examination {
     const Line& axis = seen.refined.axis;
     const Cylinder part{axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction,
                         given_.radius_m, to_m - from_m};
-    const ViewCounts counts = View(part, seen.own);
+    const ViewCounts counts = ViewBeside(seen, part);
     return static_cast<double>(counts.through) <=
            accept_.max_missing_seen * static_cast<double>(counts.through + counts.before);
   }
 
-  bool Agrees(FoundCylinder& found) const {
+  /// @param rays  some of all rays that may do; nullptr: there are none chosen
+  bool Agrees(FoundCylinder& found, const RaysThrough* rays = nullptr) const {
     Cylinder as_given = found.cylinder_C;
     as_given.radius_m = given_.radius_m;
-    found.view = View(as_given);
+    const double tolerance_m = accept_.view_tolerance_m;
+    const bool some = rays && rays->AreAllOf(as_given, tolerance_m);
+    found.view = some ? CompareWithView(rays->points, context_.places_C, rays->place_of, as_given,
+                                        tolerance_m)
+                      : CompareWithView(context_.scene.points_C, context_.places_C,
+                                        context_.place_of, as_given, tolerance_m);
     return found.view.Agreement() >= accept_.min_agreement &&
            static_cast<double>(found.view.on) >=
                accept_.min_seen_share * static_cast<double>(found.view.All());
   }
 
-  ViewCounts View(const Cylinder& cylinder, const std::vector<bool>& left_out = {}) const {
-    return CompareWithView(context_.scene.points_C, context_.places_C, context_.place_of, cylinder,
-                           accept_.view_tolerance_m, left_out);
+  /// What the rays say of a part of the cylinder that is not seen, without those that end on the
+  /// part that is.
+  ViewCounts ViewBeside(const Seen& seen, const Cylinder& part) const {
+    const double tolerance_m = accept_.view_tolerance_m;
+    if (seen.rays.AreAllOf(part, tolerance_m)) {
+      return CompareWithView(seen.rays.points, context_.places_C, seen.rays.place_of, part,
+                             tolerance_m, seen.own);
+    }
+    std::vector<bool> own(context_.scene.points_C.size(), false);
+    for (std::size_t k = 0; k < seen.own.size(); ++k) own[seen.rays.chosen[k]] = seen.own[k];
+    return CompareWithView(context_.scene.points_C, context_.places_C, context_.place_of, part,
+                           tolerance_m, own);
   }
 
   /// Only the rim is seen: it stands on the table, below its rim.

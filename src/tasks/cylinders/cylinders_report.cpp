@@ -211,9 +211,9 @@ int TableIterations(const Collected& all) {
 
 Grid TableOf(const Collected& all, Source source) {
   Grid grid;
-  grid.header = {"r x h [mm]", "points",    "method",     "r [mm]", "|dr| [mm]",
-                 "SE",         "published", "|dv| [deg]", "SE",     "published",
-                 "t [s]",      "of it ppt", "published",  "failed", "good [%]"};
+  grid.header = {"r x h [mm]", "points",        "method",     "r [mm]", "|dr| [mm]",
+                 "SE",         "published",     "|dv| [deg]", "SE",     "published",
+                 "t [s]",      "of it ppt [s]", "published",  "failed", "good [%]"};
   grid.left.assign(grid.header.size(), false);
   grid.left[2] = true;
   const int iterations = TableIterations(all);
