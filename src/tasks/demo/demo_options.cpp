@@ -14,6 +14,9 @@ namespace {
 using core::kMm;
 using core::YamlMap;
 
+/// The published gate asks for the largest x of a top's normal: x of that sensor's frame is up.
+const Eigen::Matrix3d kPublishedAxes = (Eigen::Matrix3d() << 0, 0, -1, 0, 1, 0, 1, 0, 0).finished();
+
 /// "RADIUSxHEIGHT" in mm.
 cylinders::GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) {
   const auto cross = text.find('x');
@@ -103,6 +106,7 @@ Options ReadOptions(YamlMap& map) {
   options.grasping = grasping::ReadOptions(map);
   if (options.grasping.method == grasping::MethodKind::kPublished) {
     options.demo.detection = cylinders::AsPublished();
+    options.demo.detection.R_CS = kPublishedAxes;
     core::SwitchAll<DemoAdditions>(false, options.demo);
     options.demo.max_tries = 1;
   }

@@ -54,7 +54,7 @@ TEST(DemoTask, APersonWhoHardlyPullsGetsNothing) {
 }
 
 TEST(DemoTask, ACylinderOfAnotherShapeIsNotFound) {
-  const auto experiment = Open({"cylinders=[40x250, 26.75x134]", "demo.max_tries=2"});
+  const auto experiment = Open({"cylinders=[30x220, 26.75x134]", "demo.max_tries=2"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "not_segmented");
   // It looks again, as often as it may, and says what came of it.
