@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -15,6 +16,7 @@
 #include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
 #include "sim/internal/slip_sensor.h"
+#include "sim/internal/user.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
@@ -40,6 +42,15 @@ constexpr double kFelt_rad = 0.005;
 // What fingertips feel on their way down: what lies loose slides, or a joint lags by a third of the
 // above, at less than this.
 constexpr double kMet_N = 2.0;
+// A change of the force on the resting hand, as the drives feel it, that is a pull. A held object
+// that swings changes it by less than 1 N, what is taken from the table weighs 1 to 10 N and has
+// been weighed by then. Larger: a gentle person draws in vain; smaller: real gears stick.
+constexpr double kPull_N = 5.0;
+// Where the arm is stretched its drives feel nothing of a force along it: a lever of this length is
+// added to all.
+constexpr double kMinLever_m = 0.05;
+// Drawing an object out of the open hand takes 0.6 s.
+constexpr double kDrawLimit_s = 2.0;
 // And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
 // drive then has a tenth of its torque left.
 constexpr double kGives_rad = 0.004;
@@ -83,7 +94,9 @@ class Execution {
     Grasp();
     if (!Over()) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
-    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) Deliver();
+    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) {
+      program_.user ? HandOver() : Deliver();
+    }
     if (ByAperture() && holding_) LetGo();
     Finish();
     Moment("end");
@@ -230,6 +243,48 @@ class Execution {
     }
   }
 
+  // The arm feels the pull by its drives' torques; then the hand lets go.
+  void HandOver() {
+    UserOptions options = *program_.user;
+    log_.hand_over.emplace();
+    HandOverLog& log = *log_.hand_over;
+    const Eigen::VectorXd before = servo_.Torques(world_.model(), world_.data());
+    const auto pulls = [&] { return FeltForce(before).norm() > kPull_N; };
+    for (double t = 0.0; !lost_ && t < options.wait_s; t += Period()) {
+      Tick();
+      log.early = log.early || pulls();
+    }
+    Moment("waits");
+    if (lost_) return;
+    user_.emplace(world_, target_,
+                  internal::BodyPose(world_.data(), hand_.body()).linear() * options.direction_H,
+                  options);
+    const double start_s = world_.time_s();
+    while (!log.felt && !lost_ && world_.time_s() - start_s < options.rise_s + options.patience_s) {
+      Tick();
+      log.felt = pulls();
+      log.felt_N = user_->pull_N();
+    }
+    log.felt_s = world_.time_s() - start_s;
+    Moment("pulled");
+    if (log.felt) LetGo();
+    for (double t = 0.0; log.felt && t < kDrawLimit_s && !user_->Done(); t += Period()) Tick();
+    log.taken = user_->Done() && !TouchNow().hand;
+    Moment("taken");
+    user_.reset();
+  }
+
+  // The force on the hand that explains best how the drives' torques at rest have changed: with the
+  // Jacobian J of the tools' centre they are changed by -J^T f.
+  Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
+    const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
+    const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(),
+                                               world_.SitePose("tcp_tip").translation());
+    const Eigen::Matrix3d levers =
+        J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
+    return -levers.ldlt().solve(J * change);
+  }
+
   void LetGo() {
     holding_ = false;
     controller_.Open();
@@ -332,6 +387,7 @@ class Execution {
   }
 
   void Tick() {
+    if (user_) user_->Tick();
     servo_.Command(world_.model(), world_.data(), command_);
     glove_.Tick(world_);
     controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
@@ -383,6 +439,8 @@ class Execution {
   internal::SlipSensor slip_sensor_;
   internal::AuditRecorder audit_;
   const double start_s_;
+
+  std::optional<internal::User> user_;  ///< from when they take hold until they have the object
 
   ExecutionLog log_;
   internal::JointCommand command_;

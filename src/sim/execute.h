@@ -18,9 +18,21 @@ enum class EndsBy {
   kTruth,     ///< the target is lost: the outcome of a single trial is decided
   kAperture,  ///< the hand has closed on nothing, by its own joints: what a real hand knows
 };
+/// A person who takes what the hand has carried: waits, takes hold of it, and draws until the hand
+/// lets go or the patience ends.
+struct UserOptions {
+  Eigen::Vector3d direction_H{0.0, 0.0, 1.0};  ///< unit; in the hand's root frame
+  double wait_s = 1.0;      ///< meanwhile nothing pulls, and the hand has to hold
+  double force_N = 15.0;    ///< what it rises to
+  double rise_s = 0.5;      ///< in this time
+  double patience_s = 2.0;  ///< of drawing in vain
+  double draw_m = 0.15;     ///< so far once the hand has let go
+};
 /// The motions of one grasp and the hand's part in them.
 struct GraspProgram {
   core::JointTrajectory reach, approach, lift, carry, lower, retreat;
+  /// Takes the object above the delivery place; without it the hand lowers it there.
+  std::optional<UserOptions> user;
   double opening_m = 0.1;  ///< gap of the pads before closing
   bool firm = false;       ///< begins with the strongest grip
   EndsBy ends_by = EndsBy::kTruth;
@@ -104,6 +116,15 @@ struct ApertureLog {
   bool holds_after_carry = false;
 };
 
+/// What came of handing over.
+struct HandOverLog {
+  bool early = false;   ///< the arm felt a pull before there was one
+  bool felt = false;    ///< the arm felt the pull, and the hand opened
+  double felt_N = 0.0;  ///< the pull at that moment
+  double felt_s = 0.0;  ///< since it began
+  bool taken = false;   ///< at the end the person has it, clear of the hand
+};
+
 /// What happened, as truth sees it. What describes a hold is of the moment when the hold ended: the
 /// loss of the target, the end of the lift where it was not lifted, the end of the carry.
 struct ExecutionLog {
@@ -134,7 +155,8 @@ struct ExecutionLog {
   /// whose drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
   double simulated_s = 0.0;
-  ApertureLog aperture;  ///< all that is no truth
+  ApertureLog aperture;                  ///< all that is no truth
+  std::optional<HandOverLog> hand_over;  ///< where a user was to take the object, and it came there
   Audit audit;
 };
 

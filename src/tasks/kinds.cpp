@@ -4,6 +4,7 @@
 
 #include "tasks/clearing/clearing_task.h"
 #include "tasks/cylinders/cylinders_task.h"
+#include "tasks/demo/demo_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
 #include "tasks/seam/seam_task.h"
@@ -12,9 +13,13 @@
 namespace rangegrasp::tasks {
 
 std::span<const experiment::TaskKind> AllKinds() {
-  static const std::array kinds = {grasping::GraspingTask(), clearing::ClearingTask(),
-                                   times::TimesTask(),       cylinder_task::CylindersTask(),
-                                   seam_task::SeamTask(),    PartsTask()};
+  static const std::array kinds = {grasping::GraspingTask(),
+                                   clearing::ClearingTask(),
+                                   demo::DemoTask(),
+                                   times::TimesTask(),
+                                   cylinder_task::CylindersTask(),
+                                   seam_task::SeamTask(),
+                                   PartsTask()};
   return kinds;
 }
 

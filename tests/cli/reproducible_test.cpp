@@ -52,6 +52,7 @@ std::vector<std::string> Short(const std::string& name) {
   if (name == "segmentation_times") {
     return {"--objects", "mesh", "--trials", "3", "--set", "repeats=1"};
   }
+  if (name == "cylinder_demo") return {"--trials", "4"};
   if (name == "cylinder_resolution" || name == "cylinder_iterations") {
     return {"--objects", "perfect,scanned",
             "--trials",  "2",

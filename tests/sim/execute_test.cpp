@@ -153,6 +153,56 @@ TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
   EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, core::Rng(1))));
 }
 
+ExecutionLog HandOver(const UserOptions& user, const char* object = "demo_tube") {
+  const Case tube{object, Grasp({0, 0, 0.120}, 10)};
+  World world = Arrange(tube);
+  auto program = testing::MakeProgram(world, tube.grasp);
+  if (!program) {
+    ADD_FAILURE() << "the arm does not reach the tube";
+    return {};
+  }
+  program->user = user;
+  return Execute(world, 0, *program, {}, {}, core::Rng(1));
+}
+
+TEST(HandOver, APullIsFeltAndThePersonHasTheObject) {
+  const ExecutionLog log = HandOver({});
+  ASSERT_TRUE(log.hand_over);
+  EXPECT_FALSE(log.hand_over->early);
+  EXPECT_TRUE(log.hand_over->felt);
+  EXPECT_TRUE(log.hand_over->taken);
+  EXPECT_GT(log.hand_over->felt_N, 1.0);
+  EXPECT_LE(log.hand_over->felt_N, 15.0);
+  EXPECT_EQ(log.audit.failed, "");
+}
+
+// Whichever way people pull, an arm feels it, stretched along the pull or not.
+TEST(HandOver, IsFeltFromEverySide) {
+  for (const Eigen::Vector3d& along_H :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, 1, 0),
+        Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1)}) {
+    UserOptions user;
+    user.direction_H = along_H;
+    const ExecutionLog log = HandOver(user);
+    ASSERT_TRUE(log.hand_over);
+    EXPECT_TRUE(log.hand_over->felt) << along_H.transpose();
+    EXPECT_FALSE(log.hand_over->early);
+    // With the tube's weight that is taken off, 1.5 N, the pull is what is felt: 5 N.
+    EXPECT_NEAR(log.hand_over->felt_N, 5.0, 2.5) << along_H.transpose();
+  }
+}
+
+TEST(HandOver, WithoutAPullTheHandHolds) {
+  UserOptions still;
+  still.force_N = 0.2;
+  const ExecutionLog log = HandOver(still);
+  ASSERT_TRUE(log.hand_over);
+  EXPECT_FALSE(log.hand_over->early);
+  EXPECT_FALSE(log.hand_over->felt);
+  EXPECT_FALSE(log.hand_over->taken);
+  EXPECT_TRUE(log.touched_by_hand);
+}
+
 // At 0.02 not even 100 N carry these: 2 * 0.02 * 100 N = 4 N against 4.1 N of the box and 5.2 N of
 // the tube.
 TEST(BadGrasp, ASlipperyGloveHoldsNothing) {

@@ -58,6 +58,25 @@ bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) 
   return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
 }
 
+Eigen::VectorXd ArmServo::Torques(const mjModel* model, const mjData* data) const {
+  Eigen::VectorXd torques(static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    torques[static_cast<Eigen::Index>(i)] = data->qfrc_actuator[model->jnt_dofadr[joints_[i]]];
+  }
+  return torques;
+}
+
+Eigen::Matrix3Xd ArmServo::Jacobian(const mjModel* model, const mjData* data, int body,
+                                    const Eigen::Vector3d& point_W) const {
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> all(3, model->nv);
+  mj_jac(model, data, all.data(), nullptr, point_W.data(), body);
+  Eigen::Matrix3Xd J(3, static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    J.col(static_cast<Eigen::Index>(i)) = all.col(model->jnt_dofadr[joints_[i]]);
+  }
+  return J;
+}
+
 double ArmServo::TrackingError(const mjModel* model, const mjData* data,
                                const JointCommand& command) const {
   double error = 0.0;

@@ -25,6 +25,11 @@ class ArmServo {
   const std::vector<int>& joints() const { return joints_; }
   /// Whether the drive of joint number i gives all that it has.
   bool AtLimit(const mjModel* model, const mjData* data, std::size_t i) const;
+  /// What the drives give [Nm, N].
+  Eigen::VectorXd Torques(const mjModel* model, const mjData* data) const;
+  /// Of a point that moves with a body, by the arm's joints: p_W' = J q'.
+  Eigen::Matrix3Xd Jacobian(const mjModel* model, const mjData* data, int body,
+                            const Eigen::Vector3d& point_W) const;
   /// Maximum over the joints of how far each is from its command [rad, m].
   double TrackingError(const mjModel* model, const mjData* data, const JointCommand& command) const;
 

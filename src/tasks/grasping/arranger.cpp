@@ -4,6 +4,7 @@
 
 #include "core/words.h"
 #include "tasks/grasping/internal/clutter_arranger.h"
+#include "tasks/grasping/internal/scattered_arranger.h"
 #include "tasks/grasping/internal/single_arranger.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -29,6 +30,8 @@ std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robo
     case ArrangerKind::kBox:
     case ArrangerKind::kPile:
       return internal::MakeClutterArranger(options, robot, scanner);
+    case ArrangerKind::kScattered:
+      return internal::MakeScatteredArranger(options, robot, scanner);
     case ArrangerKind::kSingle:
       break;
   }

@@ -18,7 +18,7 @@ namespace rangegrasp::tasks::grasping {
 /// Why an arrangement is drawn again.
 enum class Redraw {
   kNotAtRest,   ///< something still moves at the time limit, or moves again
-  kOtherPose,   ///< single: the target rests in another pose than the one drawn
+  kOtherPose,   ///< single, scattered: something rests in another pose than the one drawn
   kOutOfView,   ///< something is not in the scanner's view
   kOutOfReach,  ///< the target lies outside the workspace
   kLeftTable,   ///< something fell off the table, or out of the box
@@ -26,11 +26,12 @@ enum class Redraw {
   kOverlaps,    ///< two things are inside each other
   kNotHighest,  ///< another object is higher than the target
   kTouchesFew,  ///< the target touches fewer others than it should
-  kDoesNotFit,  ///< something is larger than the box
+  kDoesNotFit,  ///< something is larger than the box, or no place is left for it
+  kHidden,      ///< scattered: too little of the target is seen behind the others
 };
-constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
-  return {"not_at_rest", "other_pose", "out_of_view", "out_of_reach", "left_table",
-          "touches_arm", "overlaps",   "not_highest", "touches_few",  "does_not_fit"};
+constexpr std::array<std::string_view, 11> WordsOf(Redraw) {
+  return {"not_at_rest", "other_pose",  "out_of_view", "out_of_reach", "left_table", "touches_arm",
+          "overlaps",    "not_highest", "touches_few", "does_not_fit", "hidden"};
 }
 
 /// How often an arrangement was drawn again, by reason.
@@ -63,6 +64,9 @@ class Arranger {
 /// single: alone on the table. The resting pose is the one that a simulated drop from 50 mm, turned
 /// at random, ends in; place in the workspace disc and yaw are drawn, and all of it again until the
 /// object rests in the scanner's view.
+///
+/// scattered: the target, what is always there and a drawn number of others, each in a pose like
+/// those of single, anywhere in the workspace where it is inside no other; they may touch.
 ///
 /// touching, box, pile: objects are let go one after the other, turned at random, from a small
 /// height above what lies below them, and fall: over a small place on the table (touching), through

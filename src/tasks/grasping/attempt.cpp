@@ -32,35 +32,45 @@ ordered_json JsonOf(const sim::Audit& a) {
           {"failed", a.failed}};
 }
 
+ordered_json JsonOf(const sim::HandOverLog& h) {
+  return {{"early", h.early},
+          {"felt", h.felt},
+          {"felt_n", h.felt_N},
+          {"felt_s", h.felt_s},
+          {"taken", h.taken}};
+}
+
 ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& grasp) {
-  return {{"lift_height_m", log.lift_height_m},
-          {"held_after_lift", log.held_after_lift},
-          {"held_after_carry", log.held_after_carry},
-          {"final_distance_m", log.final_distance_m},
-          {"at_rest", log.at_rest},
-          {"touched_by_hand", log.touched_by_hand},
-          {"on_support", log.on_support},
-          {"tilt_in_hand_rad", log.tilt_in_hand_rad},
-          {"slip_in_hand_m", log.slip_in_hand_m},
-          {"grip_force_n", log.grip_force_N},
-          {"felt_force_n", log.felt_force_N},
-          {"slips_heard", log.slips_heard},
-          {"lift_lag_rad", log.lift_lag_rad},
-          {"tracking_error_m", log.tracking_error_m},
-          {"joints_at_limits", log.joints_at_limits},
-          {"stopped_by_contact", log.stopped_by_contact},
-          {"simulated_s", log.simulated_s},
-          {"aperture",
-           {{"lifted_rad", log.aperture.lifted_rad},
-            {"carried_rad", log.aperture.carried_rad},
-            {"holds_after_lift", log.aperture.holds_after_lift},
-            {"holds_after_carry", log.aperture.holds_after_carry}}},
-          {"grasp",
-           {{"pitch_rad", grasp.pitch_rad},
-            {"width_m", grasp.width_m},
-            {"contact_angle_rad", grasp.contact_angle_rad},
-            {"score", grasp.score}}},
-          {"audit", JsonOf(log.audit)}};
+  ordered_json json = {{"lift_height_m", log.lift_height_m},
+                       {"held_after_lift", log.held_after_lift},
+                       {"held_after_carry", log.held_after_carry},
+                       {"final_distance_m", log.final_distance_m},
+                       {"at_rest", log.at_rest},
+                       {"touched_by_hand", log.touched_by_hand},
+                       {"on_support", log.on_support},
+                       {"tilt_in_hand_rad", log.tilt_in_hand_rad},
+                       {"slip_in_hand_m", log.slip_in_hand_m},
+                       {"grip_force_n", log.grip_force_N},
+                       {"felt_force_n", log.felt_force_N},
+                       {"slips_heard", log.slips_heard},
+                       {"lift_lag_rad", log.lift_lag_rad},
+                       {"tracking_error_m", log.tracking_error_m},
+                       {"joints_at_limits", log.joints_at_limits},
+                       {"stopped_by_contact", log.stopped_by_contact},
+                       {"simulated_s", log.simulated_s},
+                       {"aperture",
+                        {{"lifted_rad", log.aperture.lifted_rad},
+                         {"carried_rad", log.aperture.carried_rad},
+                         {"holds_after_lift", log.aperture.holds_after_lift},
+                         {"holds_after_carry", log.aperture.holds_after_carry}}},
+                       {"grasp",
+                        {{"pitch_rad", grasp.pitch_rad},
+                         {"width_m", grasp.width_m},
+                         {"contact_angle_rad", grasp.contact_angle_rad},
+                         {"score", grasp.score}}},
+                       {"audit", JsonOf(log.audit)}};
+  if (log.hand_over) json["hand_over"] = JsonOf(*log.hand_over);
+  return json;
 }
 
 std::size_t MeasuredSamples(const geometry::Observation& observation) {
@@ -211,6 +221,7 @@ class AttemptRun {
                               plan.carry,
                               plan.lower,
                               plan.retreat,
+                              options_.user,
                               grasp.opening_m,
                               grasp.contact_angle_rad > cell_.options.firm_from_rad,
                               options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};

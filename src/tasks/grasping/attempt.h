@@ -57,7 +57,8 @@ struct AttemptOptions {
   /// Puts the grasps of the first object into the order in which they are offered to the mover; may
   /// be empty.
   std::function<void(grasp::Detection&)> prefer;
-  sim::ExecutionObserver observer;  ///< has the moment "start", too, before the look
+  std::optional<sim::UserOptions> user;  ///< takes what is carried; none: it is put down
+  sim::ExecutionObserver observer;       ///< has the moment "start", too, before the look
 };
 
 /// One attempt at the topmost object: how far it came, and what each stage left.

@@ -35,8 +35,18 @@ void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
 }
 
 void ReadClutter(YamlMap map, ClutterOptions& options) {
+  map.Read("always", options.always, "scattered: objects that lie there in every trial");
+  map.Read("others", options.others,
+           "scattered: objects that others are drawn from; empty: from `objects`");
+  map.Read("standing_share", options.standing_share, 0.0, 1.0,
+           "scattered: the target and what is always there stand so often; without it as often as "
+           "a drop ends so");
+  map.Read("min_seen_share", options.min_seen_share, 0.0, 1.0,
+           "scattered: of what would be seen of the target alone, so much is seen at least");
+  map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
+                 "scattered: others lie no further from the middle of the workspace");
   map.Read("min_others", options.min_others, 1, 30,
-           "touching: objects beside the target, the number is drawn from here ...");
+           "scattered, touching: objects beside the target, the number is drawn from here ...");
   map.Read("max_others", options.max_others, 1, 30, "... to here");
   map.Read("min_touching", options.min_touching, 0, 30,
            "touching: so many of them the target touches at least");
@@ -169,6 +179,17 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
   }
 }
 
+/// The rows', and what else may lie there; each once, the rows' first.
+std::vector<std::string> AllObjects(const Options& options) {
+  std::vector<std::string> all = options.objects;
+  for (const auto* names : {&options.clutter.always, &options.clutter.others}) {
+    for (const std::string& name : *names) {
+      if (std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 void SetMethod(MethodKind method, Options& options) {
@@ -220,7 +241,8 @@ Options ReadOptions(YamlMap& map) {
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
                  "resting poses that tip over at a smaller tilt are left out");
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
-  ReadClutter(map.Child("clutter", "how objects come to lie: touching, box, pile"), o.clutter);
+  ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
+              o.clutter);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
@@ -242,6 +264,8 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {
     if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
+  }
+  for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     if (std::filesystem::is_regular_file(mjcf)) continue;
     std::vector<std::string> known;
@@ -257,7 +281,7 @@ void CheckObjects(const YamlMap& map, const Options& options) {
 std::string SceneHash(const Options& options) {
   std::set<std::filesystem::path> files;
   CollectModelFiles(options.scene, files);
-  for (const std::string& object : options.objects) {
+  for (const std::string& object : AllObjects(options)) {
     CollectModelFiles(ObjectModelOf(options, object).mjcf, files);
   }
   files.insert(options.sensor);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,9 +19,9 @@
 namespace rangegrasp::tasks::grasping {
 
 /// How the objects of a trial lie (docs/architecture.md, definitions).
-enum class ArrangerKind { kSingle, kTouching, kBox, kPile };
-constexpr std::array<std::string_view, 4> WordsOf(ArrangerKind) {
-  return {"single", "touching", "box", "pile"};
+enum class ArrangerKind { kSingle, kScattered, kTouching, kBox, kPile };
+constexpr std::array<std::string_view, 5> WordsOf(ArrangerKind) {
+  return {"single", "scattered", "touching", "box", "pile"};
 }
 
 /// What finds objects and grasps.
@@ -36,10 +37,22 @@ constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"
 enum class MethodKind { kImproved, kPublished };
 constexpr std::array<std::string_view, 2> WordsOf(MethodKind) { return {"improved", "published"}; }
 
-/// How objects come to lie on and beside each other: touching, box, pile.
+/// How objects come to lie on and beside each other: scattered, touching, box, pile.
 struct ClutterOptions {
-  /// touching: how many objects lie there beside the target (tables 5.3: 2 to 5), and how many of
-  /// them the target touches at least.
+  /// scattered: objects that lie there in every trial, and those that others are drawn from; empty:
+  /// from all rows' objects.
+  std::vector<std::string> always;
+  std::vector<std::string> others;
+  /// scattered: the target and what is always there stand, the axis z of their models vertical, so
+  /// often; without it as often as a drop ends so, which for slender things is hardly ever.
+  std::optional<double> standing_share;
+  /// scattered: of what the scanner would see of the target if it lay there alone, at least this
+  /// share is seen. 0: it may be hidden wholly.
+  double min_seen_share = 0.0;
+  /// scattered: others lie no further from the middle of the workspace. Larger: less crowded.
+  double scatter_radius_m = 0.22;
+  /// scattered, touching: how many objects lie there beside the target (tables 5.3: 2 to 5), and
+  /// how many of them the target touches at least.
   int min_others = 2;
   int max_others = 5;
   int min_touching = 2;

@@ -138,6 +138,74 @@ TEST_P(Clutter, IsTheSameForTheSameSeed) {
   EXPECT_NE(numbers, poses(1, other));
 }
 
+// Two objects that are always there among others, of which one is the target.
+experiment::Experiment OpenScattered(const std::vector<std::string>& set) {
+  std::vector<std::string> all = {
+      "arrangement=scattered",
+      "objects=[sweets_cylinder, salt_cylinder]",
+      "clutter.always=[sweets_cylinder, salt_cylinder]",
+      "clutter.others=[spread, dextrose, coffee_cup, shower_gel, melba_toast]",
+      "clutter.min_others=2",
+      "clutter.max_others=3"};
+  all.insert(all.end(), set.begin(), set.end());
+  return Open("single", all);
+}
+
+TEST(Scattered, HasWhatIsAlwaysThereAndADrawnNumberOfOthersAllOnTheTable) {
+  const auto experiment = OpenScattered({});
+  const Cell& cell = CellOf(*experiment.task);
+  std::set<int> counts;
+  for (int index = 0; index < 8; ++index) {
+    auto arranged = ArrangeTrial(cell, SpecFor("salt_cylinder", index));
+    ASSERT_TRUE(arranged);
+    sim::World& world = arranged->world;
+    counts.insert(world.objects());
+    EXPECT_EQ(world.object_name(0), "salt_cylinder");
+    EXPECT_EQ(world.object_name(1), "sweets_cylinder");
+    for (int object = 0; object < world.objects(); ++object) {
+      EXPECT_LT(world.ObjectBottom(object), 0.001);  // nothing lies on anything else
+    }
+    EXPECT_LT(ContactsOf(world).deepest_m, 0.001);
+  }
+  EXPECT_EQ(counts, (std::set<int>{4, 5}));
+}
+
+TEST(Scattered, TargetsStandAsOftenAsTheyAreToldTo) {
+  for (const double share : {0.0, 1.0}) {
+    const auto experiment = OpenScattered({"clutter.standing_share=" + std::to_string(share)});
+    for (int index = 0; index < 4; ++index) {
+      const auto arranged =
+          ArrangeTrial(CellOf(*experiment.task), SpecFor("sweets_cylinder", index));
+      ASSERT_TRUE(arranged);
+      for (const int object : {0, 1}) {
+        const double upright = std::abs(arranged->world.ObjectPose(object).linear()(2, 2));
+        EXPECT_NEAR(upright, share, 0.1) << index;
+      }
+    }
+  }
+}
+
+TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
+  const auto seen = [](const std::string& share, Redraws& redraws) {
+    const auto experiment = OpenScattered({"clutter.min_seen_share=" + share});
+    int arranged = 0;
+    for (int index = 0; index < 6; ++index) {
+      arranged += ArrangeTrial(CellOf(*experiment.task), SpecFor("salt_cylinder", index), redraws)
+                      .has_value();
+    }
+    return arranged;
+  };
+  Redraws any, whole;
+  EXPECT_EQ(seen("0", any), 6);
+  EXPECT_FALSE(any.contains(Redraw::kHidden));
+  EXPECT_EQ(seen("0.98", whole), 6);
+  EXPECT_GT(whole[Redraw::kHidden], 0);
+}
+
+TEST(Scattered, NeedsEnoughOtherObjects) {
+  EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), core::InputError);
+}
+
 TEST(Arranger, CountsWhyItDrewAgain) {
   // Nothing that has just been dropped is slower than this.
   const auto experiment = Open("pile", {"clutter.max_draws=2", "clutter.rest_speed_mm_s=0.01",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <utility>
 #include <vector>
 
 #include "core/rng.h"
@@ -16,9 +17,20 @@ Eigen::Quaterniond RandomRotation(core::Rng& rng);
 /// Uniform over a disc round the middle of the workspace, in W.
 Eigen::Vector3d PlaceInDisc(const core::Pose& X_WWorkspace, double radius_m, core::Rng& rng);
 
+/// In random order; std::shuffle differs between libraries.
+template <typename T>
+void Shuffle(std::vector<T>& items, core::Rng& rng) {
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
+}
+
 /// The objects of whose visual surfaces not all vertices lie in the scanner's field of view,
 /// ascending.
 std::vector<int> OutOfView(const sim::World& world, const core::Pose& X_WS,
                            const sensing::LineScannerOptions& scanner);
+
+/// Of the surface of an object that the scanner would see if nothing else were there, as it appears
+/// from the laser, the share that it sees.
+double SeenShare(const sim::World& world, int object, const core::Pose& X_WS,
+                 const sensing::LineScannerOptions& scanner);
 
 }  // namespace rangegrasp::tasks::grasping::internal

@@ -21,12 +21,6 @@ constexpr int kMaxTurns = 50;
 // How often a falling target is looked after: it falls 30 mm in 80 ms.
 constexpr double kLook_s = 0.1;
 
-// In random order; std::shuffle differs between libraries.
-template <typename T>
-void Shuffle(std::vector<T>& items, core::Rng& rng) {
-  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
-}
-
 // Of one arrangement while it is made.
 class Heap {
  public:
