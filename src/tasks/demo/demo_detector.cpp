@@ -77,15 +77,28 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
 }
 
 /// Of what a cylinder's points are part of, how much is the cylinder's: 1 where it is alone, a half
-/// where it is one side of something twice as large.
-double PurityOf(const Cylinder& c, double grown_m, const perception::Scene& scene) {
+/// where it is one side of something twice as large. Points of another given one that it touches
+/// are left out.
+double PurityOf(const cylinders::FoundCylinder& one, double grown_m, const perception::Scene& scene,
+                const std::vector<cylinders::FoundCylinder>& found) {
+  const auto is_anothers = [&](const Vector3d& p) {
+    return std::ranges::any_of(found, [&](const cylinders::FoundCylinder& other) {
+      return other.given != one.given && IsWithin(other.cylinder_C, grown_m, p);
+    });
+  };
   double own = 0.0;
   double pure = 0.0;
   for (const perception::PerceivedObject& object : scene.objects) {
-    const auto within = static_cast<double>(std::ranges::count_if(
-        object.points, [&](auto i) { return IsWithin(c, grown_m, scene.cloud.points[i]); }));
+    double within = 0.0;
+    double all = 0.0;
+    for (const auto i : object.points) {
+      const Vector3d& p = scene.cloud.points[i];
+      const bool is_own = IsWithin(one.cylinder_C, grown_m, p);
+      within += is_own ? 1.0 : 0.0;
+      all += is_own || !is_anothers(p) ? 1.0 : 0.0;
+    }
     own += within;
-    pure += within * within / std::max(1.0, static_cast<double>(object.points.size()));
+    pure += within * within / std::max(1.0, all);
   }
   return own > 0.0 ? pure / own : 0.0;
 }
@@ -94,11 +107,11 @@ double PurityOf(const Cylinder& c, double grown_m, const perception::Scene& scen
 void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
                  std::vector<cylinders::FoundCylinder>& found) {
   std::vector<std::pair<double, cylinders::FoundCylinder>> scored;
-  for (cylinders::FoundCylinder& one : found) {
+  for (const cylinders::FoundCylinder& one : found) {
     const double error_m = std::abs(one.cylinder_C.radius_m - options.given[one.given].radius_m);
-    const double score = PurityOf(one.cylinder_C, options.grown_m, scene) *
-                         std::exp(-error_m / options.detection.accept.max_radius_error_m);
-    scored.emplace_back(score, std::move(one));
+    const double score = PurityOf(one, options.grown_m, scene, found) *
+                         std::exp(-error_m / options.detection.accept.max_rim_error_m);
+    scored.emplace_back(score, one);
   }
   std::ranges::stable_sort(scored, [](const auto& a, const auto& b) {
     return std::pair(a.second.given, -a.first) < std::pair(b.second.given, -b.first);

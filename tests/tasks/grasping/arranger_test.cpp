@@ -186,19 +186,21 @@ TEST(Scattered, TargetsStandAsOftenAsTheyAreToldTo) {
 }
 
 TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
+  constexpr int kTrials = 12;
   const auto seen = [](const std::string& share, Redraws& redraws) {
-    const auto experiment = OpenScattered({"clutter.min_seen_share=" + share});
+    const auto experiment = OpenScattered(
+        {"clutter.min_seen_share=" + share, "clutter.min_others=5", "clutter.max_others=5"});
     int arranged = 0;
-    for (int index = 0; index < 6; ++index) {
+    for (int index = 0; index < kTrials; ++index) {
       arranged += ArrangeTrial(CellOf(*experiment.task), SpecFor("salt_cylinder", index), redraws)
                       .has_value();
     }
     return arranged;
   };
   Redraws any, whole;
-  EXPECT_EQ(seen("0", any), 6);
+  EXPECT_EQ(seen("0", any), kTrials);
   EXPECT_FALSE(any.contains(Redraw::kHidden));
-  EXPECT_EQ(seen("0.98", whole), 6);
+  EXPECT_EQ(seen("0.98", whole), kTrials);
   EXPECT_GT(whole[Redraw::kHidden], 0);
 }
 
