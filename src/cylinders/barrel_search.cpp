@@ -121,6 +121,7 @@ std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double
     if (!known) apart.push_back(peak);
   }
   std::vector<Line> lines;
+  lines.reserve(apart.size());
   for (const auto& [place, count] : apart) {
     lines.push_back({place.x() * u + place.y() * v + place.z() * up, up});
   }

@@ -37,7 +37,7 @@ void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
 void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.Read("always", options.always, "scattered: objects that lie there in every trial");
   map.Read("others", options.others,
-           "scattered: objects that others are drawn from; empty: from `objects`");
+           "scattered: objects that others are drawn from; those of `objects` where it is empty");
   map.Read("standing_share", options.standing_share, 0.0, 1.0,
            "scattered: the target and what is always there stand so often; without it as often as "
            "a drop ends so");
