@@ -78,6 +78,7 @@ class YamlMap {
   template <HasWords Enum>
   void Read(const std::string& key, std::vector<Enum>& values, const std::string& doc = "") {
     std::vector<std::string> words;
+    words.reserve(values.size());
     for (const Enum value : values) words.emplace_back(Word(value));
     ReadWords(key, words, WordList<Enum>(), doc);
     values.clear();

@@ -29,9 +29,10 @@ struct Print {
   std::uint8_t At(const Eigen::Vector2f& uv) const {
     const auto texel = [](float place, int size) {
       const float wrapped = place - std::floor(place);
-      return std::min(static_cast<int>(wrapped * static_cast<float>(size)), size - 1);
+      return static_cast<std::size_t>(
+          std::min(static_cast<int>(wrapped * static_cast<float>(size)), size - 1));
     };
-    return red[static_cast<std::size_t>(texel(uv.y(), height) * width + texel(uv.x(), width))];
+    return red[texel(uv.y(), height) * static_cast<std::size_t>(width) + texel(uv.x(), width)];
   }
 };
 

@@ -176,7 +176,7 @@ struct World::Impl {
   // nothing leapt: where its line search finds no way down it ends early too.
   bool Solved() const {
     const bool leapt = std::any_of(objects.begin(), objects.end(), [&](const ObjectEntry& object) {
-      return (Vec3(data->qvel + object.dof) - Vec3(&before.velocity[object.dof])).norm() >
+      return (Vec3(data->qvel + object.dof) - Vec3(before.velocity.data() + object.dof)).norm() >
              kLeap_m_s;
     });
     if (leapt) return false;
