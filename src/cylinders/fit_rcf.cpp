@@ -77,20 +77,17 @@ RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
   Check(options);
   const geometry::KdTree tree(input.points);
   RcfPreparation prepared;
-  prepared.normals =
-      geometry::EstimateNormals(input.points, tree, options.neighborhood_m, input.eye);
-  prepared.curved.assign(input.points.size(), false);
-  std::vector<geometry::KdTree::Neighbor> near;
-  const double max_cosine = std::cos(options.curvature_rad);
-  geometry::Points others;
-  for (std::size_t i = 0; i < input.points.size(); ++i) {
-    tree.Within(input.points[i], options.neighborhood_m, near);
-    others.clear();
-    for (const auto& neighbor : near) {
-      if (neighbor.index != i) others.push_back(prepared.normals[neighbor.index]);
-    }
-    prepared.curved[i] = MeanCosine(prepared.normals[i], others) < max_cosine;
-  }
+  const geometry::Points eye{input.eye};
+  const std::vector<std::uint32_t> eye_of(input.points.size(), 0);
+  geometry::NeighborLists neighbors;
+  geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
+  cloud.normals = geometry::EstimateNormals(input.points, tree, options.neighborhood_m, eye, eye_of,
+                                            0.0, &neighbors);
+  CurvatureOptions curvature;
+  curvature.radius_m = options.neighborhood_m;
+  curvature.min_angle_rad = options.curvature_rad;
+  prepared.curved = CurvedPoints(cloud, tree, curvature, neighbors);
+  prepared.normals = std::move(cloud.normals);
   return prepared;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/csv.h"
+#include "core/words.h"
 #include "experiment/statistics.h"
 
 namespace rangegrasp::experiment {
@@ -65,6 +66,16 @@ std::string CsvOf(const Grid& grid) {
 }
 
 std::string Fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
+
+std::string PercentText(int k, int n, int digits) {
+  return n == 0 ? "-" : Fixed(100.0 * k / n, digits);
+}
+
+std::string CountsText(const std::map<std::string, int>& counts) {
+  std::vector<std::string> words;
+  for (const auto& [word, count] : counts) words.push_back(fmt::format("{} {}", word, count));
+  return core::Join(words);
+}
 
 std::string IntervalText(int k, int n) {
   if (n == 0) return "-";

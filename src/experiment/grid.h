@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,10 @@ std::string CsvOf(const Grid& grid);
 
 /// A number with so many digits after the point.
 std::string Fixed(double value, int digits);
+/// k of n in per cent; "-" for n = 0.
+std::string PercentText(int k, int n, int digits);
+/// "no_path 1, dropped 2"
+std::string CountsText(const std::map<std::string, int>& counts);
 /// "low-high" in whole per cent, of Wilson's 95 % interval of k of n; "-" for n = 0.
 std::string IntervalText(int k, int n);
 

@@ -72,4 +72,17 @@ double FisherExactLower(int k1, int n1, int k2, int n2) {
   return std::min(1.0, p);
 }
 
+Mean MeanOf(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  const auto n = static_cast<double>(values.size());
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  Mean result{sum / n, std::nullopt, values.size()};
+  if (values.size() < 2) return result;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - *result.mean) * (value - *result.mean);
+  result.standard_error = std::sqrt(squares / (n - 1.0) / n);
+  return result;
+}
+
 }  // namespace rangegrasp::experiment

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -30,5 +32,12 @@ double McNemarExact(int b, int c);
 /// n2 (the chance of at most k1 successes in the first sample given the margins).
 /// @throws std::invalid_argument unless 0 <= k <= n for both.
 double FisherExactLower(int k1, int n1, int k2, int n2);
+
+struct Mean {
+  std::optional<double> mean;            ///< absent without a value
+  std::optional<double> standard_error;  ///< s / sqrt(n); absent for fewer than two values
+  std::size_t count = 0;
+};
+Mean MeanOf(const std::vector<double>& values);
 
 }  // namespace rangegrasp::experiment

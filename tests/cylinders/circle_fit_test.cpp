@@ -7,19 +7,15 @@
 #include <limits>
 #include <numbers>
 
+#include "geometry/random_points.h"
+
 namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
+using geometry::testing::RandomVector;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-
-Vector3d RandomPoint(core::Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  const double z = rng.Normal();
-  return {x, y, z};
-}
 
 /// Points of a circle of the radius about the axis through the centre, with noise on each.
 geometry::Points Arc(const Vector3d& center, const Vector3d& normal, double radius_m,
@@ -29,7 +25,7 @@ geometry::Points Arc(const Vector3d& center, const Vector3d& normal, double radi
   geometry::Points points;
   for (int i = 0; i < count; ++i) {
     const double angle = arc_rad * i / count;
-    const Vector3d noise = noise_m * RandomPoint(rng);
+    const Vector3d noise = noise_m * RandomVector(rng);
     points.push_back(center + radius_m * (std::cos(angle) * u + std::sin(angle) * v) + noise);
   }
   return points;
@@ -38,9 +34,9 @@ geometry::Points Arc(const Vector3d& center, const Vector3d& normal, double radi
 TEST(CylinderCircle, ProductsAreThoseOfTheEquations) {
   core::Rng rng(1);
   for (int i = 0; i < 100; ++i) {
-    const Vector3d a = RandomPoint(rng);
-    const Vector3d b = RandomPoint(rng);
-    const Vector3d c = RandomPoint(rng);
+    const Vector3d a = RandomVector(rng);
+    const Vector3d b = RandomVector(rng);
+    const Vector3d c = RandomVector(rng);
     double ca = 0.0;
     double ba = 0.0;
     double cb = 0.0;
@@ -66,9 +62,9 @@ TEST(CylinderCircle, ProductsAreThoseOfTheEquations) {
 TEST(CylinderCircle, RadiusIsTheProductOfTheSidesByFourAreas) {
   core::Rng rng(2);
   for (int i = 0; i < 100; ++i) {
-    const Vector3d a = RandomPoint(rng);
-    const Vector3d b = RandomPoint(rng);
-    const Vector3d c = RandomPoint(rng);
+    const Vector3d a = RandomVector(rng);
+    const Vector3d b = RandomVector(rng);
+    const Vector3d c = RandomVector(rng);
     const double area = 0.5 * (b - a).cross(c - a).norm();
     const double r = (a - b).norm() * (b - c).norm() * (c - a).norm() / (4.0 * area);
     EXPECT_NEAR(CircumradiusOf(ProductsOf(a, b, c)), r, 1e-6 * r);
@@ -78,7 +74,7 @@ TEST(CylinderCircle, RadiusIsTheProductOfTheSidesByFourAreas) {
 TEST(CylinderCircle, CircleThroughThreePointsIsAsFarFromEach) {
   core::Rng rng(3);
   for (int i = 0; i < 100; ++i) {
-    const geometry::Points corners = {RandomPoint(rng), RandomPoint(rng), RandomPoint(rng)};
+    const geometry::Points corners = {RandomVector(rng), RandomVector(rng), RandomVector(rng)};
     const auto circle = CircleThrough(corners[0], corners[1], corners[2]);
     ASSERT_TRUE(circle);
     for (const Vector3d& p : corners) {
@@ -151,9 +147,9 @@ TEST(CylinderCircle, TheLeastSumOfAllDrawsWins) {
 TEST(CylinderCircle, FindsAnArcAmongOutliers) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     core::Rng rng(seed);
-    const Vector3d normal = RandomPoint(rng).normalized();
+    const Vector3d normal = RandomVector(rng).normalized();
     auto rim = Arc({0.5, -0.2, 0.9}, normal, 0.026, 3.5, 160, 0.0002, rng);
-    for (int i = 0; i < 30; ++i) rim.push_back(Vector3d(0.5, -0.2, 0.9) + 0.03 * RandomPoint(rng));
+    for (int i = 0; i < 30; ++i) rim.push_back(Vector3d(0.5, -0.2, 0.9) + 0.03 * RandomVector(rng));
     const auto fit = FitRandomCircle(rim, {.draws = 100, .distance = CircleDistance::kCurve}, rng);
     ASSERT_TRUE(fit);
     // The best of some sixty clean triples; a typical one is off by about ten times the noise.

@@ -8,18 +8,13 @@
 #include <stdexcept>
 
 #include "core/rng.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d RandomVector(core::Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  const double z = rng.Normal();
-  return {x, y, z};
-}
+using geometry::testing::RandomVector;
 
 /// Two faces of a box that meet along y at the origin: points 2 mm apart, exact normals.
 geometry::PointCloud Edge() {

@@ -7,18 +7,13 @@
 
 #include "core/rng.h"
 #include "cylinders/tabletop_scan.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d RandomVector(core::Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  const double z = rng.Normal();
-  return {x, y, z};
-}
+using geometry::testing::RandomVector;
 
 bool IsInside(const Cylinder& c, const Vector3d& p) {
   const double along = (p - c.center).dot(c.axis);

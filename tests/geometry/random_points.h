@@ -16,12 +16,15 @@ inline Eigen::Vector3d RandomPoint(double half, core::Rng& rng) {
   return {x, y, z};
 }
 
-inline Eigen::Vector3d RandomDirection(core::Rng& rng) {
+/// Each component of variance 1 about 0.
+inline Eigen::Vector3d RandomVector(core::Rng& rng) {
   const double x = rng.Normal();
   const double y = rng.Normal();
   const double z = rng.Normal();
-  return Eigen::Vector3d(x, y, z).normalized();
+  return {x, y, z};
 }
+
+inline Eigen::Vector3d RandomDirection(core::Rng& rng) { return RandomVector(rng).normalized(); }
 
 inline Points RandomPoints(std::size_t n, double half, core::Rng& rng) {
   Points points;

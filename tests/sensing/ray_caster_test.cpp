@@ -8,33 +8,23 @@
 #include <optional>
 
 #include "core/rng.h"
+#include "geometry/random_points.h"
 #include "sensing/shapes.h"
 
 namespace rangegrasp::sensing::internal {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d Direction(core::Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  const double z = rng.Normal();
-  return Vector3d(x, y, z).normalized();
-}
-
-Vector3d Point(core::Rng& rng) {
-  const double x = rng.Uniform(-1.0, 1.0);
-  const double y = rng.Uniform(-1.0, 1.0);
-  const double z = rng.Uniform(-1.0, 1.0);
-  return {x, y, z};
-}
+using geometry::testing::RandomDirection;
+using geometry::testing::RandomPoint;
 
 std::vector<sim::VisualMesh> RandomTriangles(core::Rng& rng) {
   std::vector<sim::VisualMesh> meshes(5);
   for (auto& mesh : meshes) {
     for (std::uint32_t t = 0; t < 20; ++t) {
-      const Vector3d center = Point(rng);
-      for (int k = 0; k < 3; ++k) mesh.mesh_W.vertices.push_back(center + 0.4 * Point(rng));
+      const Vector3d center = RandomPoint(1.0, rng);
+      for (int k = 0; k < 3; ++k)
+        mesh.mesh_W.vertices.push_back(center + 0.4 * RandomPoint(1.0, rng));
       mesh.mesh_W.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
   }
@@ -97,8 +87,8 @@ TEST(RayCaster, AgreesWithBruteForceOnRandomScenes) {
     const RayCaster caster(meshes);
     std::vector<Ray> rays;
     for (int i = 0; i < 203; ++i) {  // not a multiple of a packet
-      const Vector3d origin = 1.5 * Point(rng);
-      rays.push_back({origin.cast<float>(), Direction(rng).cast<float>(), 0.1f, 10.0f});
+      const Vector3d origin = 1.5 * RandomPoint(1.0, rng);
+      rays.push_back({origin.cast<float>(), RandomDirection(rng).cast<float>(), 0.1f, 10.0f});
     }
     std::vector<Hit> hits;
     std::vector<std::uint8_t> blocked;

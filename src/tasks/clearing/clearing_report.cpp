@@ -12,6 +12,7 @@
 #include "experiment/compare.h"
 #include "experiment/statistics.h"
 #include "tasks/clearing/clearing_record.h"
+#include "tasks/grasping/table.h"
 
 namespace rangegrasp::tasks::clearing {
 namespace {
@@ -89,14 +90,8 @@ std::vector<Category> CategoriesOf(const std::vector<experiment::Record>& record
   return categories;
 }
 
-std::string Percent(int k, int n) { return n == 0 ? "-" : Fixed(100.0 * k / n, 2); }
+std::string Percent(int k, int n) { return experiment::PercentText(k, n, 2); }
 std::string Ratio(int k, int n) { return n == 0 ? "-" : Fixed(static_cast<double>(k) / n, 2); }
-
-std::string TextOf(const Counts& counts) {
-  std::vector<std::string> words;
-  for (const auto& [word, count] : counts) words.push_back(fmt::format("{} {}", word, count));
-  return core::Join(words);
-}
 
 std::string IntervalOf(const Category& category) {
   if (category.objects == 0) return "-";
@@ -115,7 +110,7 @@ Grid MainGrid(const std::vector<Category>& categories) {
     grid.rows.push_back({c.name, fmt::format("{}", c.runs), fmt::format("{}", c.objects),
                          fmt::format("{}", c.delivered), Percent(c.delivered, c.objects),
                          IntervalOf(c), fmt::format("{}", c.grasps), Ratio(c.grasps, c.delivered),
-                         Ratio(c.scans, c.runs - c.failed), TextOf(c.outcomes)});
+                         Ratio(c.scans, c.runs - c.failed), experiment::CountsText(c.outcomes)});
   }
   return grid;
 }
@@ -130,7 +125,7 @@ Grid ObjectGrid(const experiment::Stamp& stamp, const Category& category) {
     grid.rows.push_back({title == stamp.data.end() ? object : title->second,
                          fmt::format("{}", of.runs), fmt::format("{}", of.delivered),
                          Percent(of.delivered, of.runs), IntervalText(of.delivered, of.runs),
-                         Ratio(of.grasps, of.runs), TextOf(of.why)});
+                         Ratio(of.grasps, of.runs), experiment::CountsText(of.why)});
   }
   return grid;
 }
@@ -230,10 +225,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
     report.notes.push_back(TimesLine(c));
     json["arrangements"].push_back(JsonOf(c));
   }
-  json["stage_seconds"] = ordered_json::object();
-  for (const auto& time : experiment::StageTimes(records)) {
-    json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
-  }
+  json["stage_seconds"] = grasping::JsonOf(experiment::StageTimes(records));
   report.json = json.dump();
   report.csv = MainGrid(categories);
   return report;

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/csv.h"
 #include "draw/plot.h"
+#include "experiment/statistics.h"
 #include "tasks/cylinders/cylinders_options.h"
 
 namespace rangegrasp::tasks::cylinder_task {
@@ -18,6 +18,9 @@ namespace {
 
 using experiment::Fixed;
 using experiment::Grid;
+using experiment::Mean;
+using experiment::MeanOf;
+using experiment::PercentText;
 using experiment::Record;
 
 /// A fit this near to the truth serves to grasp the cylinder: what detection is held to
@@ -41,24 +44,6 @@ constexpr std::array<MethodStyle, 5> kStyles = {{{"LSF", "#d62728"},
                                                  {"PCL", "#7f7f7f"},
                                                  {"refined", "#2ca02c"}}};
 const MethodStyle& StyleOf(Method method) { return kStyles[static_cast<std::size_t>(method)]; }
-
-struct Mean {
-  double mean = std::numeric_limits<double>::quiet_NaN();
-  double standard_error = std::numeric_limits<double>::quiet_NaN();
-};
-Mean MeanOf(const std::vector<double>& values) {
-  const auto n = static_cast<double>(values.size());
-  if (values.empty()) return {};
-  Mean result;
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  result.mean = sum / n;
-  if (values.size() < 2) return result;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - result.mean) * (value - result.mean);
-  result.standard_error = std::sqrt(squares / (n - 1.0) / n);
-  return result;
-}
 
 /// One line of the tables: a source, a row, a method, a number of iterations.
 struct Key {
@@ -164,8 +149,8 @@ Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& rec
 
 int PointsOf(const Collected& all, std::size_t row) { return all.rows.at(row).at("points"); }
 
-std::string CellOf(double value, int digits) {
-  return std::isfinite(value) ? Fixed(value, digits) : "-";
+std::string CellOf(const std::optional<double>& value, int digits) {
+  return value ? Fixed(*value, digits) : "-";
 }
 
 std::vector<std::string> LineOf(const Collected& all, const Key& key, const Fits& fits) {
@@ -188,7 +173,7 @@ std::vector<std::string> LineOf(const Collected& all, const Key& key, const Fits
                                    CellOf(MeanOf(fits.preparation).mean, kTimeDigits),
                                    "-",
                                    fmt::format("{} of {}", fits.failed, fits.All()),
-                                   fits.All() > 0 ? Fixed(100.0 * fits.good / fits.All(), 1) : "-"};
+                                   PercentText(fits.good, fits.All(), 1)};
   const auto published = all.published.find({key.method, PointsOf(all, key.row)});
   if (published != all.published.end()) {
     line[6] = Fixed(published->second.radius_error_mm, 3);
@@ -246,17 +231,20 @@ Grid MeansOf(const Collected& all) {
                  "time_s",
                  "preparation_s"};
   grid.left.assign(grid.header.size(), false);
-  const auto cell = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.7g}", value) : std::string();
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.7g}", *value) : std::string();
   };
   for (const auto& [key, fits] : all.fits) {
     const auto& row = all.rows.at(key.row);
-    std::vector<std::string> line = {
-        std::string(core::Word(key.source)), cell(row.at("radius_mm")),
-        cell(row.at("height_mm")),           fmt::format("{}", PointsOf(all, key.row)),
-        std::string(core::Word(key.method)), fmt::format("{}", key.iterations),
-        fmt::format("{}", fits.All()),       fmt::format("{}", fits.failed),
-        fmt::format("{}", fits.good)};
+    std::vector<std::string> line = {std::string(core::Word(key.source)),
+                                     cell(row.at("radius_mm").get<double>()),
+                                     cell(row.at("height_mm").get<double>()),
+                                     fmt::format("{}", PointsOf(all, key.row)),
+                                     std::string(core::Word(key.method)),
+                                     fmt::format("{}", key.iterations),
+                                     fmt::format("{}", fits.All()),
+                                     fmt::format("{}", fits.failed),
+                                     fmt::format("{}", fits.good)};
     for (const auto* values : {&fits.radius_mm, &fits.radius_error_mm, &fits.axis_error_deg}) {
       const Mean mean = MeanOf(*values);
       line.push_back(cell(mean.mean));
@@ -273,7 +261,7 @@ Grid MeansOf(const Collected& all) {
 struct Quantity {
   const char* title;
   const char* unit;
-  double (*of)(const Fits& fits);
+  std::optional<double> (*of)(const Fits& fits);
   std::optional<double> (*published)(const PublishedRow& row);
 };
 const std::vector<Quantity>& Quantities() {
@@ -297,7 +285,7 @@ draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method met
     if (key.source != source || key.method != method || (row && key.row != *row)) continue;
     if (!row && key.iterations != TableIterations(all)) continue;
     series.x.push_back(row ? key.iterations : PointsOf(all, key.row));
-    series.y.push_back(quantity.of(fits));
+    series.y.push_back(quantity.of(fits).value_or(std::nan("")));
   }
   // Rows stand in the order of the file, which may count down.
   if (series.x.size() > 1 && series.x.front() > series.x.back()) {

@@ -151,9 +151,8 @@ class DemoDetector : public grasping::Detector {
     // In the end the wanted one is the first of the scene.
     for (const bool wanted : {false, true}) PutFirstOf(cylinders, wanted, scene);
 
-    geometry::Points places_C;
-    for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
-    grasp::Obstacles obstacles = grasp::ObstaclesOf(scene, 0, places_C, options.obstacles);
+    grasp::Obstacles obstacles =
+        grasp::ObstaclesOf(scene, 0, grasping::PlacesOf(observation), options.obstacles);
     const auto grasps = Grasps(scene, obstacles.measured_C);
     detected.seconds.emplace_back("grasp", watch.Restart());
     detected.detection = grasp::DetectionFrom(scene, grasps);

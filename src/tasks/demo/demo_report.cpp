@@ -9,12 +9,11 @@
 
 #include "core/words.h"
 #include "experiment/compare.h"
-#include "experiment/statistics.h"
+#include "tasks/grasping/table.h"
 
 namespace rangegrasp::tasks::demo {
 namespace {
 
-using experiment::Fixed;
 using experiment::Grid;
 using experiment::IntervalText;
 using nlohmann::ordered_json;
@@ -115,7 +114,7 @@ void Add(const experiment::Record& record, Tally& tally) {
   tally.felt += log["hand_over"].value("felt", false) && !log["hand_over"].value("early", false);
 }
 
-std::string Percent(int k, int n) { return n == 0 ? "-" : Fixed(100.0 * k / n, 1); }
+std::string Percent(int k, int n) { return experiment::PercentText(k, n, 1); }
 
 Grid ProblemGrid(const Tally& tally) {
   Grid grid;
@@ -169,11 +168,7 @@ std::string FailuresText(const std::vector<experiment::Record>& records) {
   for (const auto& record : records) {
     if (FailureOf(record.result.outcome)) ++counts[record.result.outcome];
   }
-  std::string text;
-  for (const auto& [outcome, count] : counts) {
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", outcome, count);
-  }
-  return text.empty() ? "none" : text;
+  return counts.empty() ? "none" : experiment::CountsText(counts);
 }
 
 }  // namespace
@@ -224,10 +219,7 @@ experiment::Report ReportOf(const experiment::Stamp&,
                                 {"events", tally.events[i]},
                                 {"with_influence", tally.influence[i]}});
   }
-  json["stage_seconds"] = ordered_json::object();
-  for (const auto& time : experiment::StageTimes(records)) {
-    json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
-  }
+  json["stage_seconds"] = grasping::JsonOf(experiment::StageTimes(records));
   report.json = json.dump();
   return report;
 }

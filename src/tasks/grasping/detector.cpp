@@ -10,13 +10,6 @@
 namespace rangegrasp::tasks::grasping {
 namespace {
 
-// Where the sensors stood.
-geometry::Points PlacesOf(const geometry::Observation& observation) {
-  geometry::Points places_C;
-  for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
-  return places_C;
-}
-
 // Moves the object whose turn is first before the others. @return whether there is one.
 bool PutFirst(const Turn& turn, perception::Scene& scene) {
   if (!turn) return true;
@@ -75,6 +68,12 @@ class DissertationDetector : public Detector {
 };
 
 }  // namespace
+
+geometry::Points PlacesOf(const geometry::Observation& observation) {
+  geometry::Points places_C;
+  for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
+  return places_C;
+}
 
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer) {

@@ -44,6 +44,9 @@ class Detector {
 using SceneObserver = std::function<void(const perception::Scene&, const std::vector<grasp::Grasp>&,
                                          const geometry::Observation&)>;
 
+/// Where the sensors stood, one a view.
+geometry::Points PlacesOf(const geometry::Observation& observation);
+
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object.
 /// The arguments must outlive it. @param observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,

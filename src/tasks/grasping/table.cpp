@@ -203,11 +203,9 @@ std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : 
 
 // The failures of a row, e.g. "no_path 1, dropped 2".
 std::string Failures(const Row& row) {
-  std::vector<std::string> words;
-  for (const auto& [outcome, count] : row.outcomes) {
-    if (outcome != "delivered") words.push_back(fmt::format("{} {}", outcome, count));
-  }
-  return core::Join(words);
+  auto failures = row.outcomes;
+  failures.erase("delivered");
+  return experiment::CountsText(failures);
 }
 
 std::vector<std::string> CellsOf(const Table& table, const Row& row, const std::string& number) {
@@ -342,14 +340,19 @@ ordered_json JsonOf(const Table& table) {
   json["overall"]["pooled_grasp_rate"] = Json(table.pooled_grasp_rate);
   if (table.p_threshold > 0.0) json["p_threshold"] = table.p_threshold;
   json["audit_worst"] = table.audit_max;
-  json["stage_seconds"] = ordered_json::object();
-  for (const auto& time : table.stage_seconds) {
-    json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
-  }
+  json["stage_seconds"] = grasping::JsonOf(table.stage_seconds);
   return json;
 }
 
 }  // namespace
+
+ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
+  ordered_json json = ordered_json::object();
+  for (const auto& time : times) {
+    json[time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
+  }
+  return json;
+}
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,5 +63,8 @@ Table BuildTable(const experiment::Stamp& stamp, const std::vector<experiment::R
 /// The same as it is printed.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
+
+/// {"scan": {"median": s, "p95": s}, ...}
+nlohmann::ordered_json JsonOf(const std::vector<experiment::StageTime>& times);
 
 }  // namespace rangegrasp::tasks::grasping

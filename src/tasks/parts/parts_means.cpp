@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +12,8 @@
 namespace rangegrasp::tasks {
 namespace {
 
+using experiment::Mean;
+using experiment::MeanOf;
 using nlohmann::json;
 using parts::Method;
 
@@ -47,19 +48,6 @@ PartsRow RowOf(const experiment::Record& record) {
     if (stage == "method") row.seconds = seconds;
   }
   return row;
-}
-
-Mean MeanOf(const std::vector<double>& values) {
-  if (values.empty()) return {};
-  const auto n = static_cast<double>(values.size());
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  Mean result{sum / n, std::nullopt, values.size()};
-  if (values.size() < 2) return result;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - *result.mean) * (value - *result.mean);
-  result.standard_error = std::sqrt(squares / (n - 1.0) / n);
-  return result;
 }
 
 MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, Metric metric,

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiment/statistics.h"
 #include "tasks/parts/parts_setup.h"
 
 namespace rangegrasp::tasks {
@@ -33,22 +34,15 @@ constexpr std::array<std::string_view, 2> WordsOf(Metric) {
   return {"rand_index", "cut_discrepancy"};
 }
 
-struct Mean {
-  std::optional<double> mean;            ///< absent without a value
-  std::optional<double> standard_error;  ///< s / sqrt(n); absent for fewer than two values
-  std::size_t count = 0;
-};
-Mean MeanOf(const std::vector<double>& values);
-
 /// Mean of a metric over the models of every class, one number a method. Models that failed or
 /// where the metric is undefined do not count; a class without any has no mean, and the overall
 /// mean is that of the classes that have one.
 struct MetricMeans {
   std::vector<std::string> classes;
   std::vector<parts::Method> methods;
-  std::vector<std::vector<Mean>> by_class;     ///< [method][class]
-  std::vector<std::optional<double>> overall;  ///< [method], mean of the classes
-  std::vector<Mean> over_models;               ///< [method], whatever their class
+  std::vector<std::vector<experiment::Mean>> by_class;  ///< [method][class]
+  std::vector<std::optional<double>> overall;           ///< [method], mean of the classes
+  std::vector<experiment::Mean> over_models;            ///< [method], whatever their class
 };
 /// @param split  only its models; all where absent.
 MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, Metric metric,

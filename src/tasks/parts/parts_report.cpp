@@ -16,6 +16,8 @@ namespace {
 
 using experiment::Fixed;
 using experiment::Grid;
+using experiment::Mean;
+using experiment::MeanOf;
 using experiment::Section;
 using parts::Method;
 using Rows = std::vector<PartsRow>;
