@@ -97,6 +97,7 @@ struct Renderer::Impl {
   mjvScene scene;
   mjvOption option;
   mjrContext context;
+  internal::DataPtr data;  // of worlds that must not change
 
   Impl(const mjModel* model, int width_px, int height_px, const RenderQuality& quality)
       : width(width_px), height(height_px) {
@@ -162,12 +163,15 @@ image::Image Renderer::Render(World& world, const std::string& camera_name,
   return impl_->Draw();
 }
 
-image::Image Renderer::Render(World& world, const PinholeView& view) {
+image::Image Renderer::Render(const World& world, const PinholeView& view) {
   impl_->gl.MakeCurrent();
   mjvCamera any;
   mjv_defaultCamera(&any);
+  // The engine asks for data that it may write to.
   internal::CallEngine(nullptr, [&] {
-    mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &any, mjCAT_ALL,
+    if (!impl_->data) impl_->data.reset(mj_makeData(world.model()));
+    mj_copyData(impl_->data.get(), world.model(), world.data());
+    mjv_updateScene(world.model(), impl_->data.get(), &impl_->option, nullptr, &any, mjCAT_ALL,
                     &impl_->scene);
   });
   const mjvGLCamera camera =

@@ -57,7 +57,7 @@ class Renderer {
   image::Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
   /// The same from a camera that the scene need not have. What is nearer than the scene's clipping
   /// distance does not show.
-  image::Image Render(World& world, const PinholeView& view);
+  image::Image Render(const World& world, const PinholeView& view);
 
  private:
   struct Impl;
