@@ -8,6 +8,8 @@
 #include <opencv2/calib3d.hpp>
 #include <stdexcept>
 
+#include "stereo/internal/open_cv.h"
+
 namespace rangegrasp::stereo {
 namespace {
 
@@ -17,18 +19,6 @@ constexpr float kSubpixels = 16.0F;
 // Slopes are cut off here by both matchers' prefilters (OpenCV's default of block matching): a
 // difference of exposure does not count, nor does one strong edge in a window.
 constexpr int kPrefilterCap = 31;
-
-// So many threads for OpenCV, as long as it lives.
-class Threads {
- public:
-  explicit Threads(int number) : before_(cv::getNumThreads()) { cv::setNumThreads(number); }
-  ~Threads() { cv::setNumThreads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
- private:
-  int before_;
-};
 
 void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
   const auto odd = [](int window, int low) { return window >= low && window % 2 == 1; };
@@ -121,7 +111,7 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   const cv::Rect part = Widened(kept, margin, first + disparities, left_mask);
   if (part.width <= first + disparities + margin || part.height <= margin) return result;
 
-  const Threads one(1);
+  const internal::SingleThread single;
   const cv::Mat sixteenths =
       SixteenthsOf(View(left)(part), View(right)(part), first, disparities, options);
   const int none = (first - 1) * static_cast<int>(kSubpixels);

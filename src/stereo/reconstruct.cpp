@@ -185,6 +185,7 @@ Mask WithoutBlue(const image::Image& picture, double blue_share, int window_px) 
 Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
                            const Rectifier& rectifier, const ReconstructOptions& options) {
   CheckOptions(options);
+  const internal::SingleThread single;
   Reconstruction result;
   result.rectified = rectifier.Apply(left, right);
   result.kept = KeptPixels(result.rectified.left, options);

@@ -80,6 +80,7 @@ RectifiedCameras Rectify(const StereoCalibration& calibration) {
 
 Rectifier::Rectifier(const StereoCalibration& calibration)
     : camera_(calibration.camera), cameras_(Rectify(calibration)) {
+  const internal::SingleThread single;
   auto maps = std::make_unique<Maps>();
   const cv::Matx33d projection(cameras_.f, 0.0, cameras_.cx, 0.0, cameras_.f, cameras_.cy, 0.0, 0.0,
                                1.0);
@@ -107,6 +108,7 @@ RectifiedPair Rectifier::Apply(const image::Image& left, const image::Image& rig
   };
   check(left, "left");
   check(right, "right");
+  const internal::SingleThread single;
   RectifiedPair pair;
   const auto turn = [&](const image::Image& from, const cv::Mat& places, const cv::Mat& fractions,
                         image::Image& to) {

@@ -8,6 +8,19 @@
 
 namespace rangegrasp::stereo::internal {
 
+/// While it lives OpenCV works in this thread alone: trials run in parallel, in forked processes,
+/// in which the threads of their parent are not there.
+class SingleThread {
+ public:
+  SingleThread() : before_(cv::getNumThreads()) { cv::setNumThreads(1); }
+  ~SingleThread() { cv::setNumThreads(before_); }
+  SingleThread(const SingleThread&) = delete;
+  SingleThread& operator=(const SingleThread&) = delete;
+
+ private:
+  int before_;
+};
+
 /// A picture's pixels as OpenCV sees them: not a copy, and not to be written to.
 inline cv::Mat View(const image::Image& picture) {
   return cv::Mat(
