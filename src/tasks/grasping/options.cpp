@@ -38,6 +38,8 @@ void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.Read("min_others", options.min_others, 1, 30,
            "touching: objects beside the target, the number is drawn from here ...");
   map.Read("max_others", options.max_others, 1, 30, "... to here");
+  map.Read("draw_others", options.draw_others,
+           "box, pile: so many are drawn there, too; off: all others");
   map.Read("min_touching", options.min_touching, 0, 30,
            "touching: so many of them the target touches at least");
   map.ReadScaled("touch_mm", options.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
@@ -140,6 +142,8 @@ void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "the hand stays this far above the table");
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Read("power_only", options.power_only,
+           "only power grasps, of rotational objects, too: as on stereo data (section 5.3.2)");
   map.Read("preshape", options.preshape,
            "the hand opens a little wider than the object; off: fully");
   ReadAdditions<grasp::GraspAdditions>(map, options);

@@ -42,6 +42,8 @@ struct ClutterOptions {
   /// them the target touches at least.
   int min_others = 2;
   int max_others = 5;
+  /// box, pile: as many others as touching has, drawn anew with each heap (table 5.6); else all.
+  bool draw_others = false;
   int min_touching = 2;
   /// Surfaces this close touch: less than the scanner's noise, about what two boards that were
   /// pushed together leave between them.
