@@ -18,6 +18,7 @@ void AddResultsCommands(CLI::App& app);   ///< table, trial, compare, merge
 void AddRunCommand(CLI::App& app);        ///< run
 void AddSeamCommands(CLI::App& app);      ///< seam generate, calibrate, detect
 void AddShellCommands(CLI::App& app);     ///< completion, man
+void AddStereoCommand(CLI::App& app);     ///< stereo
 void AddVersionCommand(CLI::App& app);    ///< version
 
 }  // namespace rangegrasp::cli

@@ -231,14 +231,50 @@ class AttemptRun {
   Attempt result_;
 };
 
+// A cell with a stereo camera has its line scanner, too: objects lie in its view, so that both see
+// the same arrangements.
+sensing::LineScannerOptions ScannerOf(const Options& options) {
+  if (options.sensor_kind == SensorKind::kLineScanner) {
+    return sensing::ReadLineScanner(options.sensor);
+  }
+  return {};
+}
+
+stereo::StereoCalibration CalibrationOf(const Options& options,
+                                        const sensing::StereoCameraOptions& camera,
+                                        const core::Pose& X_WScanner) {
+  if (!options.stereo_calibration.empty()) {
+    return stereo::ReadStereoCalibration(options.stereo_calibration);
+  }
+  stereo::StereoCalibration calibration;
+  calibration.camera = sensing::LensOf(camera);
+  calibration.X_WL = X_WScanner * sensing::CameraInHead(camera, camera.left_pan_rad);
+  calibration.X_WR = X_WScanner * sensing::CameraInHead(camera, camera.right_pan_rad);
+  return calibration;
+}
+
+std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
+  const Options& options = cell.options;
+  const core::Pose& X_WScanner = cell.robot.X_WScanner;
+  if (options.sensor_kind == SensorKind::kLineScanner) {
+    return MakeLineScanner(cell.scanner, X_WScanner);
+  }
+  StereoSetup setup;
+  setup.camera = sensing::ReadStereoCamera(options.sensor);
+  setup.calibration = CalibrationOf(options, setup.camera, X_WScanner);
+  setup.reconstruct = options.stereo;
+  setup.reconstruct.table_W = cell.TablePlane();
+  return std::make_unique<StereoSensor>(std::move(setup), X_WScanner);
+}
+
 }  // namespace
 
 Cell::Cell(Options o)
     : options(std::move(o)),
       robot(robot::Robot::Load(options.scene)),
-      scanner(sensing::ReadLineScanner(options.sensor)),
+      scanner(ScannerOf(options)),
       arranger(MakeArranger(options, robot, scanner)),
-      sensor(MakeLineScanner(scanner, robot.X_WScanner)),
+      sensor(SensorOf(*this)),
       detector(MakeDetector(options, robot)),
       mover(MakeMover(options, robot)) {}
 

@@ -104,6 +104,19 @@ void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& optio
   map.Finish();
 }
 
+// What a sensor's file is of; a line scanner's need not say so.
+SensorKind KindOfSensor(const std::filesystem::path& file) {
+  SensorKind kind = SensorKind::kLineScanner;
+  if (!file.empty()) YamlMap::FromFile(file).Read("type", kind);
+  return kind;
+}
+
+void ReadStereo(YamlMap map, Options& o) {
+  map.ReadPath("calibration", o.stereo_calibration,
+               "of the camera; without it, it is calibrated before the first trial");
+  stereo::ReadReconstructOptions(map, o.stereo);
+}
+
 // A length that adapts to the sensor unless the file gives it.
 void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength& length,
                 double low_mm, double high_mm, const std::string& doc) {
@@ -115,6 +128,8 @@ void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength
 
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
+  map.Read("stated_noise", options.stated_noise,
+           "the noise is what the sensor says of its samples (a stereo camera); off: measured");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
            "of the outliers only those that are isolated; off: the test exactly as printed");
@@ -202,7 +217,8 @@ Options ReadOptions(YamlMap& map) {
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
   map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
-  map.ReadPath("sensor", o.sensor, "file of the line scanner");
+  map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner or a stereo camera");
+  o.sensor_kind = KindOfSensor(o.sensor);
   map.Read("detector", o.detector, "what finds objects and grasps");
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
@@ -225,8 +241,11 @@ Options ReadOptions(YamlMap& map) {
                  "resting poses that tip over at a smaller tilt are left out");
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutter(map.Child("clutter", "how objects come to lie: touching, box, pile"), o.clutter);
+  ReadStereo(map.Child("stereo", "from a pair of pictures to a cloud"), o);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
+  // A stereo pair's errors are the same over a window of many samples.
+  o.perception.stated_noise = o.sensor_kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);

@@ -14,6 +14,7 @@
 #include "planning/planning.h"
 #include "sim/execute.h"
 #include "sim/world.h"
+#include "stereo/reconstruct_options.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -21,6 +22,12 @@ namespace rangegrasp::tasks::grasping {
 enum class ArrangerKind { kSingle, kTouching, kBox, kPile };
 constexpr std::array<std::string_view, 4> WordsOf(ArrangerKind) {
   return {"single", "touching", "box", "pile"};
+}
+
+/// What looks at the settled objects: the `type` of the sensor's file.
+enum class SensorKind { kLineScanner, kStereoCamera };
+constexpr std::array<std::string_view, 2> WordsOf(SensorKind) {
+  return {"line_scanner", "stereo_camera"};
 }
 
 /// What finds objects and grasps.
@@ -72,13 +79,14 @@ struct ClutterOptions {
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
   std::filesystem::path scene;
-  std::filesystem::path sensor;         ///< a line scanner's file
+  std::filesystem::path sensor;         ///< a sensor's file
   std::filesystem::path object_folder;  ///< holds NAME/NAME.xml
   std::filesystem::path reference;      ///< the published table; may be empty
   std::vector<std::string> objects;
   int trials_per_object = 10;
 
   ArrangerKind arranger = ArrangerKind::kSingle;
+  SensorKind sensor_kind = SensorKind::kLineScanner;  ///< as the sensor's file says
   DetectorKind detector = DetectorKind::kDissertation;
   MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
@@ -101,6 +109,9 @@ struct Options {
   /// the error of what is perceived.
   double early_m = 0.006;
 
+  stereo::ReconstructOptions stereo;  ///< from a pair of pictures to a cloud
+  /// Of the stereo camera; if empty, it is calibrated before the first trial.
+  std::filesystem::path stereo_calibration;
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
   /// Faces that lean by more than this are gripped with the strongest force at once: once they

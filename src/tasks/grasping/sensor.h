@@ -7,7 +7,10 @@
 #include "geometry/observation.h"
 #include "sensing/line_scanner_options.h"
 #include "sensing/scan_truth.h"
+#include "sensing/stereo_camera.h"
 #include "sim/world.h"
+#include "stereo/camera.h"
+#include "stereo/reconstruct.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -27,5 +30,42 @@ class Sensor {
 /// The line scanner at its site. @param options  must outlive it
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const core::Pose& X_WScanner);
+
+/// What a stereo camera makes its observations with, and from.
+struct StereoSetup {
+  sensing::StereoCameraOptions camera;    ///< as it is; for the pictures alone
+  stereo::StereoCalibration calibration;  ///< as the robot knows it
+  stereo::ReconstructOptions reconstruct;
+};
+
+/// A pair of pictures and what became of it.
+struct StereoLook {
+  sensing::StereoShot shot;
+  stereo::Reconstruction made;
+  sensing::ScanTruth truth;  ///< in the layout of made.view's image
+};
+
+/// The stereo camera on the head of the scanner (section 5.3): two pictures, and their
+/// reconstruction by its calibration.
+class StereoSensor : public Sensor {
+ public:
+  /// @throws core::InputError for a calibration that does not fit; std::invalid_argument for
+  /// options that are out of range.
+  StereoSensor(StereoSetup setup, const core::Pose& X_WScanner);
+  ~StereoSensor() override;
+
+  Sensed Sense(const sim::World& world, core::Rng& rng) const override;
+  /// The same with all that lies between.
+  StereoLook Look(const sim::World& world, core::Rng& rng) const;
+
+  const stereo::Rectifier& rectifier() const { return rectifier_; }
+  const StereoSetup& setup() const { return setup_; }
+
+ private:
+  StereoSetup setup_;
+  core::Pose X_WScanner_;
+  stereo::Rectifier rectifier_;
+  sensing::StereoCamera camera_;
+};
 
 }  // namespace rangegrasp::tasks::grasping
