@@ -16,6 +16,12 @@ namespace {
 constexpr int kBoard = 0;         // the world's one object
 constexpr int kMaxDraws = 10000;  // of a place, before it is said that there is none
 
+// Nothing is printed on the board beside its squares.
+StereoCameraOptions Unprinted(StereoCameraOptions options) {
+  options.fine_print = false;
+  return options;
+}
+
 Eigen::Matrix3d Turn(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }
@@ -44,7 +50,7 @@ struct ChessboardRecorder::Impl {
         seed(seed_used),
         world(scene, {{"chessboard", chessboard}}, {}),
         X_WS(world.SitePose("scanner")),
-        camera(camera_used),
+        camera(Unprinted(camera_used)),
         renderer(camera.RendererOf(world)) {
     world.PlaceObject(kBoard, core::Pose::Identity());
     half_board_m = 0.5 * world.ObjectBounds(kBoard).sizes();

@@ -101,6 +101,7 @@ std::unique_ptr<sim::Renderer> StereoCamera::RendererOf(const sim::World& world)
   sim::RenderQuality quality;
   quality.samples = impl_->options.edge_samples;
   quality.shadow_px = impl_->options.shadow_px;
+  quality.fine_print = impl_->options.fine_print;
   return std::make_unique<sim::Renderer>(world, impl_->map.drawn_width(), impl_->map.drawn_height(),
                                          quality);
 }

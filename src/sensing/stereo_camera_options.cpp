@@ -46,6 +46,7 @@ void ReadMount(Source& from, Options& o) {
 
 template <typename Source, typename Options>
 void ReadPicture(Source& from, Options& o) {
+  from.Read("fine_print", o.fine_print, "lists, bar codes and pictures on packages");
   from.Read("edge_samples", o.edge_samples, 0, 16, "of a pixel, for smooth edges");
   from.Read("shadow_px", o.shadow_px, 0, 16384, "edge of the map of shadows, 0 for none");
   from.Read("lens_blur_px", o.lens_blur_px, 0.0, 1.0, "standard deviation of the lens's blur");

@@ -43,7 +43,10 @@ struct StereoCameraOptions {
   /// see ExpectedStereoNoise.
   double pan_sigma_rad = core::Deg(0.002);
 
-  int edge_samples = 0;          ///< of a pixel, for smooth edges; lens_blur_px smooths them too
+  int edge_samples = 0;  ///< of a pixel, for smooth edges; lens_blur_px smooths them too
+  /// What is printed small on packages, which the models' labels leave out. Without it most of a
+  /// package is of one colour, which is harder than what a kitchen holds.
+  bool fine_print = true;
   int shadow_px = 2048;          ///< edge of the map of shadows, which spans the room
   double lens_blur_px = 0.6;     ///< standard deviation of the lens's blur
   double vignetting = 0.25;      ///< share of the light that is missing in the corners

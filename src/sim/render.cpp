@@ -8,6 +8,7 @@
 #include "core/units.h"
 #include "image/offscreen_context.h"
 #include "sim/internal/engine.h"
+#include "sim/internal/fine_print.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim {
@@ -87,6 +88,17 @@ mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, 
   return camera;
 }
 
+internal::TextureSet& PrintedTextures(const World& world,
+                                      std::optional<internal::TextureSet>& textures) {
+  std::vector<int> bodies;
+  std::vector<std::string> surfaces;
+  for (int object = 0; object < world.objects(); ++object) {
+    bodies.push_back(world.object_body(object));
+    surfaces.push_back(world.object_surface(object));
+  }
+  return textures.emplace(world.model(), bodies, surfaces);
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -99,8 +111,9 @@ struct Renderer::Impl {
   mjrContext context;
   internal::DataPtr data;  // of worlds that must not change
 
-  Impl(const mjModel* model, int width_px, int height_px, const RenderQuality& quality)
+  Impl(const World& world, int width_px, int height_px, const RenderQuality& quality)
       : width(width_px), height(height_px) {
+    const mjModel* model = world.model();
     mjv_defaultScene(&scene);
     mjv_defaultOption(&option);
     mjr_defaultContext(&context);
@@ -109,6 +122,8 @@ struct Renderer::Impl {
     mjModel drawn = *model;
     drawn.vis.quality.offsamples = quality.samples.value_or(drawn.vis.quality.offsamples);
     drawn.vis.quality.shadowsize = quality.shadow_px.value_or(drawn.vis.quality.shadowsize);
+    std::optional<internal::TextureSet> printed;
+    if (quality.fine_print) PrintedTextures(world, printed).PutInto(drawn);
     internal::CallEngine(nullptr, [&] {
       mjv_makeScene(model, &scene, kMaxGeoms);
       mjr_makeContext(&drawn, &context, mjFONTSCALE_100);
@@ -143,7 +158,7 @@ Renderer::Renderer(const World& world, int width, int height, const RenderQualit
   if (width <= 0 || height <= 0) {
     throw std::invalid_argument("Renderer: width and height must be above 0");
   }
-  impl_ = std::make_unique<Impl>(world.model(), width, height, quality);
+  impl_ = std::make_unique<Impl>(world, width, height, quality);
   if (impl_->context.currentBuffer != mjFB_OFFSCREEN) {
     throw core::RunError("no offscreen buffer for pictures");
   }

@@ -41,6 +41,7 @@ struct PinholeView {
 struct RenderQuality {
   std::optional<int> samples;    ///< of a pixel, for smooth edges; 0: none
   std::optional<int> shadow_px;  ///< edge of the map of shadows
+  bool fine_print = false;       ///< lists, bar codes and pictures on packages, beside their labels
 };
 
 /// Offscreen pictures through OSMesa; no display, no GPU.
