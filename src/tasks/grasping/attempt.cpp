@@ -8,6 +8,7 @@
 #include "core/stopwatch.h"
 #include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
+#include "tasks/grasping/stereo_calibration.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -240,19 +241,6 @@ sensing::LineScannerOptions ScannerOf(const Options& options) {
   return {};
 }
 
-stereo::StereoCalibration CalibrationOf(const Options& options,
-                                        const sensing::StereoCameraOptions& camera,
-                                        const core::Pose& X_WScanner) {
-  if (!options.stereo_calibration.empty()) {
-    return stereo::ReadStereoCalibration(options.stereo_calibration);
-  }
-  stereo::StereoCalibration calibration;
-  calibration.camera = sensing::LensOf(camera);
-  calibration.X_WL = X_WScanner * sensing::CameraInHead(camera, camera.left_pan_rad);
-  calibration.X_WR = X_WScanner * sensing::CameraInHead(camera, camera.right_pan_rad);
-  return calibration;
-}
-
 std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
   const Options& options = cell.options;
   const core::Pose& X_WScanner = cell.robot.X_WScanner;
@@ -261,7 +249,15 @@ std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
   }
   StereoSetup setup;
   setup.camera = sensing::ReadStereoCamera(options.sensor);
-  setup.calibration = CalibrationOf(options, setup.camera, X_WScanner);
+  if (options.stereo_calibration.empty()) {
+    const CalibrationSetup calibration{.scene = options.scene,
+                                       .camera = setup.camera,
+                                       .scanner = cell.scanner,
+                                       .seed = core::DeriveSeed(options.seed, "calibration")};
+    setup.calibrate = [calibration] { return CalibrateApart(calibration); };
+  } else {
+    setup.calibration = stereo::ReadStereoCalibration(options.stereo_calibration);
+  }
   setup.reconstruct = options.stereo;
   setup.reconstruct.table_W = cell.TablePlane();
   return std::make_unique<StereoSensor>(std::move(setup), X_WScanner);

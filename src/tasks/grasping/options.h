@@ -110,6 +110,7 @@ struct Options {
   double early_m = 0.006;
 
   stereo::ReconstructOptions stereo;  ///< from a pair of pictures to a cloud
+  std::uint64_t seed = 1;  ///< of the experiment; for what is done once before all trials
   /// Of the stereo camera; if empty, it is calibrated before the first trial.
   std::filesystem::path stereo_calibration;
   sim::PhysicsOptions physics;

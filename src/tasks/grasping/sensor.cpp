@@ -46,17 +46,32 @@ sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& 
 }  // namespace
 
 StereoSensor::StereoSensor(StereoSetup setup, const core::Pose& X_WScanner)
-    : setup_(std::move(setup)),
-      X_WScanner_(X_WScanner),
-      rectifier_(setup_.calibration),
-      camera_(setup_.camera) {}
+    : setup_(std::move(setup)), X_WScanner_(X_WScanner), camera_(setup_.camera) {
+  if (!setup_.calibrate) Prepare();
+}
+
+void StereoSensor::Prepare() const {
+  if (rectifier_) return;
+  if (setup_.calibrate) setup_.calibration = setup_.calibrate();
+  rectifier_.emplace(setup_.calibration);
+}
+
+const stereo::Rectifier& StereoSensor::rectifier() const {
+  Prepare();
+  return *rectifier_;
+}
+
+const StereoSetup& StereoSensor::setup() const {
+  Prepare();
+  return setup_;
+}
 
 StereoSensor::~StereoSensor() = default;
 
 StereoLook StereoSensor::Look(const sim::World& world, core::Rng& rng) const {
   StereoLook look;
   look.shot = camera_.Photograph(world, X_WScanner_, rng);
-  look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier_,
+  look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(),
                                   setup_.reconstruct);
   look.truth = TruthOf(world, look.shot.truth, look.made);
   return look;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/rng.h"
@@ -25,6 +27,8 @@ class Sensor {
  public:
   virtual ~Sensor() = default;
   virtual Sensed Sense(const sim::World& world, core::Rng& rng) const = 0;
+  /// What it does once before it looks, and does at its first look if it was not asked to.
+  virtual void Prepare() const {}
 };
 
 /// The line scanner at its site. @param options  must outlive it
@@ -35,6 +39,8 @@ std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& optio
 struct StereoSetup {
   sensing::StereoCameraOptions camera;    ///< as it is; for the pictures alone
   stereo::StereoCalibration calibration;  ///< as the robot knows it
+  /// Where there is one, it gives the calibration, when that is needed first.
+  std::function<stereo::StereoCalibration()> calibrate;
   stereo::ReconstructOptions reconstruct;
 };
 
@@ -54,17 +60,20 @@ class StereoSensor : public Sensor {
   StereoSensor(StereoSetup setup, const core::Pose& X_WScanner);
   ~StereoSensor() override;
 
+  void Prepare() const override;
+
   Sensed Sense(const sim::World& world, core::Rng& rng) const override;
   /// The same with all that lies between.
   StereoLook Look(const sim::World& world, core::Rng& rng) const;
 
-  const stereo::Rectifier& rectifier() const { return rectifier_; }
-  const StereoSetup& setup() const { return setup_; }
+  const stereo::Rectifier& rectifier() const;
+  /// With the calibration in it.
+  const StereoSetup& setup() const;
 
  private:
-  StereoSetup setup_;
+  mutable StereoSetup setup_;
   core::Pose X_WScanner_;
-  stereo::Rectifier rectifier_;
+  mutable std::optional<stereo::Rectifier> rectifier_;  // with it, the sensor is prepared
   sensing::StereoCamera camera_;
 };
 
