@@ -69,6 +69,7 @@ const StereoSetup& StereoSensor::setup() const {
 StereoSensor::~StereoSensor() = default;
 
 StereoLook StereoSensor::Look(const sim::World& world, core::Rng& rng) const {
+  Prepare();  // before the first picture: it forks, and the renderer has threads from then on
   StereoLook look;
   look.shot = camera_.Photograph(world, X_WScanner_, rng);
   look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(),
