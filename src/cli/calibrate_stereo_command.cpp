@@ -168,7 +168,7 @@ void AddCalibrateStereoCommand(CLI::App& app) {
   command->add_option("--corners", arguments->corners, "inner corners of the board (9x6)");
   command->add_option("--square-mm", arguments->square_mm, "edge of its squares (25)")
       ->check(CLI::Range(1.0, 1000.0));
-  command->add_option("--views", arguments->views, "simulated places of the board (12)")
+  command->add_option("--views", arguments->views, "simulated places of the board (16)")
       ->check(CLI::Range(1, 200));
   command->add_option("--seed", arguments->seed, "of the simulation (1)")
       ->check(CLI::NonNegativeNumber);

@@ -14,7 +14,7 @@ namespace rangegrasp::sensing {
 struct ChessboardRecordOptions {
   int views = 16;
   double min_distance_m = 0.50;  ///< of the board's middle from the camera: as far as the things
-  double max_distance_m = 0.72;  ///< that will be seen, above the table
+  double max_distance_m = 0.85;  ///< that will be seen: the turn found is good no further
   double max_tilt_rad = core::Deg(38.0);  ///< of the board from facing the camera
   double margin_px = 12.0;                ///< that its corners keep from the pictures' edges
   double clearance_m = 0.01;              ///< that it keeps from table and arm
