@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "core/rng.h"
@@ -44,10 +45,15 @@ class ChessboardRecorder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The whole of it: all views, what is found of them, the calibration.
-/// @throws core::InputError as stereo::FindBoard and stereo::CalibrateStereo.
-stereo::CalibrationResult CalibrateSimulated(ChessboardRecorder& recorder, int views,
-                                             const StereoCameraOptions& camera,
-                                             const stereo::ChessboardOptions& chessboard);
+/// The whole of it: views, what is found of them, the calibration. A view in which the board is not
+/// found is taken again elsewhere, as a person would.
+/// @param views    that calibrate; as many more at most may be refused.
+/// @param look_on  is given each view; may be empty.
+/// @throws core::InputError as stereo::FindBoard, if too many views are refused, and as
+/// stereo::CalibrateStereo.
+stereo::CalibrationResult CalibrateSimulated(
+    ChessboardRecorder& recorder, int views, const StereoCameraOptions& camera,
+    const stereo::ChessboardOptions& chessboard,
+    const std::function<void(const stereo::BoardView&)>& look_on = {});
 
 }  // namespace rangegrasp::sensing

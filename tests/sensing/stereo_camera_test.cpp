@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "error_of.h"
+#include "stereo/calibrate.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::sensing {
@@ -141,6 +142,45 @@ TEST_F(StereoCameraOnTheTable, PicturesShowWhatTheTruthSays) {
   };
   check(shot.photos.left, shot.truth.X_WL);
   check(shot.photos.right, shot.truth.X_WR);
+}
+
+// The corners of a chessboard appear where the lens images them (5.10 to 5.12), to a tenth of a
+// pixel each, and without an offset of all.
+TEST(StereoCamera, ImagesAChessboardWhereItIs) {
+  sim::World world(kRoot + "/scenes/tabletop.xml",
+                   {{"chessboard", kRoot + "/models/calibration/chessboard/chessboard.xml"}}, {});
+  StereoCameraOptions options;
+  options.fine_print = false;
+  options.pan_sigma_rad = 0.0;
+  const core::Pose X_WS = world.SitePose("scanner");
+  const core::Pose X_WC = X_WS * CameraInHead(options, options.left_pan_rad);
+  const Eigen::Matrix3d facing = (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(core::kPi, Eigen::Vector3d::UnitX()))
+                                     .toRotationMatrix();
+  const core::Pose X_CBoard = core::MakePose(facing, {-0.01, 0.0, 0.62});
+  world.PlaceObject(0, X_WC * X_CBoard);
+  core::Rng rng(1);
+  const StereoShot shot = StereoCamera(options).Photograph(world, X_WS, rng);
+  stereo::BoardView view{"view", shot.photos.left, shot.photos.right, {}, X_WS.translation()};
+  for (int i = 0; i < 200; ++i) {  // what a laser without noise would say
+    const Eigen::Vector3d p(0.01 * (i % 20) - 0.1, 0.01 * (i / 20) - 0.05, 0.0025);
+    view.laser_W.push_back(X_WC * X_CBoard * p);
+  }
+  const stereo::BoardSighting found = stereo::FindBoard(view, {});
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double squares = 0.0;
+  for (const Eigen::Vector2d& seen : found.left_px) {
+    Eigen::Vector2d nearest(1e9, 1e9);
+    for (int i = 0; i < 54; ++i) {
+      const Eigen::Vector3d corner((i % 9 - 4) * 0.025, (i / 9 - 2.5) * 0.025, 0.0025);
+      const Eigen::Vector2d off = seen - stereo::Project(shot.truth.lens, X_CBoard * corner);
+      if (off.norm() < nearest.norm()) nearest = off;
+    }
+    sum += nearest;
+    squares += nearest.squaredNorm();
+  }
+  EXPECT_LT((sum / 54.0).norm(), 0.05);
+  EXPECT_LT(std::sqrt(squares / 54.0), 0.14);  // a tenth in each direction
 }
 
 TEST_F(StereoCameraOnTheTable, TheSameSeedTakesTheSamePictures) {
