@@ -78,11 +78,10 @@ stereo::BoardView ReadView(const std::filesystem::path& folder, int number) {
   return view;
 }
 
-// The boards of a folder of recorded views, and the pictures' size.
-std::vector<stereo::BoardSighting> RecordedBoards(const std::filesystem::path& folder,
-                                                  const stereo::ChessboardOptions& board,
-                                                  int& width, int& height) {
+stereo::CalibrationResult CalibrateRecorded(const std::filesystem::path& folder,
+                                            const stereo::ChessboardOptions& board) {
   std::vector<stereo::BoardSighting> boards;
+  int width = 0, height = 0;
   for (int number = 1; std::filesystem::exists(FileOf(folder, "left", number, "png")); ++number) {
     const stereo::BoardView view = ReadView(folder, number);
     if (number > 1 && (view.left.width != width || view.left.height != height)) {
@@ -98,7 +97,7 @@ std::vector<stereo::BoardSighting> RecordedBoards(const std::filesystem::path& f
     throw core::InputError(folder.string() +
                            ": holds no left_01.png, right_01.png, board_01.pcd and so on");
   }
-  return boards;
+  return stereo::CalibrateStereo(boards, width, height, board);
 }
 
 grasping::CalibrationSetup SimulatedSetup(const CalibrateArguments& arguments) {
@@ -119,30 +118,25 @@ grasping::CalibrationSetup SimulatedSetup(const CalibrateArguments& arguments) {
   return setup;
 }
 
-std::vector<stereo::BoardSighting> SimulatedBoards(const CalibrateArguments& arguments,
-                                                   const stereo::ChessboardOptions& board,
-                                                   int& width, int& height) {
+stereo::CalibrationResult CalibrateInSimulation(const CalibrateArguments& arguments,
+                                                const stereo::ChessboardOptions& board) {
   const grasping::CalibrationSetup setup = SimulatedSetup(arguments);
-  width = setup.camera.width;
-  height = setup.camera.height;
   sensing::ChessboardRecorder recorder(setup.scene, grasping::ChessboardModel(), setup.camera,
                                        setup.scanner, {}, arguments.seed);
-  std::vector<stereo::BoardSighting> boards;
-  for (int number = 1; number <= arguments.views; ++number) {
-    const stereo::BoardView view = recorder.Next();
-    if (!arguments.record.empty()) Write(view, arguments.record, number);
-    boards.push_back(stereo::FindBoard(view, board));
-  }
-  return boards;
+  int number = 0;
+  return sensing::CalibrateSimulated(recorder, arguments.views, setup.camera, board,
+                                     [&](const stereo::BoardView& view) {
+                                       ++number;
+                                       if (!arguments.record.empty())
+                                         Write(view, arguments.record, number);
+                                     });
 }
 
 void Calibrate(const CalibrateArguments& arguments) {
   const stereo::ChessboardOptions board = BoardOf(arguments);
-  int width = 0, height = 0;
-  const auto boards = std::filesystem::is_directory(arguments.source)
-                          ? RecordedBoards(arguments.source, board, width, height)
-                          : SimulatedBoards(arguments, board, width, height);
-  const stereo::CalibrationResult result = stereo::CalibrateStereo(boards, width, height, board);
+  const stereo::CalibrationResult result = std::filesystem::is_directory(arguments.source)
+                                               ? CalibrateRecorded(arguments.source, board)
+                                               : CalibrateInSimulation(arguments, board);
   stereo::WriteStereoCalibration(result.calibration, arguments.out);
   spdlog::info(
       "{} views: corners {:.3f} px off the camera and {:.3f} px off the pair; as one camera sees "
@@ -168,7 +162,7 @@ void AddCalibrateStereoCommand(CLI::App& app) {
   command->add_option("--corners", arguments->corners, "inner corners of the board (9x6)");
   command->add_option("--square-mm", arguments->square_mm, "edge of its squares (25)")
       ->check(CLI::Range(1.0, 1000.0));
-  command->add_option("--views", arguments->views, "simulated places of the board (12)")
+  command->add_option("--views", arguments->views, "simulated places of the board (16)")
       ->check(CLI::Range(1, 200));
   command->add_option("--seed", arguments->seed, "of the simulation (1)")
       ->check(CLI::NonNegativeNumber);

@@ -157,12 +157,20 @@ stereo::BoardView ChessboardRecorder::Next() {
   return view;
 }
 
-stereo::CalibrationResult CalibrateSimulated(ChessboardRecorder& recorder, int views,
-                                             const StereoCameraOptions& camera,
-                                             const stereo::ChessboardOptions& chessboard) {
+stereo::CalibrationResult CalibrateSimulated(
+    ChessboardRecorder& recorder, int views, const StereoCameraOptions& camera,
+    const stereo::ChessboardOptions& chessboard,
+    const std::function<void(const stereo::BoardView&)>& look_on) {
   std::vector<stereo::BoardSighting> boards;
-  for (int i = 0; i < views; ++i) {
-    boards.push_back(stereo::FindBoard(recorder.Next(), chessboard));
+  int refused = 0;
+  while (static_cast<int>(boards.size()) < views) {
+    const stereo::BoardView view = recorder.Next();
+    if (look_on) look_on(view);
+    try {
+      boards.push_back(stereo::FindBoard(view, chessboard));
+    } catch (const core::InputError&) {
+      if (++refused > views) throw;
+    }
   }
   return stereo::CalibrateStereo(boards, camera.width, camera.height, chessboard);
 }

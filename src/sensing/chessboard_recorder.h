@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "core/rng.h"
@@ -14,7 +15,7 @@ namespace rangegrasp::sensing {
 struct ChessboardRecordOptions {
   int views = 16;
   double min_distance_m = 0.50;  ///< of the board's middle from the camera: as far as the things
-  double max_distance_m = 0.72;  ///< that will be seen, above the table
+  double max_distance_m = 0.85;  ///< that will be seen: the turn found is good no further
   double max_tilt_rad = core::Deg(38.0);  ///< of the board from facing the camera
   double margin_px = 12.0;                ///< that its corners keep from the pictures' edges
   double clearance_m = 0.01;              ///< that it keeps from table and arm
@@ -44,10 +45,15 @@ class ChessboardRecorder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The whole of it: all views, what is found of them, the calibration.
-/// @throws core::InputError as stereo::FindBoard and stereo::CalibrateStereo.
-stereo::CalibrationResult CalibrateSimulated(ChessboardRecorder& recorder, int views,
-                                             const StereoCameraOptions& camera,
-                                             const stereo::ChessboardOptions& chessboard);
+/// The whole of it: views, what is found of them, the calibration. A view in which the board is not
+/// found is taken again elsewhere, as a person would.
+/// @param views    that calibrate; as many more at most may be refused.
+/// @param look_on  is given each view; may be empty.
+/// @throws core::InputError as stereo::FindBoard, if too many views are refused, and as
+/// stereo::CalibrateStereo.
+stereo::CalibrationResult CalibrateSimulated(
+    ChessboardRecorder& recorder, int views, const StereoCameraOptions& camera,
+    const stereo::ChessboardOptions& chessboard,
+    const std::function<void(const stereo::BoardView&)>& look_on = {});
 
 }  // namespace rangegrasp::sensing

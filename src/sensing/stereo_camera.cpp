@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "sensing/internal/camera_model.h"
 #include "sensing/internal/lens.h"
@@ -88,6 +89,20 @@ core::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad) {
                                Turned(options.mount_roll_rad, Eigen::Vector3d::UnitZ());
   const Eigen::Matrix3d R_SP = internal::PanRotation(pan_rad);
   return core::MakePose(R_SP * R_PC, R_SP * place);
+}
+
+StereoNoise ExpectedStereoNoise(const StereoCameraOptions& options, double depth_m, double slope,
+                                int window_px) {
+  // Of red, green and blue in the grey value (ITU-R BT.601, as OpenCV turns colour into grey).
+  const double grey_share = Eigen::Vector3d(0.299, 0.587, 0.114).norm();
+  StereoNoise noise;
+  noise.baseline_m =
+      2.0 * options.ahead_m * std::sin(0.5 * (options.right_pan_rad - options.left_pan_rad));
+  noise.disparity_px = options.focal_px * noise.baseline_m / depth_m;
+  noise.depth_per_pixel_m = depth_m * depth_m / (options.focal_px * noise.baseline_m);
+  noise.matching_px = std::numbers::sqrt2 * grey_share * options.noise_levels / (slope * window_px);
+  noise.pan_px = std::numbers::sqrt2 * options.focal_px * options.pan_sigma_rad;
+  return noise;
 }
 
 StereoCamera::StereoCamera(const StereoCameraOptions& options) {

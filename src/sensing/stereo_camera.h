@@ -47,6 +47,24 @@ stereo::Camera LensOf(const StereoCameraOptions& options);
 /// mounting with it.
 core::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad);
 
+/// What the numbers of a camera say about the depth of a pair at one distance, before anything is
+/// matched: the noise of a picture's grey values and of the pan unit, both as disparities.
+struct StereoNoise {
+  double baseline_m = 0.0;         ///< 2 ahead sin(turn / 2)
+  double disparity_px = 0.0;       ///< f b / z
+  double depth_per_pixel_m = 0.0;  ///< z^2 / (f b)
+  /// The least that windows of n x n pixels leave, whose grey values change by g levels a pixel
+  /// (rms): sqrt(2) sigma / (g n), the Cramer-Rao bound of a shift (both pictures have sigma).
+  double matching_px = 0.0;
+  double pan_px = 0.0;  ///< sqrt(2) f sigma_pan: one draw a pair, which moves all of it
+};
+
+/// @param depth_m    z, > 0.
+/// @param slope      g, > 0, in levels a pixel.
+/// @param window_px  n, > 0.
+StereoNoise ExpectedStereoNoise(const StereoCameraOptions& options, double depth_m, double slope,
+                                int window_px);
+
 /// Takes pictures of a simulated world: drawn by the engine's renderer with its lights, shadows and
 /// textures, bent by the lens, darkened towards the corners, with noise of the sensor. Owns the
 /// lens's map alone: it may be made once and used in forked processes.

@@ -38,7 +38,7 @@ TEST(LensMap, ShowsWhatEachPixelsRaySees) {
           lens.fx * stereo::RayOf(lens, {x, y}).head<2>() + map.drawn_center_px();
       const auto at = 3 * static_cast<std::size_t>(x);
       // Places are kept to 1/256 px, values to 1/64 of a level.
-      EXPECT_NEAR(double{row[at]} / LensMap::kOne, wanted.x(), 0.03);
+      EXPECT_NEAR(double(row[at]) / LensMap::kOne, wanted.x(), 0.03);
       EXPECT_NEAR(double(row[at + 1]) / LensMap::kOne, wanted.y(), 0.03);
     }
   }

@@ -78,14 +78,14 @@ class Printer {
   void Grain(double levels) {
     const int cell = std::max(1, Texels(kGrain_mm));
     for (int y = 0; y < page_.height; ++y) {
-      std::uint8_t* texel = At(0, y);
-      for (int x = 0; x < page_.width; ++x, texel += kChannels) {
+      for (int x = 0; x < page_.width; x += cell) {
         // Of four random bytes: near enough a normal number.
         const std::uint32_t h =
             Hash(static_cast<std::uint32_t>(x / cell), static_cast<std::uint32_t>(y / cell), seed_);
         const int sum =
             static_cast<int>((h & 255u) + (h >> 8 & 255u) + (h >> 16 & 255u) + (h >> 24));
-        Shift(texel, static_cast<int>(std::lround(levels * (sum - 510) / 148.0)));
+        const int shift = static_cast<int>(std::lround(levels * (sum - 510) / 148.0));
+        for (int u = x; u < std::min(x + cell, page_.width); ++u) Shift(At(u, y), shift);
       }
     }
   }
@@ -111,31 +111,31 @@ class Printer {
     page_.height = label.height * factor_;
     page_.rgb.resize(static_cast<std::size_t>(page_.width) *
                      static_cast<std::size_t>(page_.height) * kChannels);
-    const auto source = [&label](int x, int y) {
-      x = std::clamp(x, 0, label.width - 1);
-      y = std::clamp(y, 0, label.height - 1);
-      return label.rgb.data() + kChannels * (static_cast<std::ptrdiff_t>(y) * label.width + x);
-    };
+    // A texel's middle lies on the page at factor * (i + 1/2): two texels of the label mix by
+    // shares of 2 * factor, first along columns, then along rows.
     const int whole = 2 * factor_;
+    const auto edge = [](int i, int size) { return std::clamp(i, 0, size - 1); };
+    std::vector<int> column(static_cast<std::size_t>(label.width) * kChannels);
     for (int y = 0; y < page_.height; ++y) {
-      // Middles of texels lie on middles: a texel of the page is at (2 i + 1) / (2 factor) - 1/2.
-      const int at_y = 2 * y + 1 - factor_;
-      const int row = at_y < 0 ? -1 : at_y / whole;
-      const int down = at_y - row * whole;
+      const int at_y = 2 * y + 1 + factor_;  // one texel further, so that it is not negative
+      const int row = at_y / whole - 1;
+      const int down = at_y % whole;
+      const std::ptrdiff_t stride = std::ptrdiff_t{kChannels} * label.width;
+      const std::uint8_t* upper = label.rgb.data() + stride * edge(row, label.height);
+      const std::uint8_t* lower = label.rgb.data() + stride * edge(row + 1, label.height);
+      for (std::size_t i = 0; i < column.size(); ++i) {
+        column[i] = upper[i] * (whole - down) + lower[i] * down;
+      }
+      const int scale = (1 << 16) / (whole * whole) + 1;
       std::uint8_t* out = At(0, y);
       for (int x = 0; x < page_.width; ++x) {
-        const int at_x = 2 * x + 1 - factor_;
-        const int column = at_x < 0 ? -1 : at_x / whole;
-        const int right = at_x - column * whole;
-        const std::uint8_t* a = source(column, row);
-        const std::uint8_t* b = source(column + 1, row);
-        const std::uint8_t* c = source(column, row + 1);
-        const std::uint8_t* d = source(column + 1, row + 1);
+        const int at_x = 2 * x + 1 + factor_;
+        const int right = at_x % whole;
+        const int* a = column.data() + kChannels * edge(at_x / whole - 1, label.width);
+        const int* b = column.data() + kChannels * edge(at_x / whole, label.width);
         for (int k = 0; k < kChannels; ++k) {
-          const int above = a[k] * (whole - right) + b[k] * right;
-          const int below = c[k] * (whole - right) + d[k] * right;
           *out++ =
-              static_cast<std::uint8_t>((above * (whole - down) + below * down) / (whole * whole));
+              static_cast<std::uint8_t>(((a[k] * (whole - right) + b[k] * right) * scale) >> 16);
         }
       }
     }

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kLimit_s = 600.0;  // twelve views take ten seconds
+constexpr double kLimit_s = 600.0;  // sixteen views take ten seconds
 constexpr char kCalibrated[] = "calibrated";
 
 json JsonOf(const core::Pose& pose) {
