@@ -85,7 +85,7 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
   const auto matcher = cv::StereoSGBM::create(
       min_px, disparities, window, static_cast<int>(std::lround(o.small_step_cost * area)),
       static_cast<int>(std::lround(o.large_step_cost * area)), o.max_left_right_px, kPrefilterCap,
-      0, o.min_patch_px, o.patch_step_px, cv::StereoSGBM::MODE_SGBM_3WAY);
+      o.uniqueness_percent, o.min_patch_px, o.patch_step_px, cv::StereoSGBM::MODE_SGBM_3WAY);
   matcher->compute(left, right, sixteenths);
   return sixteenths;
 }
