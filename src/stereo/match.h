@@ -28,7 +28,7 @@ struct MatchOptions {
   /// a pixel of the window. Larger: smoother, and steps are lost.
   double small_step_cost = 8.0;
   double large_step_cost = 32.0;
-  /// Block: the second best match must be worse by this share [%]; and a window needs so much
+  /// The second best match must be worse by this share [%]; and, for blocks, a window needs so much
   /// texture (sum of slopes, cut off at the prefilter's 31). Less of both: fewer holes, and wrong
   /// matches in them.
   int uniqueness_percent = 10;
