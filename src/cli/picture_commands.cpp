@@ -64,6 +64,7 @@ Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
   if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
   picked.experiment = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
   const grasping::Cell& cell = picked.cell();
+  cell.sensor->Prepare();  // before the world is there, whose engine starts threads
   picked.spec = grasping::SpecOf(trial.empty() ? picked.experiment.cases.front()
                                                : CaseOf(picked.experiment, trial));
   picked.seed = picked.spec.seed;
