@@ -13,8 +13,11 @@
 namespace rangegrasp::sensing {
 namespace {
 
-constexpr int kBoard = 0;         // the world's one object
-constexpr int kMaxDraws = 10000;  // of a place, before it is said that there is none
+constexpr int kBoard = 0;                     // the world's one object
+constexpr int kMaxDraws = 10000;              // of a place, before it is said that there is none
+constexpr int kDrawsOneWay = 500;             // of a place with a tilt in one direction
+constexpr double kLeastTilt = 0.25;           // the square of a share of the greatest tilt
+constexpr double kGoldenTurn = 0.6180339887;  // of which no few multiples are alike
 
 // Nothing is printed on the board beside its squares.
 StereoCameraOptions Unprinted(StereoCameraOptions options) {
@@ -59,7 +62,7 @@ struct ChessboardRecorder::Impl {
     empty = ScanScene(world.VisualMeshes(), X_WS, scanner, rng);
   }
 
-  core::Pose DrawPlace(core::Rng& rng) const;
+  core::Pose DrawPlace(std::uint64_t number, double width, core::Rng& rng) const;
   bool SeenWhole(const core::Pose& X_WBoard, double pan_rad) const;
   bool Fits(const core::Pose& X_WBoard);
   geometry::Points ScanBoard(core::Rng& rng) const;
@@ -67,12 +70,15 @@ struct ChessboardRecorder::Impl {
 
 // Somewhere in the left picture, roughly facing the camera, turned in its plane by less than the
 // right angle that would exchange its edges.
-core::Pose ChessboardRecorder::Impl::DrawPlace(core::Rng& rng) const {
+core::Pose ChessboardRecorder::Impl::DrawPlace(std::uint64_t number, double width,
+                                               core::Rng& rng) const {
   const double depth_m = rng.Uniform(options.min_distance_m, options.max_distance_m);
   const double right = rng.Uniform(-0.5, 0.5) * camera_options.width;
   const double down = rng.Uniform(-0.5, 0.5) * camera_options.height;
-  const double tilt = options.max_tilt_rad * std::sqrt(rng.Uniform());
-  const double tilt_towards = rng.Uniform(0.0, 2.0 * core::kPi);
+  const double tilt = options.max_tilt_rad * std::sqrt(rng.Uniform(kLeastTilt, 1.0));
+  // Each view is tilted another way, so that even a few of them are spread all round.
+  const double tilt_towards =
+      2.0 * core::kPi * (kGoldenTurn * static_cast<double>(number) + rng.Uniform(-width, width));
   const double roll = rng.Uniform(-core::Deg(30.0), core::Deg(30.0));
   const Eigen::Vector3d place_C(right / camera_options.focal_px, down / camera_options.focal_px,
                                 1.0);
@@ -140,7 +146,9 @@ stereo::BoardView ChessboardRecorder::Next() {
   const std::uint64_t seed = core::DeriveSeed(impl_->seed, number);
   core::Rng place(core::DeriveSeed(seed, "place"));
   int draws = 0;
-  while (!impl_->Fits(impl_->DrawPlace(place))) {
+  // Some ways there is no room between table and arm: then any other.
+  const auto width = [&draws] { return draws < kDrawsOneWay ? 0.1 : 0.5; };
+  while (!impl_->Fits(impl_->DrawPlace(number, width(), place))) {
     if (++draws == kMaxDraws) {
       throw core::RunError("no place for the chessboard in which both pictures show it whole");
     }

@@ -30,14 +30,19 @@ cv::Mat GreyOf(const image::Image& picture) {
 
 cv::Size BoardSize(const ChessboardOptions& options) { return {options.columns, options.rows}; }
 
-// Of the square round a corner in which its two edges are looked at: a third of the way to the
-// nearest other corner.
-int HalfWindow(const std::vector<cv::Point2f>& corners) {
+// Of the square round a corner in which its two edges are looked at: a fifth of the way to the
+// nearest other corner, since another corner in it draws the result to itself; more pixels than
+// kMaxHalf tell no more.
+int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
+  constexpr int kMinHalf = 2;
+  constexpr int kMaxHalf = 11;
+  const auto row = static_cast<std::size_t>(columns);
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i > 0) nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
+    if (i >= row) nearest = std::min(nearest, cv::norm(corners[i] - corners[i - row]));
   }
-  return std::max(2, static_cast<int>(nearest / 3.0));
+  return std::clamp(static_cast<int>(nearest / 5.0), kMinHalf, kMaxHalf);
 }
 
 std::vector<Eigen::Vector2d> FindCorners(const image::Image& picture, const std::string& name,
@@ -47,7 +52,7 @@ std::vector<Eigen::Vector2d> FindCorners(const image::Image& picture, const std:
   // The quick search, with corners where the grey values' slopes agree; the thorough one takes 0.2
   // s a picture and finds boards that are dimly lit.
   if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
-    const int half = HalfWindow(corners);
+    const int half = HalfWindow(corners, options.columns);
     cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
   } else if (!cv::findChessboardCornersSB(grey, BoardSize(options), corners)) {
     throw core::InputError(fmt::format("{}: no chessboard with {} x {} inner corners is seen whole",

@@ -21,8 +21,8 @@ struct ChessboardOptions {
   double max_reprojection_px = 0.3;  ///< root mean square
   double max_registration_m = 0.0015;
   int min_views = 6;
-  double min_spread_rad = 0.15;  ///< of the boards' normals, in their narrowest direction
-  double laser_band_m = 0.004;   ///< within which the laser's points are the board's plane at first
+  double min_spread_rad = 0.1;  ///< of the boards' normals, in their narrowest direction
+  double laser_band_m = 0.004;  ///< within which the laser's points are the board's plane at first
 };
 
 /// One place of the board: both pictures of it, and what the laser measured there. The laser's

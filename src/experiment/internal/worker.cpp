@@ -98,11 +98,10 @@ Result Worker::Finish() {
   const core::Stopwatch waited;
   while (waitpid(pid_, &status, WNOHANG) == 0) {
     if (waited.Seconds() > kGrace_s) {
-      // What it had to say is said: on a machine with more to do than cores, giving back the memory
-      // of a renderer takes longer than that.
-      Result late = TimeOut();
-      if (auto result = Unpacked(text_)) return std::move(*result);
-      return late;
+      // Threads of libraries that run when nothing else does (Mesa's, which stores shaders) end
+      // seconds late on a busy machine: a result that is whole counts. Whatever is left is killed.
+      auto late = Unpacked(text_);
+      return late ? std::move(*late) : TimeOut();
     }
     usleep(kPoll_us);
   }
