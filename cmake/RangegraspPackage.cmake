@@ -32,8 +32,8 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 "The modules of rangegrasp as static libraries, with their headers and the
 files by which CMake finds them: find_package(rangegrasp).")
 # What rangegraspConfig.cmake looks for; libmujoco is in the other package.
-set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev libosmesa6-dev
-  libpng-dev libpugixml-dev libsqlite3-dev libtbb-dev libyaml-cpp-dev pkg-config)
+set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev
+  libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libosmesa6-dev libpng-dev libpugixml-dev libsqlite3-dev libtbb-dev libyaml-cpp-dev pkg-config)
 if(TARGET rangegrasp_pcl_bridge)  # a build with tests compares with PCL, and its modules link it
   list(APPEND development_packages libpcl-dev)
 endif()

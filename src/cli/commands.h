@@ -9,15 +9,17 @@ namespace rangegrasp::cli {
 /// Each adds its commands to the program and stands in the source of its name (AddRunCommand in
 /// run_command.cpp); a command's callback does the work and throws core::InputError or
 /// core::RunError.
-void AddCylindersCommand(CLI::App& app);  ///< cylinders
-void AddListCommand(CLI::App& app);       ///< list kinds, list keys
-void AddPartsCommands(CLI::App& app);     ///< parts FILE
-void AddPerceiveCommand(CLI::App& app);   ///< perceive
-void AddPictureCommands(CLI::App& app);   ///< snapshot, scan
-void AddResultsCommands(CLI::App& app);   ///< table, trial, compare, merge
-void AddRunCommand(CLI::App& app);        ///< run
-void AddSeamCommands(CLI::App& app);      ///< seam generate, calibrate, detect
-void AddShellCommands(CLI::App& app);     ///< completion, man
-void AddVersionCommand(CLI::App& app);    ///< version
+void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
+void AddCylindersCommand(CLI::App& app);        ///< cylinders
+void AddListCommand(CLI::App& app);             ///< list kinds, list keys
+void AddPartsCommands(CLI::App& app);           ///< parts FILE
+void AddPerceiveCommand(CLI::App& app);         ///< perceive
+void AddPictureCommands(CLI::App& app);         ///< snapshot, scan
+void AddResultsCommands(CLI::App& app);         ///< table, trial, compare, merge
+void AddRunCommand(CLI::App& app);              ///< run
+void AddSeamCommands(CLI::App& app);            ///< seam generate, calibrate, detect
+void AddShellCommands(CLI::App& app);           ///< completion, man
+void AddStereoCommand(CLI::App& app);           ///< stereo
+void AddVersionCommand(CLI::App& app);          ///< version
 
 }  // namespace rangegrasp::cli

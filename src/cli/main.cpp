@@ -51,6 +51,8 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddCylindersCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
+  rangegrasp::cli::AddStereoCommand(app);
+  rangegrasp::cli::AddCalibrateStereoCommand(app);
   rangegrasp::cli::AddListCommand(app);
   rangegrasp::cli::AddPartsCommands(app);
   rangegrasp::cli::AddShellCommands(app);

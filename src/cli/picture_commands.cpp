@@ -6,6 +6,8 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/stereo_files.h"
+#include "core/data_folder.h"
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "draw/canvas.h"
@@ -47,13 +49,22 @@ Picked PickScene(const std::filesystem::path& file, std::optional<std::uint64_t>
   return picked;
 }
 
+// A sensor's file, or one of the installed ones by its word.
+std::filesystem::path SensorFile(const std::string& sensor) {
+  if (sensor == "laser") return core::DataFolder() / "models/sensors/line_scanner.yaml";
+  if (sensor == "stereo") return core::DataFolder() / "models/sensors/stereo_camera.yaml";
+  return std::filesystem::absolute(sensor);
+}
+
 Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
-                 std::optional<std::uint64_t> seed) {
+                 std::optional<std::uint64_t> seed, const std::string& sensor) {
   Picked picked;
   experiment::Changes changes;
   changes.seed = seed;
+  if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
   picked.experiment = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
   const grasping::Cell& cell = picked.cell();
+  cell.sensor->Prepare();  // before the world is there, whose engine starts threads
   picked.spec = grasping::SpecOf(trial.empty() ? picked.experiment.cases.front()
                                                : CaseOf(picked.experiment, trial));
   picked.seed = picked.spec.seed;
@@ -67,8 +78,8 @@ Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
 }
 
 Picked Pick(const std::filesystem::path& file, const std::string& trial,
-            std::optional<std::uint64_t> seed) {
-  if (IsExperiment(file)) return PickTrial(file, trial, seed);
+            std::optional<std::uint64_t> seed, const std::string& sensor = "") {
+  if (IsExperiment(file)) return PickTrial(file, trial, seed, sensor);
   if (!trial.empty()) {
     throw core::InputError("--trial goes with an experiment file, not with " + file.string());
   }
@@ -154,22 +165,54 @@ image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMe
   return draw::Render(canvas, view, 1280, 960);
 }
 
+struct ScanArguments {
+  std::string file, out, trial, sensor, picture;
+  std::optional<std::uint64_t> seed;
+  bool target_only = false;
+};
+
+// The experiment's, if it looks in stereo; else null.
+const grasping::StereoSensor* StereoSensorOf(const Picked& picked) {
+  if (!picked.experiment.task) return nullptr;
+  return dynamic_cast<const grasping::StereoSensor*>(picked.cell().sensor.get());
+}
+
+// The cloud, and beside it the two pictures, the rectified ones, and the disparities.
+void ScanInStereo(const Picked& picked, const grasping::StereoSensor& sensor,
+                  const ScanArguments& arguments) {
+  if (arguments.target_only || !arguments.picture.empty()) {
+    throw core::InputError("--picture and --target-only go with a line scanner");
+  }
+  core::Rng rng = grasping::StageStream(picked.seed, "scan");
+  core::Stopwatch watch;
+  const grasping::StereoLook look = sensor.Look(*picked.world, rng);
+  const double seconds = watch.Seconds();
+  geometry::WriteCloud(arguments.out, look.made.view.image, TruthFields(look.truth));
+  const auto folder = std::filesystem::path(arguments.out).replace_extension();
+  image::WritePng(folder / "left.png", look.shot.photos.left);
+  image::WritePng(folder / "right.png", look.shot.photos.right);
+  stereo::WriteStereoCalibration(sensor.setup().calibration, folder / "calibration.yaml");
+  WriteStereoPictures(look.made, folder);
+  spdlog::info(
+      "{} points, {:.0f} ms; pictures, disparities and calibration in {}",
+      std::count(look.truth.state.begin(), look.truth.state.end(), sensing::SampleState::kMeasured),
+      seconds * 1e3, folder.string());
+}
+
 void AddScan(CLI::App& app) {
-  struct Arguments {
-    std::string file, out, trial, sensor, picture;
-    std::optional<std::uint64_t> seed;
-    bool target_only = false;
-  };
   auto* command = app.add_subcommand(
       "scan", "One simulated scan as an organised PCD or PLY cloud with labels.");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ScanArguments>();
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
   command->add_option("-o,--out", arguments->out, "cloud, .pcd or .ply")->required();
   command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "instead of the experiment's")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--picture", arguments->picture, "PNG of the cloud and both shadows");
-  command->add_option("--sensor", arguments->sensor, "sensor file (YAML) for a scene");
+  command->add_option(
+      "--sensor", arguments->sensor,
+      "in place of the experiment's: laser, stereo, or a file (YAML); for a scene a line "
+      "scanner's file");
   command->add_flag("--target-only", arguments->target_only,
                     "of an experiment: only the target's points, as for rangegrasp parts");
   command->footer(
@@ -179,12 +222,19 @@ void AddScan(CLI::App& app) {
       "dropout, "
       "3 out of view).\n--picture draws the shadows that the objects throw on the table: laser "
       "red, "
-      "camera yellow, both dark.");
+      "camera yellow, both dark.\nOf a stereo camera, a folder beside the cloud holds left.png, "
+      "right.png, rectified.png, "
+      "disparity.png, disparity16.png and calibration.yaml, as rangegrasp stereo takes them.");
   command->callback([arguments] {
-    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    const auto options = picked.experiment.task      ? picked.cell().scanner
-                         : arguments->sensor.empty() ? sensing::LineScannerOptions{}
-                                                     : sensing::ReadLineScanner(arguments->sensor);
+    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
+    if (const auto* sensor = StereoSensorOf(picked)) {
+      ScanInStereo(picked, *sensor, *arguments);
+      return;
+    }
+    const auto options = picked.experiment.task ? picked.cell().scanner
+                         : arguments->sensor.empty()
+                             ? sensing::LineScannerOptions{}
+                             : sensing::ReadLineScanner(SensorFile(arguments->sensor));
     if (arguments->target_only && !picked.experiment.task) {
       throw core::InputError("--target-only: a scene has no target; give an experiment");
     }

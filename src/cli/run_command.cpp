@@ -116,6 +116,7 @@ void RunInto(const std::filesystem::path& folder, const Experiment& e,
   auto cases = ShardOf(e.cases, shard, shards);
   if (arguments.resume) cases = Missing(cases, store);
   const core::Stopwatch watch;
+  if (!cases.empty()) e.task->Prepare();
   RunCases(
       cases, [&](const experiment::Case& which) { return e.task->Run(which); }, store,
       {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s}, ProgressBar());

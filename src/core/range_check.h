@@ -23,6 +23,7 @@ class RangeCheck {
  public:
   explicit RangeCheck(std::string what) : what_(std::move(what)) {}
 
+  void Read(const std::string&, bool, const std::string& = "") const {}
   void Read(const std::string& key, int value, int low, int high, const std::string& = "") const {
     if (value < low || value > high) Fail(key, value, low, high);
   }

@@ -46,6 +46,16 @@ std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running) {
 
 }  // namespace
 
+Result RunApart(const Case& which, double limit_s, const std::function<Result(const Case&)>& run) {
+  std::vector<std::unique_ptr<Worker>> one;
+  one.push_back(std::make_unique<Worker>(which, limit_s, run));
+  Worker& worker = *one.front();
+  while (worker.Left() > 0.0) {
+    if (Wait(one).front().revents != 0 && worker.Read()) return worker.Finish();
+  }
+  return worker.TimeOut();
+}
+
 void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
               Store& store, const RunOptions& options, const Progress& progress) {
   const int total = static_cast<int>(cases.size());

@@ -28,6 +28,9 @@ class Task {
 
   /// All cases in a fixed order.
   virtual std::vector<Case> Cases() const = 0;
+  /// What takes long and is done once before cases are run, beside what all cases share: a case
+  /// that finds it undone does it for itself. @throws core::InputError
+  virtual void Prepare() const {}
   /// Runs a case, in a process of its own. What a case may run into is an outcome; an exception
   /// counts as kCrashed.
   virtual Result Run(const Case& which) const = 0;

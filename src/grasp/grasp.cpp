@@ -113,7 +113,8 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
                                    scene.table.plane,
                                    {options.object_clearance_m, options.table_clearance_m});
   Collected out;
-  const bool rotational = task.object.kind == perception::ObjectKind::kRotational;
+  const bool rotational =
+      task.object.kind == perception::ObjectKind::kRotational && !options.power_only;
   if (rotational) CollectRotational(task, collider, out);
   // The power grasp is for all other objects, and the last resort where a rotational one can be
   // held neither round its body nor by its rim.

@@ -39,7 +39,7 @@ struct Grasp {
 /// collide come last.
 /// @param arm_C  the arm's base in C: grasp points next to the arm are preferred (section 5.2).
 /// "Up" is the table's normal. A power grasp of a rotational object is the last resort: it is
-/// planned where neither a cylindrical nor a rim grasp is free.
+/// planned where neither a cylindrical nor a rim grasp is free, or options.power_only asks for it.
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object, or options.max_candidates < 1.
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,

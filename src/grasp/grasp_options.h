@@ -160,6 +160,9 @@ struct GraspOptions : GraspAdditions {
   double table_clearance_m = 0.004;
   double object_clearance_m = 0.002;  ///< to other objects, and when coming down: a scan's noise
   int max_candidates = 24;            ///< returned
+  /// Only power grasps, of rotational objects, too: what the dissertation plans on stereo data,
+  /// whose rims and axes it does not trust (section 5.3.2).
+  bool power_only = false;
   ScoreWeights score;
   PlacingOptions placing;
   ChoosingOptions choosing;

@@ -4,6 +4,7 @@
 #include <GL/osmesa.h>
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <stdexcept>
 
 #include "core/error.h"
@@ -15,6 +16,11 @@ constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each 
 constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
 constexpr GLint kAccumulationBits = 0;
 constexpr std::size_t kRgba = 4;  // bytes a pixel
+
+// One thread draws, the caller's. Mesa's own threads are not there in a process that is forked
+// after them, which then waits for them for ever; and the threads of a case's process end late on a
+// busy machine, so that it seems to hang. Whoever wants them sets the variable.
+void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
 
 }  // namespace
 
@@ -30,6 +36,7 @@ OffscreenContext::OffscreenContext(int width_px, int height_px)
   if (width_px < 1 || height_px < 1) {
     throw std::invalid_argument("a picture needs a positive size");
   }
+  DrawInThisThread();
   rgba_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * kRgba);
   context_.reset(
       OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/quantile.h"
 #include "core/stopwatch.h"
 #include "geometry/alpha_shape.h"
 #include "geometry/kd_tree.h"
@@ -121,6 +122,20 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
   std::ranges::sort(scene.container);
 }
 
+/// The median of what views state of the noise of samples; nullopt if none states any.
+std::optional<double> StatedNoise(const geometry::Observation& observation,
+                                  const std::vector<SampleId>& samples) {
+  std::vector<double> noises_m;
+  for (const SampleId& id : samples) {
+    const auto& of_view = observation.views[id.view].noise_m;
+    if (id.sample < of_view.size() && of_view[id.sample] > 0.0F) {
+      noises_m.push_back(of_view[id.sample]);
+    }
+  }
+  if (noises_m.empty()) return std::nullopt;
+  return core::MedianOf(std::move(noises_m));
+}
+
 /// One view of all that was measured from each place.
 std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& measured,
                                             geometry::PointSpan points_C) {
@@ -194,6 +209,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.points_C = std::move(measured.points_C);
   scene.samples = std::move(measured.samples);
   PerceptionOptions options = given;
+  if (options.stated_noise) options.noise_m = StatedNoise(observation, scene.samples);
   if (options.preprocess.adapt_lengths) {
     scene.sampling = MeasureSampling(scene.points_C, options.sampling);
     if (options.noise_m) scene.sampling.noise_m = *options.noise_m;

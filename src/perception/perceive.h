@@ -20,6 +20,10 @@ struct PerceptionOptions {
   SamplingOptions sampling;
   /// The sensor's noise where it is known [m]; else it is measured.
   std::optional<double> noise_m;
+  /// The noise is the median of what the observation states of its samples, but for those that it
+  /// states none of. For a sensor whose errors are the same over whole neighborhoods, so that they
+  /// do not show there, and that does not measure the table.
+  bool stated_noise = false;
 };
 
 /// Sets every length that stands for noise or spacing, and was not given, to what the sampling

@@ -8,6 +8,7 @@
 #include "core/units.h"
 #include "image/offscreen_context.h"
 #include "sim/internal/engine.h"
+#include "sim/internal/fine_print.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim {
@@ -66,6 +67,38 @@ void AddOverlay(const Overlay& overlay, mjvScene& scene) {
   }
 }
 
+// What a view sees, at the distance of the near plane. Rows count from the top, heights from below.
+mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, int width,
+                          int height) {
+  mjvGLCamera camera = clipping;
+  const Eigen::Vector3f position = view.X_WC.translation().cast<float>();
+  const Eigen::Vector3f forward = view.X_WC.linear().col(2).cast<float>();
+  const Eigen::Vector3f up = -view.X_WC.linear().col(1).cast<float>();
+  std::copy_n(position.data(), 3, camera.pos);
+  std::copy_n(forward.data(), 3, camera.forward);
+  std::copy_n(up.data(), 3, camera.up);
+  const double scale = clipping.frustum_near / view.focal_px;
+  // The edges of a picture lie half a pixel beyond the middles of its outer pixels.
+  const Eigen::Vector2d center = view.center_px + Eigen::Vector2d::Constant(0.5);
+  camera.frustum_center = static_cast<float>(scale * (0.5 * width - center.x()));
+  camera.frustum_width = static_cast<float>(scale * 0.5 * width);
+  camera.frustum_top = static_cast<float>(scale * center.y());
+  camera.frustum_bottom = static_cast<float>(scale * (center.y() - height));
+  camera.orthographic = 0;
+  return camera;
+}
+
+internal::TextureSet& PrintedTextures(const World& world,
+                                      std::optional<internal::TextureSet>& textures) {
+  std::vector<int> bodies;
+  std::vector<std::string> surfaces;
+  for (int object = 0; object < world.objects(); ++object) {
+    bodies.push_back(world.object_body(object));
+    surfaces.push_back(world.object_surface(object));
+  }
+  return textures.emplace(world.model(), bodies, surfaces);
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -76,14 +109,24 @@ struct Renderer::Impl {
   mjvScene scene;
   mjvOption option;
   mjrContext context;
+  internal::DataPtr data;  // of worlds that must not change
 
-  Impl(const mjModel* model, int width_px, int height_px) : width(width_px), height(height_px) {
+  Impl(const World& world, int width_px, int height_px, const RenderQuality& quality)
+      : width(width_px), height(height_px) {
+    const mjModel* model = world.model();
     mjv_defaultScene(&scene);
     mjv_defaultOption(&option);
     mjr_defaultContext(&context);
+    // The engine takes both from the model, of which it only reads: a copy without its arrays'
+    // owner.
+    mjModel drawn = *model;
+    drawn.vis.quality.offsamples = quality.samples.value_or(drawn.vis.quality.offsamples);
+    drawn.vis.quality.shadowsize = quality.shadow_px.value_or(drawn.vis.quality.shadowsize);
+    std::optional<internal::TextureSet> printed;
+    if (quality.fine_print) PrintedTextures(world, printed).PutInto(drawn);
     internal::CallEngine(nullptr, [&] {
       mjv_makeScene(model, &scene, kMaxGeoms);
-      mjr_makeContext(model, &context, mjFONTSCALE_100);
+      mjr_makeContext(&drawn, &context, mjFONTSCALE_100);
       mjr_resizeOffscreen(width, height, &context);
       mjr_setBuffer(mjFB_OFFSCREEN, &context);
     });
@@ -93,13 +136,29 @@ struct Renderer::Impl {
     mjr_freeContext(&context);
     mjv_freeScene(&scene);
   }
+
+  image::Image Draw() {
+    const mjrRect viewport = {0, 0, width, height};
+    const std::ptrdiff_t row = std::ptrdiff_t{3} * width;
+    std::vector<std::uint8_t> pixels(static_cast<std::size_t>(row * height));
+    internal::CallEngine(nullptr, [&] {
+      mjr_render(viewport, &scene, &context);
+      mjr_readPixels(pixels.data(), nullptr, viewport, &context);
+    });
+    image::Image picture{width, height, {}};
+    picture.rgb.reserve(pixels.size());
+    for (auto end = pixels.end(); end != pixels.begin(); end -= row) {  // rows from the bottom
+      picture.rgb.insert(picture.rgb.end(), end - row, end);
+    }
+    return picture;
+  }
 };
 
-Renderer::Renderer(const World& world, int width, int height) {
+Renderer::Renderer(const World& world, int width, int height, const RenderQuality& quality) {
   if (width <= 0 || height <= 0) {
     throw std::invalid_argument("Renderer: width and height must be above 0");
   }
-  impl_ = std::make_unique<Impl>(world.model(), width, height);
+  impl_ = std::make_unique<Impl>(world, width, height, quality);
   if (impl_->context.currentBuffer != mjFB_OFFSCREEN) {
     throw core::RunError("no offscreen buffer for pictures");
   }
@@ -111,22 +170,29 @@ image::Image Renderer::Render(World& world, const std::string& camera_name,
                               const Overlay& overlay) {
   impl_->gl.MakeCurrent();
   mjvCamera camera = CameraOf(world.model(), camera_name);
-  const mjrRect viewport = {0, 0, impl_->width, impl_->height};
-  const std::ptrdiff_t row = std::ptrdiff_t{3} * impl_->width;
-  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(row * impl_->height));
   internal::CallEngine(nullptr, [&] {
     mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
                     &impl_->scene);
     AddOverlay(overlay, impl_->scene);
-    mjr_render(viewport, &impl_->scene, &impl_->context);
-    mjr_readPixels(pixels.data(), nullptr, viewport, &impl_->context);
   });
-  image::Image picture{impl_->width, impl_->height, {}};
-  picture.rgb.reserve(pixels.size());
-  for (auto end = pixels.end(); end != pixels.begin(); end -= row) {  // rows from the bottom
-    picture.rgb.insert(picture.rgb.end(), end - row, end);
-  }
-  return picture;
+  return impl_->Draw();
+}
+
+image::Image Renderer::Render(const World& world, const PinholeView& view) {
+  impl_->gl.MakeCurrent();
+  mjvCamera any;
+  mjv_defaultCamera(&any);
+  // The engine asks for data that it may write to.
+  internal::CallEngine(nullptr, [&] {
+    if (!impl_->data) impl_->data.reset(mj_makeData(world.model()));
+    mj_copyData(impl_->data.get(), world.model(), world.data());
+    mjv_updateScene(world.model(), impl_->data.get(), &impl_->option, nullptr, &any, mjCAT_ALL,
+                    &impl_->scene);
+  });
+  const mjvGLCamera camera =
+      PinholeCamera(view, impl_->scene.camera[0], impl_->width, impl_->height);
+  std::fill(std::begin(impl_->scene.camera), std::end(impl_->scene.camera), camera);
+  return impl_->Draw();
 }
 
 }  // namespace rangegrasp::sim

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/frames.h"
 #include "image/image.h"
 #include "sim/world.h"
 
@@ -26,11 +28,27 @@ struct Overlay {
   std::vector<Segment> segments;
 };
 
+/// A camera without a lens's errors: where it stands, and where it images what is ahead.
+/// A point (x, y, z) of its frame is seen at (center + focal (x / z, y / z)); pixel (0, 0) is the
+/// middle of the upper left one.
+struct PinholeView {
+  core::Pose X_WC;  ///< frame of a camera (core/frames.h)
+  double focal_px = 0.0;
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+};
+
+/// How finely pictures are drawn, where not as the scene's file says (offsamples, shadowsize).
+struct RenderQuality {
+  std::optional<int> samples;    ///< of a pixel, for smooth edges; 0: none
+  std::optional<int> shadow_px;  ///< edge of the map of shadows
+  bool fine_print = false;       ///< lists, bar codes and pictures on packages, beside their labels
+};
+
 /// Offscreen pictures through OSMesa; no display, no GPU.
 class Renderer {
  public:
   /// @throws core::RunError if no offscreen context can be made.
-  Renderer(const World& world, int width, int height);
+  Renderer(const World& world, int width, int height, const RenderQuality& quality = {});
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -38,6 +56,9 @@ class Renderer {
   /// @param camera  name after the last '/', or a free view "x,y,z,lookx,looky,lookz" [m].
   /// @throws core::InputError naming the camera and those that exist.
   image::Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
+  /// The same from a camera that the scene need not have. What is nearer than the scene's clipping
+  /// distance does not show.
+  image::Image Render(const World& world, const PinholeView& view);
 
  private:
   struct Impl;

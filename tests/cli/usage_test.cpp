@@ -115,7 +115,7 @@ TEST(Version, IsJsonThatNamesTheProgramAndItsLibraries) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   for (const char* name : {"rangegrasp", "commit", "mujoco", "eigen", "cgal", "ompl", "fcl",
-                           "embree", "sqlite", "yaml-cpp"}) {
+                           "embree", "opencv", "sqlite", "yaml-cpp"}) {
     EXPECT_NE(json.value(name, ""), "") << name << "\n" << ran.out;
   }
 }

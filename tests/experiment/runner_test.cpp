@@ -135,6 +135,23 @@ TEST(Missing, IsWhatTheStoreDoesNotHoldFailedOnesIncluded) {
   EXPECT_EQ(store.ReadAll().front().result.outcome, kCrashed);
 }
 
+// What the case changes here it changes there alone; its result comes back, its end costs nothing.
+TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
+  const Case which = Cases(1).front();
+  int here = 1;
+  const Result result = RunApart(which, 60.0, [&here](const Case& given) {
+    here = 2;
+    return SampleResult(given);
+  });
+  EXPECT_EQ(here, 1);
+  EXPECT_EQ(result.data, SampleResult(which).data);
+  EXPECT_EQ(RunApart(which, 60.0, [](const Case&) -> Result { std::abort(); }).outcome, kCrashed);
+  const auto hang = [](const Case&) -> Result {
+    while (true) pause();
+  };
+  EXPECT_EQ(RunApart(which, 0.2, hang).outcome, kTimedOut);
+}
+
 TEST(RunCases, NothingToDoIsDone) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());

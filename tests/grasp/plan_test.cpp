@@ -367,6 +367,16 @@ TEST(PlanGrasps, FallsBackToTheRimThenToThePowerGrasp) {
   EXPECT_EQ(power.front().type, GraspType::kPower);
 }
 
+TEST(PlanGrasps, PlansPowerGraspsAloneWhereItIsTold) {
+  SceneBuilder builder;
+  builder.AddUprightCylinder(0.03, 0.1, At(0, 0));
+  GraspOptions options;
+  options.power_only = true;
+  const auto grasps = PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), options);
+  EXPECT_GE(Free(grasps), 1u);
+  for (const Grasp& g : grasps) EXPECT_EQ(g.type, GraspType::kPower);
+}
+
 TEST(PlanGrasps, TurnsWithTheScene) {
   const auto hand = SensorHand();
   for (const double turn : {0.7, 2.0, -1.1}) {

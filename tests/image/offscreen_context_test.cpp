@@ -3,6 +3,8 @@
 #include <GL/gl.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 namespace rangegrasp::image {
 namespace {
 
@@ -58,6 +60,21 @@ TEST(OffscreenContext, SeveralAreDrawnInTurn) {
 TEST(OffscreenContext, NeedsAPositiveSize) {
   EXPECT_THROW(OffscreenContext(0, 2), std::invalid_argument);
   EXPECT_THROW(OffscreenContext(2, -1), std::invalid_argument);
+}
+
+// Contexts are made in processes that were forked after this one had some.
+TEST(OffscreenContext, LeavesNoThreadBehind) {
+  const auto threads = [] {
+    int count = 0;
+    for ([[maybe_unused]] const auto& task : std::filesystem::directory_iterator("/proc/self/task"))
+      ++count;
+    return count;
+  };
+  const int before = threads();
+  const OffscreenContext context(64, 64);
+  glClear(GL_COLOR_BUFFER_BIT);
+  const Image picture = context.Picture();
+  EXPECT_EQ(threads(), before);
 }
 
 }  // namespace

@@ -76,6 +76,23 @@ void ExpectSameScene(const Scene& a, const Scene& b) {
   }
 }
 
+TEST(Observation, StatedNoiseIsTheMedianOfWhatSamplesAreStatedToHave) {
+  const auto scan = ScanFrom(kFront, 1);
+  Observation observation = ObservationOf({ImageOf(scan.points_W, kFront)});
+  geometry::View& view = observation.views.front();
+  view.noise_m.assign(view.image.points_C.size(), 0.0F);
+  for (std::size_t i = 0; i < view.noise_m.size(); i += 8) view.noise_m[i] = 0.0023F;
+  PerceptionOptions options;
+  options.stated_noise = true;
+  core::Rng rng(1);
+  EXPECT_FLOAT_EQ(static_cast<float>(Perceive(observation, options, rng).sampling.noise_m),
+                  0.0023F);
+  // What states nothing is measured.
+  view.noise_m.clear();
+  core::Rng again(1);
+  EXPECT_LT(Perceive(observation, options, again).sampling.noise_m, 0.0015);
+}
+
 TEST(Observation, OneViewIsThePlainCloud) {
   const auto scan = ScanFrom(kFront, 1);
   core::Rng rng(1);

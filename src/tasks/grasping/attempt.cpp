@@ -8,6 +8,7 @@
 #include "core/stopwatch.h"
 #include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
+#include "tasks/grasping/stereo_calibration.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -242,14 +243,45 @@ class AttemptRun {
   Attempt result_;
 };
 
+// A cell with a stereo camera has its line scanner, too: objects lie in its view, so that both see
+// the same arrangements.
+sensing::LineScannerOptions ScannerOf(const Options& options) {
+  if (options.sensor_kind == SensorKind::kLineScanner) {
+    return sensing::ReadLineScanner(options.sensor);
+  }
+  return {};
+}
+
+std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
+  const Options& options = cell.options;
+  const core::Pose& X_WScanner = cell.robot.X_WScanner;
+  if (options.sensor_kind == SensorKind::kLineScanner) {
+    return MakeLineScanner(cell.scanner, X_WScanner);
+  }
+  StereoSetup setup;
+  setup.camera = sensing::ReadStereoCamera(options.sensor);
+  if (options.stereo_calibration.empty()) {
+    const CalibrationSetup calibration{.scene = options.scene,
+                                       .camera = setup.camera,
+                                       .scanner = cell.scanner,
+                                       .seed = core::DeriveSeed(options.seed, "calibration")};
+    setup.calibrate = [calibration] { return CalibrateApart(calibration); };
+  } else {
+    setup.calibration = stereo::ReadStereoCalibration(options.stereo_calibration);
+  }
+  setup.reconstruct = options.stereo;
+  setup.reconstruct.table_W = cell.TablePlane();
+  return std::make_unique<StereoSensor>(std::move(setup), X_WScanner);
+}
+
 }  // namespace
 
 Cell::Cell(Options o)
     : options(std::move(o)),
       robot(robot::Robot::Load(options.scene)),
-      scanner(sensing::ReadLineScanner(options.sensor)),
+      scanner(ScannerOf(options)),
       arranger(MakeArranger(options, robot, scanner)),
-      sensor(MakeLineScanner(scanner, robot.X_WScanner)),
+      sensor(SensorOf(*this)),
       detector(MakeDetector(options, robot)),
       mover(MakeMover(options, robot)) {}
 

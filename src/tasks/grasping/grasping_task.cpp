@@ -30,6 +30,8 @@ class Grasping : public experiment::Task {
     return cases;
   }
 
+  void Prepare() const override { cell_.sensor->Prepare(); }
+
   experiment::Result Run(const Case& which) const override {
     return RunTrial(cell_, SpecOf(which));
   }
@@ -59,6 +61,7 @@ class Grasping : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
   CheckObjects(map, options);
+  options.seed = common.seed;
   return std::make_unique<Grasping>(std::move(options), common);
 }
 

@@ -48,6 +48,8 @@ void ReadClutter(YamlMap map, ClutterOptions& options) {
   map.Read("min_others", options.min_others, 1, 30,
            "scattered, touching: objects beside the target, the number is drawn from here ...");
   map.Read("max_others", options.max_others, 1, 30, "... to here");
+  map.Read("draw_others", options.draw_others,
+           "box, pile: so many are drawn there, too; off: all others");
   map.Read("min_touching", options.min_touching, 0, 30,
            "touching: so many of them the target touches at least");
   map.ReadScaled("touch_mm", options.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
@@ -112,6 +114,19 @@ void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& optio
   map.Finish();
 }
 
+// What a sensor's file is of; a line scanner's need not say so.
+SensorKind KindOfSensor(const std::filesystem::path& file) {
+  SensorKind kind = SensorKind::kLineScanner;
+  if (!file.empty()) YamlMap::FromFile(file).Read("type", kind);
+  return kind;
+}
+
+void ReadStereo(YamlMap map, Options& o) {
+  map.ReadPath("calibration", o.stereo_calibration,
+               "of the camera; without it, it is calibrated before the first trial");
+  stereo::ReadReconstructOptions(map, o.stereo);
+}
+
 // A length that adapts to the sensor unless the file gives it.
 void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength& length,
                 double low_mm, double high_mm, const std::string& doc) {
@@ -123,6 +138,8 @@ void ReadLength(YamlMap& map, const std::string& key, perception::AdaptiveLength
 
 void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "how points above the table become segments");
+  map.Read("stated_noise", options.stated_noise,
+           "the noise is what the sensor says of its samples (a stereo camera); off: measured");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
            "of the outliers only those that are isolated; off: the test exactly as printed");
@@ -150,6 +167,8 @@ void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "the hand stays this far above the table");
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Read("power_only", options.power_only,
+           "only power grasps, of rotational objects, too: as on stereo data (section 5.3.2)");
   map.Read("preshape", options.preshape,
            "the hand opens a little wider than the object; off: fully");
   ReadAdditions<grasp::GraspAdditions>(map, options);
@@ -219,7 +238,8 @@ Options ReadOptions(YamlMap& map) {
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
   map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
-  map.ReadPath("sensor", o.sensor, "file of the line scanner");
+  map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner or a stereo camera");
+  o.sensor_kind = KindOfSensor(o.sensor);
   map.Read("detector", o.detector, "what finds objects and grasps");
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
@@ -243,8 +263,11 @@ Options ReadOptions(YamlMap& map) {
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
               o.clutter);
+  ReadStereo(map.Child("stereo", "from a pair of pictures to a cloud"), o);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
+  // A stereo pair's errors are the same over a window of many samples.
+  o.perception.stated_noise = o.sensor_kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);

@@ -15,6 +15,7 @@
 #include "planning/planning.h"
 #include "sim/execute.h"
 #include "sim/world.h"
+#include "stereo/reconstruct_options.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -22,6 +23,12 @@ namespace rangegrasp::tasks::grasping {
 enum class ArrangerKind { kSingle, kScattered, kTouching, kBox, kPile };
 constexpr std::array<std::string_view, 5> WordsOf(ArrangerKind) {
   return {"single", "scattered", "touching", "box", "pile"};
+}
+
+/// What looks at the settled objects: the `type` of the sensor's file.
+enum class SensorKind { kLineScanner, kStereoCamera };
+constexpr std::array<std::string_view, 2> WordsOf(SensorKind) {
+  return {"line_scanner", "stereo_camera"};
 }
 
 /// What finds objects and grasps.
@@ -55,6 +62,8 @@ struct ClutterOptions {
   /// how many of them the target touches at least.
   int min_others = 2;
   int max_others = 5;
+  /// box, pile: as many others as touching has, drawn anew with each heap (table 5.6); else all.
+  bool draw_others = false;
   int min_touching = 2;
   /// Surfaces this close touch: less than the scanner's noise, about what two boards that were
   /// pushed together leave between them.
@@ -83,13 +92,14 @@ struct ClutterOptions {
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
   std::filesystem::path scene;
-  std::filesystem::path sensor;         ///< a line scanner's file
+  std::filesystem::path sensor;         ///< a sensor's file
   std::filesystem::path object_folder;  ///< holds NAME/NAME.xml
   std::filesystem::path reference;      ///< the published table; may be empty
   std::vector<std::string> objects;
   int trials_per_object = 10;
 
   ArrangerKind arranger = ArrangerKind::kSingle;
+  SensorKind sensor_kind = SensorKind::kLineScanner;  ///< as the sensor's file says
   DetectorKind detector = DetectorKind::kDissertation;
   MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
@@ -112,6 +122,10 @@ struct Options {
   /// the error of what is perceived.
   double early_m = 0.006;
 
+  stereo::ReconstructOptions stereo;  ///< from a pair of pictures to a cloud
+  std::uint64_t seed = 1;  ///< of the experiment; for what is done once before all trials
+  /// Of the stereo camera; if empty, it is calibrated before the first trial.
+  std::filesystem::path stereo_calibration;
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
   /// Faces that lean by more than this are gripped with the strongest force at once: once they

@@ -23,7 +23,68 @@ class LineScanner : public Sensor {
   core::Pose X_WScanner_;
 };
 
+// What the pixels show that samples come from: for the judge.
+sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& lens,
+                           const stereo::Reconstruction& made) {
+  std::vector<Eigen::Vector2d> pixels;
+  pixels.reserve(made.left_pixel.size());
+  for (const auto& pixel : made.left_pixel) pixels.push_back(pixel.cast<double>());
+  const auto pixel_truth =
+      sensing::TruthOfPixels(world.VisualMeshes(), lens.lens, lens.X_WL, pixels);
+  sensing::ScanTruth truth;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const bool measured = made.view.image.points_C[i].allFinite();
+    truth.state.push_back(measured ? sensing::SampleState::kMeasured
+                                   : sensing::SampleState::kDropout);
+    truth.label.push_back(pixel_truth[i].label);
+    truth.true_range_m.push_back(pixel_truth[i].depth_m *
+                                 stereo::RayOf(lens.lens, pixels[i]).norm());
+  }
+  return truth;
+}
+
 }  // namespace
+
+StereoSensor::StereoSensor(StereoSetup setup, const core::Pose& X_WScanner)
+    : setup_(std::move(setup)), X_WScanner_(X_WScanner), camera_(setup_.camera) {
+  if (!setup_.calibrate) Prepare();
+}
+
+void StereoSensor::Prepare() const {
+  if (rectifier_) return;
+  if (setup_.calibrate) setup_.calibration = setup_.calibrate();
+  rectifier_.emplace(setup_.calibration);
+}
+
+const stereo::Rectifier& StereoSensor::rectifier() const {
+  Prepare();
+  return *rectifier_;
+}
+
+const StereoSetup& StereoSensor::setup() const {
+  Prepare();
+  return setup_;
+}
+
+StereoSensor::~StereoSensor() = default;
+
+StereoLook StereoSensor::Look(const sim::World& world, core::Rng& rng) const {
+  Prepare();  // before the first picture: it forks, and the renderer has threads from then on
+  StereoLook look;
+  look.shot = camera_.Photograph(world, X_WScanner_, rng);
+  look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(),
+                                  setup_.reconstruct);
+  look.truth = TruthOf(world, look.shot.truth, look.made);
+  return look;
+}
+
+Sensed StereoSensor::Sense(const sim::World& world, core::Rng& rng) const {
+  StereoLook look = Look(world, rng);
+  Sensed sensed;
+  sensed.observation.views.push_back(std::move(look.made.view));
+  sensed.truth.push_back(std::move(look.truth));
+  return sensed;
+}
 
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const core::Pose& X_WScanner) {

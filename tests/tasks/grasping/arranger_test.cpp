@@ -62,6 +62,22 @@ Contacts ContactsOf(sim::World& world) {
 class Clutter : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Arrangements, Clutter, ::testing::Values("touching", "box", "pile"));
 
+TEST(FewInAPile, AreAsManyAsTheFileSaysAndNotAlwaysTheSame) {
+  const auto experiment = Open("pile", {"clutter.draw_others=true"});
+  const Cell& cell = CellOf(*experiment.task);
+  std::set<std::string> others;
+  for (int index = 0; index < 3; ++index) {
+    auto arranged = ArrangeTrial(cell, SpecFor("dextrose", index));
+    ASSERT_TRUE(arranged);
+    EXPECT_GE(arranged->world.objects(), 3);
+    EXPECT_LE(arranged->world.objects(), 6);
+    for (int object = 1; object < arranged->world.objects(); ++object) {
+      others.insert(arranged->world.object_name(object));
+    }
+  }
+  EXPECT_GT(others.size(), 5U);
+}
+
 TEST_P(Clutter, IsWhatItsDefinitionSays) {
   const std::string kind = GetParam();
   const auto experiment = Open(kind);

@@ -37,7 +37,7 @@ TEST(ReadOptions, ReadsEveryShippedExperiment) {
   int read = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kSource / "experiments")) {
     const std::string name = entry.path().filename().string();
-    if (!name.starts_with("laser_")) continue;
+    if (!name.starts_with("laser_") && !name.starts_with("stereo_")) continue;
     const Options o = Read(entry.path());
     EXPECT_FALSE(o.objects.empty()) << name;
     ++read;

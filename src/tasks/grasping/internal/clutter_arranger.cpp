@@ -294,7 +294,7 @@ class ClutterArranger : public Arranger {
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
       // Other objects, too: among some the target can hardly be the highest.
-      if (draw > 0 && options_.arranger == ArrangerKind::kTouching) {
+      if (draw > 0 && DrawsOthers()) {
         trial.world = WorldWith(target, rng);
       }
       if (const auto wrong = heap.DropOthers(rng)) {
@@ -319,9 +319,11 @@ class ClutterArranger : public Arranger {
   }
 
  private:
-  int NeededOthers() const {
-    return options_.arranger == ArrangerKind::kTouching ? options_.clutter.max_others : 1;
+  bool DrawsOthers() const {
+    return options_.arranger == ArrangerKind::kTouching || options_.clutter.draw_others;
   }
+
+  int NeededOthers() const { return DrawsOthers() ? options_.clutter.max_others : 1; }
 
   // The target first.
   sim::World WorldWith(const std::string& target, core::Rng& rng) const {
@@ -337,7 +339,7 @@ class ClutterArranger : public Arranger {
     for (const std::string& object : options_.objects) {
       if (object != target) others.push_back(object);
     }
-    if (options_.arranger != ArrangerKind::kTouching) return others;
+    if (!DrawsOthers()) return others;
     const ClutterOptions& clutter = options_.clutter;
     const auto range = static_cast<std::size_t>(clutter.max_others - clutter.min_others + 1);
     const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);

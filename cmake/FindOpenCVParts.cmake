@@ -1,0 +1,32 @@
+# Finds those libraries of OpenCV that are used here and defines OpenCVParts::core, OpenCVParts::imgproc and OpenCVParts::calib3d.
+# By name, since Debian's OpenCVConfig.cmake wants every library that OpenCV has, and libopencv-dev, which holds it, brings hundreds
+# of packages along. OpenCVParts_VERSION is what core/version.hpp says.
+find_path(OPENCVPARTS_INCLUDE_DIR opencv2/core/version.hpp PATH_SUFFIXES opencv4)
+set(_opencvparts_required OPENCVPARTS_INCLUDE_DIR)
+foreach(_part core imgproc calib3d)
+  find_library(OPENCVPARTS_${_part}_LIBRARY NAMES opencv_${_part})
+  list(APPEND _opencvparts_required OPENCVPARTS_${_part}_LIBRARY)
+endforeach()
+
+if(OPENCVPARTS_INCLUDE_DIR)
+  file(STRINGS "${OPENCVPARTS_INCLUDE_DIR}/opencv2/core/version.hpp" _opencvparts_lines REGEX "#define CV_VERSION_(MAJOR|MINOR|REVISION)")
+  string(REGEX MATCHALL "[0-9]+" _opencvparts_numbers "${_opencvparts_lines}")
+  list(JOIN _opencvparts_numbers "." OpenCVParts_VERSION)
+endif()
+
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(OpenCVParts REQUIRED_VARS ${_opencvparts_required} VERSION_VAR OpenCVParts_VERSION
+  REASON_FAILURE_MESSAGE "Debian's packages are libopencv-core-dev, libopencv-imgproc-dev and libopencv-calib3d-dev")
+
+if(OpenCVParts_FOUND)
+  foreach(_part core imgproc calib3d)
+    if(NOT TARGET OpenCVParts::${_part})
+      add_library(OpenCVParts::${_part} UNKNOWN IMPORTED)
+      set_target_properties(OpenCVParts::${_part} PROPERTIES
+        IMPORTED_LOCATION "${OPENCVPARTS_${_part}_LIBRARY}"
+        INTERFACE_INCLUDE_DIRECTORIES "${OPENCVPARTS_INCLUDE_DIR}")
+    endif()
+  endforeach()
+  set_property(TARGET OpenCVParts::imgproc PROPERTY INTERFACE_LINK_LIBRARIES OpenCVParts::core)
+  set_property(TARGET OpenCVParts::calib3d PROPERTY INTERFACE_LINK_LIBRARIES OpenCVParts::imgproc)
+endif()

@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "core/error.h"
+#include "experiment/experiment.h"
+#include "geometry/cloud_file.h"
+#include "image/png.h"
+#include "sensing/chessboard_recorder.h"
+#include "stereo/pictures.h"
+#include "tasks/grasping/grasping_task.h"
+#include "tasks/grasping/stereo_calibration.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+namespace grasping = tasks::grasping;
+
+struct CalibrateArguments {
+  std::string source, out, record, corners = "9x6";
+  double square_mm = 25.0;
+  int views = grasping::CalibrationSetup{}.views;
+  std::uint64_t seed = 1;
+};
+
+std::filesystem::path FileOf(const std::filesystem::path& folder, const char* what, int number,
+                             const char* ending) {
+  return folder / fmt::format("{}_{:02}.{}", what, number, ending);
+}
+
+stereo::ChessboardOptions BoardOf(const CalibrateArguments& arguments) {
+  stereo::ChessboardOptions board;
+  int used = 0;
+  const std::string& text = arguments.corners;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &used) != 2 ||
+      static_cast<std::size_t>(used) != text.size() || board.columns < 3 || board.rows < 3) {
+    throw core::InputError("--corners '" + text +
+                           "' must be COLUMNSxROWS inner corners, 3 each at least, e.g. 9x6");
+  }
+  board.square_m = arguments.square_mm * core::kMm;
+  return board;
+}
+
+void Write(const stereo::BoardView& view, const std::filesystem::path& folder, int number) {
+  image::WritePng(FileOf(folder, "left", number, "png"), view.left);
+  image::WritePng(FileOf(folder, "right", number, "png"), view.right);
+  geometry::RangeImage board;
+  board.profiles = 1;
+  board.samples = static_cast<int>(view.laser_W.size());
+  board.points_C = view.laser_W;
+  board.origins_C = {view.laser_origin_W};
+  geometry::WriteCloud(FileOf(folder, "board", number, "pcd"), board);
+}
+
+stereo::BoardView ReadView(const std::filesystem::path& folder, int number) {
+  stereo::BoardView view;
+  view.name = fmt::format("view {}", number);
+  stereo::PicturePair pair = stereo::ReadPicturePair(FileOf(folder, "left", number, "png"),
+                                                     FileOf(folder, "right", number, "png"));
+  view.left = std::move(pair.left);
+  view.right = std::move(pair.right);
+  const std::filesystem::path file = FileOf(folder, "board", number, "pcd");
+  geometry::CloudFile cloud = geometry::ReadCloud(file);
+  if (!cloud.sensor_origin) {
+    throw core::InputError(file.string() + ": has no VIEWPOINT: where the laser stood");
+  }
+  view.laser_origin_W = *cloud.sensor_origin;
+  for (const Eigen::Vector3d& p : cloud.points) {
+    if (p.allFinite()) view.laser_W.push_back(p);
+  }
+  return view;
+}
+
+stereo::CalibrationResult CalibrateRecorded(const std::filesystem::path& folder,
+                                            const stereo::ChessboardOptions& board) {
+  std::vector<stereo::BoardSighting> boards;
+  int width = 0, height = 0;
+  for (int number = 1; std::filesystem::exists(FileOf(folder, "left", number, "png")); ++number) {
+    const stereo::BoardView view = ReadView(folder, number);
+    if (number > 1 && (view.left.width != width || view.left.height != height)) {
+      throw core::InputError(fmt::format("{}: {} has {} x {} pixels, the first has {} x {}",
+                                         folder.string(), view.name, view.left.width,
+                                         view.left.height, width, height));
+    }
+    width = view.left.width;
+    height = view.left.height;
+    boards.push_back(stereo::FindBoard(view, board));
+  }
+  if (boards.empty()) {
+    throw core::InputError(folder.string() +
+                           ": holds no left_01.png, right_01.png, board_01.pcd and so on");
+  }
+  return stereo::CalibrateStereo(boards, width, height, board);
+}
+
+grasping::CalibrationSetup SimulatedSetup(const CalibrateArguments& arguments) {
+  grasping::CalibrationSetup setup;
+  const std::filesystem::path source = arguments.source;
+  if (source.extension() != ".yaml" && source.extension() != ".yml") {
+    setup.scene = source;
+    return setup;
+  }
+  const auto opened = experiment::OpenExperiment(source, tasks::AllKinds(), {});
+  const grasping::Cell& cell = grasping::CellOf(*opened.task);
+  if (cell.options.sensor_kind == grasping::SensorKind::kLineScanner) {
+    throw core::InputError(source.string() + ": its sensor is no stereo camera");
+  }
+  setup.scene = cell.options.scene;
+  setup.scanner = cell.scanner;
+  setup.camera = sensing::ReadStereoCamera(cell.options.sensor);
+  return setup;
+}
+
+stereo::CalibrationResult CalibrateInSimulation(const CalibrateArguments& arguments,
+                                                const stereo::ChessboardOptions& board) {
+  const grasping::CalibrationSetup setup = SimulatedSetup(arguments);
+  sensing::ChessboardRecorder recorder(setup.scene, grasping::ChessboardModel(), setup.camera,
+                                       setup.scanner, {}, arguments.seed);
+  int number = 0;
+  return sensing::CalibrateSimulated(recorder, arguments.views, setup.camera, board,
+                                     [&](const stereo::BoardView& view) {
+                                       ++number;
+                                       if (!arguments.record.empty())
+                                         Write(view, arguments.record, number);
+                                     });
+}
+
+void Calibrate(const CalibrateArguments& arguments) {
+  const stereo::ChessboardOptions board = BoardOf(arguments);
+  const stereo::CalibrationResult result = std::filesystem::is_directory(arguments.source)
+                                               ? CalibrateRecorded(arguments.source, board)
+                                               : CalibrateInSimulation(arguments, board);
+  stereo::WriteStereoCalibration(result.calibration, arguments.out);
+  spdlog::info(
+      "{} views: corners {:.3f} px off the camera and {:.3f} px off the pair; as one camera sees "
+      "them {:.2f} mm off the laser's planes, triangulated {:.2f} mm (rms)",
+      result.views, result.camera_px, result.stereo_px, result.registration_m * core::kMmPerM,
+      result.triangulated_m * core::kMmPerM);
+}
+
+}  // namespace
+
+void AddCalibrateStereoCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "calibrate-stereo",
+      "Lens and places of the stereo camera from a chessboard that the laser scanned, too.");
+  auto arguments = std::make_shared<CalibrateArguments>();
+  command
+      ->add_option("source", arguments->source,
+                   "folder with left_01.png, right_01.png, board_01.pcd and so on; or a scene "
+                   "(MJCF) or experiment (YAML), in which a chessboard is simulated")
+      ->required()
+      ->check(CLI::ExistingPath);
+  command->add_option("-o,--out", arguments->out, "calibration (YAML)")->required();
+  command->add_option("--corners", arguments->corners, "inner corners of the board (9x6)");
+  command->add_option("--square-mm", arguments->square_mm, "edge of its squares (25)")
+      ->check(CLI::Range(1.0, 1000.0));
+  command->add_option("--views", arguments->views, "simulated places of the board (16)")
+      ->check(CLI::Range(1, 200));
+  command->add_option("--seed", arguments->seed, "of the simulation (1)")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--record", arguments->record,
+                      "folder for the simulated pictures and clouds");
+  command->footer(
+      "Example: rangegrasp calibrate-stereo scenes/tabletop.xml -o stereo.yaml --record boards\n"
+      "A board's cloud holds the laser's points of it in the arm's frame; its VIEWPOINT is where "
+      "the laser stood.");
+  command->callback([arguments] { Calibrate(*arguments); });
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,355 @@
+#include "sim/internal/fine_print.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/rng.h"
+#include "core/units.h"
+#include "sim/internal/names.h"
+
+namespace rangegrasp::sim::internal {
+namespace {
+
+constexpr double kFineTexel_mm = 0.17;  // half a pixel of a camera that sees 3 in a mm
+constexpr int kMaxTexels = 2048;        // along an edge
+constexpr double kLinePitch_mm = 2.4;   // of lists of ingredients
+constexpr double kLetter_mm = 1.5;      // height of their letters
+constexpr double kLetterPitch_mm = 1.05;
+constexpr double kBar_mm = 0.5;    // a module of a bar code, of which 95 make one
+constexpr double kGrain_mm = 0.5;  // patches of unevenness
+constexpr int kEmptyLevels = 12;   // a region with less contrast than this is empty
+constexpr int kTries = 400;        // of places for a block
+constexpr int kChannels = 3;
+
+struct Rectangle {
+  int x, y, width, height;
+
+  bool Overlaps(const Rectangle& other) const {
+    return x < other.x + other.width && other.x < x + width && y < other.y + other.height &&
+           other.y < y + height;
+  }
+};
+
+// 32 random bits of a place, without a draw's order.
+std::uint32_t Hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
+  std::uint32_t h = x * 0x8da6b343u + y * 0xd8163841u + seed * 0xcb1ab31fu;
+  h ^= h >> 15;
+  h *= 0x2c1b3c6du;
+  h ^= h >> 12;
+  h *= 0x297a2d39u;
+  return h ^ (h >> 15);
+}
+
+class Printer {
+ public:
+  Printer(const Texture& label, double mm_per_texel, std::uint64_t seed)
+      : rng_(seed), seed_(static_cast<std::uint32_t>(seed)) {
+    const int longest = std::max(label.width, label.height);
+    factor_ = std::clamp(static_cast<int>(std::lround(mm_per_texel / kFineTexel_mm)), 1,
+                         std::max(1, kMaxTexels / longest));
+    texels_per_mm_ = factor_ / mm_per_texel;
+    Enlarge(label);
+  }
+
+  void Fill(double coverage) {
+    const double wanted = coverage * page_.width * page_.height;
+    double filled = 0.0;
+    for (int i = 0; i < kTries && filled < wanted; ++i) {
+      const Rectangle block = DrawBlock(blocks_.empty());
+      if (!IsFree(block)) continue;
+      blocks_.empty() ? BarCode(block) : List(block);
+      blocks_.push_back(block);
+      filled += double(block.width) * block.height;
+    }
+  }
+
+  void Pictures(int count) {
+    for (int i = 0; i < count; ++i) {
+      const int radius = Texels(rng_.Uniform(10.0, 22.0));
+      const auto x = static_cast<int>(rng_.Uniform(0.0, page_.width));
+      const auto y = static_cast<int>(rng_.Uniform(0.0, page_.height));
+      Picture(x, y, radius);
+    }
+  }
+
+  void Grain(double levels) {
+    const int cell = std::max(1, Texels(kGrain_mm));
+    for (int y = 0; y < page_.height; ++y) {
+      for (int x = 0; x < page_.width; x += cell) {
+        // Of four random bytes: near enough a normal number.
+        const std::uint32_t h =
+            Hash(static_cast<std::uint32_t>(x / cell), static_cast<std::uint32_t>(y / cell), seed_);
+        const int sum =
+            static_cast<int>((h & 255u) + (h >> 8 & 255u) + (h >> 16 & 255u) + (h >> 24));
+        const int shift = static_cast<int>(std::lround(levels * (sum - 510) / 148.0));
+        for (int u = x; u < std::min(x + cell, page_.width); ++u) Shift(At(u, y), shift);
+      }
+    }
+  }
+
+  Texture Take() { return std::move(page_); }
+
+ private:
+  int Texels(double mm) const { return static_cast<int>(std::lround(mm * texels_per_mm_)); }
+  std::uint8_t* At(int x, int y) {
+    return page_.rgb.data() + kChannels * (static_cast<std::ptrdiff_t>(y) * page_.width + x);
+  }
+  static void Shift(std::uint8_t* texel, int levels) {
+    for (int c = 0; c < kChannels; ++c) {
+      texel[c] = static_cast<std::uint8_t>(std::clamp(texel[c] + levels, 0, 255));
+    }
+  }
+  static int Brightness(const std::uint8_t* texel) {
+    return (2 * texel[0] + 5 * texel[1] + texel[2]) / 8;
+  }
+
+  void Enlarge(const Texture& label) {
+    page_.width = label.width * factor_;
+    page_.height = label.height * factor_;
+    page_.rgb.resize(static_cast<std::size_t>(page_.width) *
+                     static_cast<std::size_t>(page_.height) * kChannels);
+    // A texel's middle lies on the page at factor * (i + 1/2): two texels of the label mix by
+    // shares of 2 * factor, first along columns, then along rows.
+    const int whole = 2 * factor_;
+    const auto edge = [](int i, int size) { return std::clamp(i, 0, size - 1); };
+    std::vector<int> column(static_cast<std::size_t>(label.width) * kChannels);
+    for (int y = 0; y < page_.height; ++y) {
+      const int at_y = 2 * y + 1 + factor_;  // one texel further, so that it is not negative
+      const int row = at_y / whole - 1;
+      const int down = at_y % whole;
+      const std::ptrdiff_t stride = std::ptrdiff_t{kChannels} * label.width;
+      const std::uint8_t* upper = label.rgb.data() + stride * edge(row, label.height);
+      const std::uint8_t* lower = label.rgb.data() + stride * edge(row + 1, label.height);
+      for (std::size_t i = 0; i < column.size(); ++i) {
+        column[i] = upper[i] * (whole - down) + lower[i] * down;
+      }
+      const int scale = (1 << 16) / (whole * whole) + 1;
+      std::uint8_t* out = At(0, y);
+      for (int x = 0; x < page_.width; ++x) {
+        const int at_x = 2 * x + 1 + factor_;
+        const int right = at_x % whole;
+        const int* a = column.data() + kChannels * edge(at_x / whole - 1, label.width);
+        const int* b = column.data() + kChannels * edge(at_x / whole, label.width);
+        for (int k = 0; k < kChannels; ++k) {
+          *out++ =
+              static_cast<std::uint8_t>(((a[k] * (whole - right) + b[k] * right) * scale) >> 16);
+        }
+      }
+    }
+  }
+
+  Rectangle DrawBlock(bool code) {
+    Rectangle block;
+    block.width = Texels(code ? 95 * kBar_mm * 0.66 : rng_.Uniform(9.0, 34.0));
+    block.height = Texels(code ? 14.0 : rng_.Uniform(7.0, 30.0));
+    block.x = static_cast<int>(rng_.Uniform(0.0, page_.width - block.width));
+    block.y = static_cast<int>(rng_.Uniform(0.0, page_.height - block.height));
+    return block;
+  }
+
+  bool IsFree(const Rectangle& block) {
+    if (block.width >= page_.width || block.height >= page_.height) return false;
+    for (const Rectangle& other : blocks_) {
+      if (block.Overlaps(other)) return false;
+    }
+    int low = 255, high = 0;
+    for (int y = block.y; y < block.y + block.height; y += factor_) {
+      for (int x = block.x; x < block.x + block.width; x += factor_) {
+        const int level = Brightness(At(x, y));
+        low = std::min(low, level);
+        high = std::max(high, level);
+      }
+    }
+    return high - low < kEmptyLevels;
+  }
+
+  // Lines of words of letters; a letter is a pattern of strokes on a grid of 3 by 5.
+  void List(const Rectangle& block) {
+    const int ink = Brightness(At(block.x, block.y)) > 110 ? -120 : 130;
+    const int pitch = std::max(3, Texels(kLinePitch_mm));
+    const int height = std::max(2, Texels(kLetter_mm));
+    const int advance = std::max(2, Texels(kLetterPitch_mm));
+    const int width = std::max(1, advance * 3 / 4);
+    for (int y = block.y; y + height < block.y + block.height; y += pitch) {
+      int letters = 0;
+      for (int x = block.x; x + advance < block.x + block.width; x += advance) {
+        if (letters-- == 0) {
+          letters = 2 + static_cast<int>(rng_.Index(9));
+          continue;
+        }
+        const std::uint64_t strokes = rng_.Next() | rng_.Next();  // three quarters are inked
+        for (int v = 0; v < height; ++v) {
+          for (int u = 0; u < width; ++u) {
+            const int cell = 3 * (5 * v / height) + 3 * u / width;
+            if (strokes >> cell & 1) Shift(At(x + u, y + v), ink);
+          }
+        }
+      }
+    }
+  }
+
+  void BarCode(const Rectangle& block) {
+    const int bar = std::max(1, Texels(0.66 * kBar_mm));
+    for (int x = 0; x < block.width; ++x) {
+      const bool dark = Hash(static_cast<std::uint32_t>(x / bar), 7, seed_) & 1u;
+      const bool quiet = x < 3 * bar || x >= block.width - 3 * bar;
+      for (int y = 0; y < block.height; ++y) {
+        std::uint8_t* texel = At(block.x + x, block.y + y);
+        const bool ink = dark && !quiet && y > 2 * bar && y < block.height - 2 * bar;
+        std::fill_n(texel, kChannels, static_cast<std::uint8_t>(ink ? 30 : 240));
+      }
+    }
+  }
+
+  // Smooth random numbers of three sizes of blotches, fading to the picture's edge.
+  void Picture(int center_x, int center_y, int radius) {
+    const auto salt = static_cast<std::uint32_t>(rng_.Next());
+    for (int y = std::max(0, center_y - radius); y < std::min(page_.height, center_y + radius);
+         ++y) {
+      for (int x = std::max(0, center_x - radius); x < std::min(page_.width, center_x + radius);
+           ++x) {
+        const double away = std::hypot(x - center_x, y - center_y) / radius;
+        if (away >= 1.0) continue;
+        double level = 0.0;
+        for (int octave = 0; octave < 3; ++octave) {
+          level += Smooth(x, y, std::max(2, Texels(6.0) >> octave),
+                          salt + static_cast<std::uint32_t>(octave)) *
+                   (50 >> octave);
+        }
+        Shift(At(x, y), static_cast<int>(level * std::min(1.0, 4.0 * (1.0 - away))));
+      }
+    }
+  }
+
+  // From -1 to 1, bilinear between the corners of cells.
+  static double Smooth(int x, int y, int cell, std::uint32_t salt) {
+    const auto corner = [&](int i, int j) {
+      return Hash(static_cast<std::uint32_t>(x / cell + i),
+                  static_cast<std::uint32_t>(y / cell + j), salt) *
+                 0x1.0p-31 -
+             1.0;
+    };
+    const double u = double(x % cell) / cell, v = double(y % cell) / cell;
+    return (corner(0, 0) * (1 - u) + corner(1, 0) * u) * (1 - v) +
+           (corner(0, 1) * (1 - u) + corner(1, 1) * u) * v;
+  }
+
+  core::Rng rng_;
+  std::uint32_t seed_;
+  int factor_ = 1;
+  double texels_per_mm_ = 1.0;
+  Texture page_;
+  std::vector<Rectangle> blocks_;
+};
+
+// The texture of an object's label and how large its texels are on the object; -1 for none.
+int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int material = model->geom_matid[geom];
+    if (model->body_rootid[model->geom_bodyid[geom]] != root || material < 0) continue;
+    const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+    const int mesh = model->geom_dataid[geom];
+    if (texture < 0 || model->geom_type[geom] != mjGEOM_MESH || model->tex_nchannel[texture] != 3 ||
+        model->tex_type[texture] != mjTEXTURE_2D || model->mesh_texcoordadr[mesh] < 0) {
+      continue;
+    }
+    const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+    const float* places = model->mesh_texcoord + 2 * model->mesh_texcoordadr[mesh];
+    const int* corners = model->mesh_face + 3 * model->mesh_faceadr[mesh];
+    const int* at = model->mesh_facetexcoord + 3 * model->mesh_faceadr[mesh];
+    double area_m2 = 0.0, share = 0.0;
+    for (int f = 0; f < model->mesh_facenum[mesh]; ++f, corners += 3, at += 3) {
+      std::array<Eigen::Vector3d, 3> p;
+      std::array<Eigen::Vector2d, 3> uv;
+      for (std::size_t i = 0; i < 3; ++i) {
+        p[i] = Eigen::Map<const Eigen::Vector3f>(vertices + 3 * corners[i]).cast<double>();
+        uv[i] = Eigen::Map<const Eigen::Vector2f>(places + 2 * at[i]).cast<double>();
+      }
+      const Eigen::Vector2d a = uv[1] - uv[0], b = uv[2] - uv[0];
+      const double printed = 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+      if (printed == 0.0) continue;  // of one colour
+      share += printed;
+      area_m2 += 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
+    }
+    const double texels = share * model->tex_width[texture] * model->tex_height[texture];
+    if (texels <= 0.0) continue;
+    mm_per_texel = std::sqrt(area_m2 / texels) * core::kMmPerM;
+    return texture;
+  }
+  return -1;
+}
+
+Texture TextureIn(const mjModel* model, int texture) {
+  Texture result;
+  result.width = model->tex_width[texture];
+  result.height = model->tex_height[texture];
+  const mjtByte* first = model->tex_data + model->tex_adr[texture];
+  result.rgb.assign(first, first + kChannels * result.width * result.height);
+  return result;
+}
+
+}  // namespace
+
+FinePrint FinePrintOf(std::string_view surface) {
+  if (surface == "cardboard") return {0.30, 2, 2.5};
+  if (surface == "painted_metal") return {0.15, 1, 1.0};
+  if (surface == "plastic") return {0.12, 0, 1.0};
+  if (surface == "hdpe" || surface == "pet") return {0.04, 0, 0.5};
+  return {};
+}
+
+Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint& print,
+                      std::uint64_t seed) {
+  Printer printer(label, mm_per_texel, seed);
+  printer.Pictures(print.pictures);
+  printer.Fill(print.coverage);
+  if (print.grain_levels > 0.0) printer.Grain(print.grain_levels);
+  return printer.Take();
+}
+
+TextureSet::TextureSet(const mjModel* model, const std::vector<int>& objects,
+                       const std::vector<std::string>& surfaces)
+    : width_(model->tex_width, model->tex_width + model->ntex),
+      height_(model->tex_height, model->tex_height + model->ntex) {
+  std::vector<std::vector<mjtByte>> replaced(static_cast<std::size_t>(model->ntex));
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    double mm_per_texel = 0.0;
+    const int texture = LabelOf(model, objects[i], mm_per_texel);
+    const FinePrint print = FinePrintOf(surfaces[i]);
+    if (texture < 0 || (print.coverage == 0.0 && print.grain_levels == 0.0)) continue;
+    const Texture label = TextureIn(model, texture);
+    // What is printed on an object is its label's: the same in all scenes.
+    std::uint64_t seed = core::DeriveSeed(
+        0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
+    Texture printed = WithFinePrint(label, mm_per_texel, print, seed);
+    const auto at = static_cast<std::size_t>(texture);
+    width_[at] = printed.width;
+    height_[at] = printed.height;
+    replaced[at] = std::move(printed.rgb);
+  }
+  for (std::size_t t = 0; t < replaced.size(); ++t) {
+    address_.push_back(static_cast<mjtSize>(data_.size()));
+    if (!replaced[t].empty()) {
+      data_.insert(data_.end(), replaced[t].begin(), replaced[t].end());
+      continue;
+    }
+    const mjtByte* first = model->tex_data + model->tex_adr[t];
+    const std::size_t size = static_cast<std::size_t>(width_[t]) *
+                             static_cast<std::size_t>(height_[t]) *
+                             static_cast<std::size_t>(model->tex_nchannel[t]);
+    data_.insert(data_.end(), first, first + size);
+  }
+}
+
+void TextureSet::PutInto(mjModel& model) {
+  model.ntexdata = static_cast<mjtSize>(data_.size());
+  model.tex_width = width_.data();
+  model.tex_height = height_.data();
+  model.tex_adr = address_.data();
+  model.tex_data = data_.data();
+}
+
+}  // namespace rangegrasp::sim::internal

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+
+#include "core/yaml_map.h"
+#include "geometry/plane.h"
+#include "stereo/match.h"
+
+namespace rangegrasp::stereo {
+
+struct ReconstructOptions {
+  /// Removes the pixels whose dominant colour component is blue before anything is matched: the
+  /// table's (section 5.3.2). Blue print on an object goes with them.
+  bool remove_blue = true;
+  /// Blue is dominant if it exceeds red and green by this share of itself: more than noise does in
+  /// a grey pixel. Larger: shadows on the table stay; smaller: grey things are removed.
+  double blue_share = 0.15;
+  /// Pixels that differ from most of their neighborhood of this side are noise of the colours; odd.
+  int blue_window_px = 5;
+  MatchOptions match;
+  /// One sample for so many pixels in both directions: the mean of those disparities that are near
+  /// their median. Neighbors share most of their window, so that all of them tell hardly more.
+  int step_px = 4;
+  /// A sample needs this share of its pixels, no further from their median than this [px]. Larger:
+  /// samples that mix two surfaces.
+  double min_share = 0.5;
+  double max_spread_px = 1.0;
+  /// The range of depths that is searched [m], from the left camera along the axis.
+  double near_m = 0.4;
+  double far_m = 1.6;
+  /// Standard deviation of a disparity [px], measured on pictures of the scene (docs/stereo.md).
+  double disparity_sigma_px = 0.2;
+  /// Where the table is, in the arm's frame, by the registration. If given, removed pixels are
+  /// samples on it: a blue pixel shows the table, whose place is known. Without, they are nothing,
+  /// and nothing tells that the space over the table is free.
+  std::optional<geometry::Plane> table_W;
+};
+
+/// Reads the options' keys, to the end of the map. table_W has none: who reconstructs knows it.
+/// @throws core::InputError naming file, line, key, value and what would be right.
+void ReadReconstructOptions(core::YamlMap& map, ReconstructOptions& options);
+
+}  // namespace rangegrasp::stereo

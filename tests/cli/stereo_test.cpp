@@ -1,0 +1,137 @@
+// What `stereo` makes of two recorded pictures, and says of pictures and calibrations that do not
+// fit.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command.h"
+#include "core/file.h"
+#include "geometry/cloud_file.h"
+#include "image/png.h"
+#include "stereo/synthetic_pair.h"
+
+namespace rangegrasp::testing_support {
+namespace {
+
+using testing::HasSubstr;
+
+class StereoTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const stereo::StereoCalibration calibration = SyntheticCalibration();
+    left_ = new image::Image(Picture(TwoBoxes(), calibration.camera, calibration.X_WL, 2.0, 1));
+    right_ = new image::Image(Picture(TwoBoxes(), calibration.camera, calibration.X_WR, 2.0, 2));
+  }
+  static void TearDownTestSuite() {
+    delete left_;
+    delete right_;
+  }
+
+  void SetUp() override {
+    image::WritePng(folder_ / "left.png", *left_);
+    image::WritePng(folder_ / "right.png", *right_);
+    stereo::WriteStereoCalibration(SyntheticCalibration(), folder_ / "stereo.yaml");
+  }
+
+  Ran Stereo(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = {"stereo",
+                                          (folder_ / "left.png").string(),
+                                          (folder_ / "right.png").string(),
+                                          "--calibration",
+                                          (folder_ / "stereo.yaml").string(),
+                                          "--near-mm",
+                                          "350",
+                                          "--far-mm",
+                                          "900",
+                                          "-o",
+                                          (folder_ / "cloud.pcd").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+  void ExpectRefused(const std::string& reason) const {
+    const Ran ran = Stereo();
+    EXPECT_EQ(ran.code, 2);
+    EXPECT_THAT(ran.err, HasSubstr(reason));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "cloud.pcd"));
+  }
+
+  TempFolder folder_;
+  static image::Image* left_;
+  static image::Image* right_;
+};
+image::Image* StereoTest::left_ = nullptr;
+image::Image* StereoTest::right_ = nullptr;
+
+image::Grey8 RedOf(const image::Image& picture) {
+  image::Grey8 grey{picture.width, picture.height, {}};
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3) grey.grey.push_back(picture.rgb[i]);
+  return grey;
+}
+
+TEST_F(StereoTest, MakesACloudOfTheBoxesAndTheTable) {
+  const Ran ran =
+      Stereo({"--table-mm", "0", "--step-px", "2", "--pictures", (folder_ / "made").string()});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto cloud = geometry::ReadCloud(folder_ / "cloud.pcd");
+  int on_box = 0, on_table = 0;
+  for (const auto& p : cloud.points) {
+    if (!p.allFinite()) continue;
+    on_table += std::abs(p.z()) < 1e-4 ? 1 : 0;
+    // The top of the printed box, 90 mm high; half a millimetre is a sixth of a pixel.
+    on_box += std::abs(p.z() - 0.09) < 0.004 && p.y() < -0.02 ? 1 : 0;
+  }
+  EXPECT_GT(on_table, 1000);
+  EXPECT_GT(on_box, 300);
+  for (const char* name : {"rectified.png", "disparity.png"}) {
+    EXPECT_GT(image::ReadPng<image::Image>(folder_ / "made" / name).width, 0) << name;
+  }
+  EXPECT_EQ(image::ReadPng<image::Grey16>(folder_ / "made" / "disparity16.png").width, 400);
+}
+
+TEST_F(StereoTest, TakesTwoGreyPictures) {
+  image::WritePng(folder_ / "left.png", RedOf(*left_));
+  image::WritePng(folder_ / "right.png", RedOf(*right_));
+  EXPECT_EQ(Stereo().code, 0);
+}
+
+TEST_F(StereoTest, RefusesPicturesOfDifferentSize) {
+  image::Image small{320, 240, std::vector<std::uint8_t>(3 * 320 * 240, 90)};
+  image::WritePng(folder_ / "right.png", small);
+  ExpectRefused("320 x 240");
+}
+
+TEST_F(StereoTest, RefusesOneGreyAndOneColourPicture) {
+  image::WritePng(folder_ / "right.png", RedOf(*right_));
+  ExpectRefused("both must be of one kind");
+}
+
+TEST_F(StereoTest, RefusesABrokenPicture) {
+  const std::string bytes = core::ReadFile(folder_ / "right.png");
+  core::WriteFile(folder_ / "right.png", bytes.substr(0, bytes.size() / 2));
+  ExpectRefused("right.png: ");
+}
+
+TEST_F(StereoTest, RefusesTheCalibrationOfACameraOfAnotherSize) {
+  auto calibration = SyntheticCalibration();
+  calibration.camera.width = 640;
+  stereo::WriteStereoCalibration(calibration, folder_ / "stereo.yaml");
+  ExpectRefused("another camera's calibration");
+}
+
+TEST_F(StereoTest, RefusesTheCalibrationOfAnotherCameraOfThatSize) {
+  auto calibration = SyntheticCalibration();
+  // One that was mounted 1 degree off about its own axis at the left picture.
+  calibration.X_WL.rotate(Eigen::AngleAxisd(core::Deg(1.0), Eigen::Vector3d::UnitX()));
+  stereo::WriteStereoCalibration(calibration, folder_ / "stereo.yaml");
+  ExpectRefused("rows off");
+}
+
+TEST_F(StereoTest, RefusesExchangedPictures) {
+  auto calibration = SyntheticCalibration();
+  std::swap(calibration.X_WL, calibration.X_WR);
+  stereo::WriteStereoCalibration(calibration, folder_ / "stereo.yaml");
+  ExpectRefused("exchange");
+}
+
+}  // namespace
+}  // namespace rangegrasp::testing_support

@@ -1,0 +1,115 @@
+#include "stereo/rectify.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/calib3d.hpp>
+
+#include "core/rng.h"
+#include "error_of.h"
+#include "synthetic_pair.h"
+
+namespace rangegrasp::stereo {
+namespace {
+
+using testing_support::ErrorOf;
+using testing_support::SyntheticCalibration;
+
+// Where a point stands in a rectified picture: from the pixel of the picture as it was taken.
+Eigen::Vector2d RectifiedPixel(const Camera& camera, const RectifiedCameras& cameras,
+                               const core::Pose& X_WC, const Eigen::Matrix3d& R_CS,
+                               const Eigen::Vector3d& p_W) {
+  const Eigen::Vector2d taken = Project(camera, X_WC.inverse() * p_W);
+  const Eigen::Vector3d ray_S = R_CS.transpose() * RayOf(camera, taken);
+  return {cameras.f * ray_S.x() / ray_S.z() + cameras.cx,
+          cameras.f * ray_S.y() / ray_S.z() + cameras.cy};
+}
+
+Eigen::Vector3d PlaceOnTable(core::Rng& rng) {
+  const double x = rng.Uniform(-0.1, 0.1);
+  const double y = rng.Uniform(-0.15, 0.15);
+  const double z = rng.Uniform(0.0, 0.15);
+  return {x, y, z};
+}
+
+TEST(Rectify, KnownPointsStandInOneRowAndAreTriangulatedWhereTheyAre) {
+  const StereoCalibration calibration = SyntheticCalibration();
+  const RectifiedCameras cameras = Rectify(calibration);
+  core::Rng rng(1);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3d p_W = PlaceOnTable(rng);
+    const Eigen::Vector2d left =
+        RectifiedPixel(calibration.camera, cameras, calibration.X_WL, cameras.R_LS, p_W);
+    const Eigen::Vector2d right =
+        RectifiedPixel(calibration.camera, cameras, calibration.X_WR, cameras.R_RS, p_W);
+    EXPECT_NEAR(left.y(), right.y(), 1e-6);
+    EXPECT_GT(left.x(), right.x());
+    EXPECT_LT((cameras.Triangulate(left.x(), left.y(), left.x() - right.x()) - p_W).norm(), 1e-6);
+  }
+}
+
+TEST(Rectify, TriangulatesAsOpenCvDoes) {
+  const StereoCalibration calibration = SyntheticCalibration();
+  const RectifiedCameras cameras = Rectify(calibration);
+  const cv::Mat left_projection = (cv::Mat_<double>(3, 4) << cameras.f, 0, cameras.cx, 0, 0,
+                                   cameras.f, cameras.cy, 0, 0, 0, 1, 0);
+  cv::Mat right_projection = left_projection.clone();
+  right_projection.at<double>(0, 3) = -cameras.f * cameras.baseline_m;
+  core::Rng rng(2);
+  for (int i = 0; i < 200; ++i) {
+    const double x = rng.Uniform(100.0, 300.0);
+    const double y = rng.Uniform(50.0, 250.0);
+    const double disparity = rng.Uniform(20.0, 60.0);
+    const cv::Mat left = (cv::Mat_<double>(2, 1) << x, y);
+    const cv::Mat right = (cv::Mat_<double>(2, 1) << x - disparity, y);
+    cv::Mat homogeneous;
+    cv::triangulatePoints(left_projection, right_projection, left, right, homogeneous);
+    const double* h = homogeneous.ptr<double>(0);
+    const Eigen::Vector3d p_S = Eigen::Vector3d(h[0], h[1], h[2]) / h[3];
+    EXPECT_LT((cameras.Triangulate(x, y, disparity) - cameras.X_WS * p_S).norm(), 1e-6);
+  }
+}
+
+TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeIt) {
+  // A picture whose red is its column and whose green is its row: interpolation adds nothing.
+  const StereoCalibration calibration = SyntheticCalibration();
+  const Rectifier rectifier(calibration);
+  image::Image ramp{400, 300, {}};
+  for (int y = 0; y < ramp.height; ++y) {
+    for (int x = 0; x < ramp.width; ++x) {
+      ramp.rgb.insert(ramp.rgb.end(),
+                      {static_cast<std::uint8_t>(x / 2), static_cast<std::uint8_t>(y / 2), 200});
+    }
+  }
+  const RectifiedPair pair = rectifier.Apply(ramp, ramp);
+  int compared = 0;
+  for (int y = 5; y < 295; y += 10) {
+    for (int x = 5; x < 395; x += 10) {
+      const std::uint8_t* pixel = pair.left.At(x, y);
+      if (pixel[2] != 200) continue;  // outside of what the camera saw
+      const Eigen::Vector2d source = rectifier.LeftSource(x, y);
+      // The ramp is rounded down to half of a pixel, its interpolation to a level.
+      EXPECT_NEAR(pixel[0], source.x() / 2.0 - 0.25, 1.0);
+      EXPECT_NEAR(pixel[1], source.y() / 2.0 - 0.25, 1.0);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 500);
+}
+
+TEST(Rectifier, RefusesPicturesOfAnotherCamera) {
+  const Rectifier rectifier(SyntheticCalibration());
+  const image::Image right_size{400, 300, std::vector<std::uint8_t>(3 * 400 * 300)};
+  const image::Image other{300, 400, std::vector<std::uint8_t>(3 * 400 * 300)};
+  const std::string message = ErrorOf([&] { rectifier.Apply(right_size, other); });
+  EXPECT_NE(message.find("right picture has 300 x 400"), std::string::npos) << message;
+}
+
+TEST(Rectify, ExchangedPicturesAreNamed) {
+  StereoCalibration calibration = SyntheticCalibration();
+  std::swap(calibration.X_WL, calibration.X_WR);
+  const std::string message = ErrorOf([&] { Rectify(calibration); });
+  EXPECT_NE(message.find("exchange"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace rangegrasp::stereo
