@@ -6,7 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "stereo/internal/open_cv.h"
 
@@ -19,6 +22,7 @@ constexpr float kSubpixels = 16.0F;
 // Slopes are cut off here by both matchers' prefilters (OpenCV's default of block matching): a
 // difference of exposure does not count, nor does one strong edge in a window.
 constexpr int kPrefilterCap = 31;
+constexpr int kHalfKept = 128;  // of 255, the mean of a mask over a shrunk pixel
 
 void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
   const auto odd = [](int window, int low) { return window >= low && window % 2 == 1; };
@@ -30,6 +34,7 @@ void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
     throw std::invalid_argument(
         fmt::format("semi_global_window_px {}: odd and at least 1", o.semi_global_window_px));
   }
+  if (o.shrink < 1) throw std::invalid_argument(fmt::format("shrink {}: at least 1", o.shrink));
   if (!(min_px >= 0.0 && max_px > min_px)) {
     throw std::invalid_argument(
         fmt::format("disparities from {:.1f} to {:.1f} px: ascending from 0", min_px, max_px));
@@ -65,6 +70,14 @@ cv::Rect Widened(const cv::Rect& kept, int margin, int max_px, const Mask& mask)
   return wide & cv::Rect(0, 0, mask.width, mask.height);
 }
 
+cv::Mat Shrunk(const cv::Mat& picture, int by) {
+  if (by == 1) return picture;
+  cv::Mat small;  // of whole squares alone: others would stand elsewhere
+  cv::resize(picture(cv::Rect(0, 0, picture.cols / by * by, picture.rows / by * by)), small,
+             cv::Size(picture.cols / by, picture.rows / by), 0.0, 0.0, cv::INTER_AREA);
+  return small;
+}
+
 cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int disparities,
                      const MatchOptions& o) {
   cv::Mat sixteenths;
@@ -75,8 +88,6 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
     matcher->setTextureThreshold(o.min_texture);
     matcher->setUniquenessRatio(o.uniqueness_percent);
     matcher->setDisp12MaxDiff(o.max_left_right_px);
-    matcher->setSpeckleWindowSize(o.min_patch_px);
-    matcher->setSpeckleRange(o.patch_step_px);
     matcher->compute(left, right, sixteenths);
     return sixteenths;
   }
@@ -85,18 +96,89 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
   const auto matcher = cv::StereoSGBM::create(
       min_px, disparities, window, static_cast<int>(std::lround(o.small_step_cost * area)),
       static_cast<int>(std::lround(o.large_step_cost * area)), o.max_left_right_px, kPrefilterCap,
-      o.uniqueness_percent, o.min_patch_px, o.patch_step_px, cv::StereoSGBM::MODE_SGBM_3WAY);
+      o.uniqueness_percent, /*speckleWindowSize=*/0, /*speckleRange=*/0, cv::StereoSGBM::MODE_HH);
   matcher->compute(left, right, sixteenths);
   return sixteenths;
 }
 
+// Pixels at which the grey changes along the row, as a match needs it.
+cv::Mat Edges(const cv::Mat& picture, double levels) {
+  constexpr double kSobelGain = 8.0;  // of a slope of one level a pixel
+  cv::Mat slope;
+  cv::Sobel(picture, slope, CV_16S, 1, 0);
+  return cv::abs(slope) > kSobelGain * levels;
+}
+
+// Removes patches of disparities that are too small, or that no edges hold.
+class PatchFilter {
+ public:
+  PatchFilter(const cv::Mat& edges, int none, const MatchOptions& options, cv::Mat& sixteenths)
+      : edges_(edges),
+        none_(none),
+        step_(options.patch_step_px * static_cast<int>(kSubpixels)),
+        o_(options),
+        sixteenths_(sixteenths),
+        visited_(cv::Mat::zeros(sixteenths.size(), CV_8U)) {}
+
+  void Run() {
+    for (int y = 0; y < sixteenths_.rows; ++y) {
+      for (int x = 0; x < sixteenths_.cols; ++x) {
+        if (visited_.at<std::uint8_t>(y, x) != 0 || At({x, y}) <= none_) continue;
+        Collect({x, y});
+        if (!Stays()) Remove();
+      }
+    }
+  }
+
+ private:
+  std::int16_t& At(const cv::Point& p) const { return sixteenths_.at<std::int16_t>(p); }
+
+  void Collect(const cv::Point& first) {
+    patch_.assign(1, first);
+    visited_.at<std::uint8_t>(first) = 1;
+    for (std::size_t next = 0; next < patch_.size(); ++next) {
+      const cv::Point p = patch_[next];
+      for (const cv::Point& to : {cv::Point(p.x - 1, p.y), cv::Point(p.x + 1, p.y),
+                                  cv::Point(p.x, p.y - 1), cv::Point(p.x, p.y + 1)}) {
+        if (to.x < 0 || to.y < 0 || to.x >= sixteenths_.cols || to.y >= sixteenths_.rows) continue;
+        if (visited_.at<std::uint8_t>(to) != 0 || At(to) <= none_) continue;
+        if (std::abs(At(to) - At(p)) > step_) continue;
+        visited_.at<std::uint8_t>(to) = 1;
+        patch_.push_back(to);
+      }
+    }
+  }
+
+  bool Stays() const {
+    if (std::cmp_less(patch_.size(), o_.min_patch_px)) return false;
+    const auto edges = std::ranges::count_if(
+        patch_, [&](const cv::Point& p) { return edges_.at<std::uint8_t>(p) != 0; });
+    return static_cast<double>(edges) >=
+           o_.min_edges * std::sqrt(static_cast<double>(patch_.size()));
+  }
+
+  void Remove() {
+    for (const cv::Point& p : patch_) At(p) = static_cast<std::int16_t>(none_);
+  }
+
+  const cv::Mat& edges_;
+  int none_;
+  int step_;
+  const MatchOptions& o_;
+  cv::Mat& sixteenths_;
+  cv::Mat visited_;
+  std::vector<cv::Point> patch_;
+};
+
 }  // namespace
 
 Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask& left_mask,
-                double min_px, double max_px, const MatchOptions& options) {
+                const image::Grey8& whole_left, double min_px, double max_px,
+                const MatchOptions& options) {
   CheckOptions(options, min_px, max_px);
   if (left.width != right.width || left.height != right.height || left.width != left_mask.width ||
-      left.height != left_mask.height) {
+      left.height != left_mask.height || left.width != whole_left.width ||
+      left.height != whole_left.height) {
     throw std::invalid_argument("pictures and mask must be of one size");
   }
   Disparity result{left.width, left.height, {}};
@@ -104,24 +186,35 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   const cv::Rect kept = KeptRectangle(left_mask);
   if (kept.empty()) return result;
 
-  const int first = static_cast<int>(std::floor(min_px));
-  const int range = static_cast<int>(std::ceil(max_px)) - first + 1;
+  const int first = static_cast<int>(std::floor(min_px / options.shrink));
+  const int range = static_cast<int>(std::ceil(max_px / options.shrink)) - first + 1;
   const int disparities = (range + kDisparityStep - 1) / kDisparityStep * kDisparityStep;
-  const int margin = std::max(options.block_window_px, options.semi_global_window_px);
-  const cv::Rect part = Widened(kept, margin, first + disparities, left_mask);
-  if (part.width <= first + disparities + margin || part.height <= margin) return result;
+  const int margin =
+      options.shrink * std::max(options.block_window_px, options.semi_global_window_px);
+  const int reach = options.shrink * (first + disparities);
+  const cv::Rect part = Widened(kept, margin, reach, left_mask);
+  if (part.width <= reach + margin || part.height <= margin) return result;
 
   const internal::SingleThread single;
-  const cv::Mat sixteenths =
-      SixteenthsOf(View(left)(part), View(right)(part), first, disparities, options);
+  const auto small = [&](const image::Grey8& picture) {
+    return Shrunk(View(picture)(part), options.shrink);
+  };
+  cv::Mat sixteenths = SixteenthsOf(small(left), small(right), first, disparities, options);
   const int none = (first - 1) * static_cast<int>(kSubpixels);
-  for (int y = 0; y < part.height; ++y) {
-    const auto* row = sixteenths.ptr<std::int16_t>(y);
-    for (int x = 0; x < part.width; ++x) {
+  // What was removed is one colour, matches anything and would join patches.
+  sixteenths.setTo(none, small(left_mask) < kHalfKept);
+  PatchFilter(Edges(small(whole_left), options.edge_levels), none, options, sixteenths).Run();
+  const float pixels = static_cast<float>(options.shrink) / kSubpixels;
+  // Pixels beyond the last whole square have none.
+  const int height = sixteenths.rows * options.shrink, width = sixteenths.cols * options.shrink;
+  for (int y = 0; y < std::min(part.height, height); ++y) {
+    const auto* row = sixteenths.ptr<std::int16_t>(y / options.shrink);
+    for (int x = 0; x < std::min(part.width, width); ++x) {
       const auto at = static_cast<std::size_t>(part.y + y) * static_cast<std::size_t>(left.width) +
                       static_cast<std::size_t>(part.x + x);
-      if (left_mask.grey[at] == 0 || row[x] <= none) continue;
-      result.grey[at] = static_cast<float>(row[x]) / kSubpixels;
+      const std::int16_t value = row[x / options.shrink];
+      if (left_mask.grey[at] == 0 || value <= none) continue;
+      result.grey[at] = static_cast<float>(value) * pixels;
     }
   }
   return result;

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "core/error.h"
 #include "geometry/range_image.h"
 #include "stereo/internal/open_cv.h"
 
@@ -15,7 +16,9 @@ namespace rangegrasp::stereo {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint8_t kKept = 255;
+constexpr double kNoiseDeviations = 3.0;
 
 void CheckOptions(const ReconstructOptions& o) {
   if (o.step_px < 1) throw std::invalid_argument(fmt::format("step_px {}: at least 1", o.step_px));
@@ -28,10 +31,15 @@ void CheckOptions(const ReconstructOptions& o) {
   }
 }
 
-image::Grey8 Brightness(const image::Image& picture, const Mask& kept) {
-  image::Grey8 grey{picture.width, picture.height, std::vector<std::uint8_t>(kept.grey.size())};
+image::Grey8 Brightness(const image::Image& picture) {
+  image::Grey8 grey{picture.width, picture.height, {}};
+  grey.grey.resize(picture.rgb.size() / 3);
   cv::Mat room(picture.height, picture.width, CV_8UC1, grey.grey.data());
   cv::cvtColor(internal::View(picture), room, cv::COLOR_RGB2GRAY);
+  return grey;
+}
+
+image::Grey8 Kept(image::Grey8 grey, const Mask& kept) {
   for (std::size_t i = 0; i < grey.grey.size(); ++i) {
     if (kept.grey[i] == 0) grey.grey[i] = 0;
   }
@@ -46,13 +54,53 @@ bool SawSomething(const image::Image& picture, std::size_t at) {
 
 Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) {
   if (options.remove_blue) {
-    return WithoutBlue(picture, options.blue_share, options.blue_window_px);
+    return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
   }
   Mask mask{picture.width, picture.height, std::vector<std::uint8_t>(picture.rgb.size() / 3)};
   for (std::size_t i = 0; i < mask.grey.size(); ++i) {
     mask.grey[i] = SawSomething(picture, i) ? kKept : 0;
   }
   return mask;
+}
+
+/// Depths between which a ray is of interest [m].
+struct DepthRange {
+  double near_m = 0.0;
+  double far_m = 0.0;
+};
+
+DepthRange Intersection(const DepthRange& a, const DepthRange& b) {
+  return {std::max(a.near_m, b.near_m), std::min(a.far_m, b.far_m)};
+}
+
+/// Where along origin + t direction t's share lies between low and high of one coordinate.
+DepthRange Between(double origin, double direction, double low, double high) {
+  if (direction == 0.0) {
+    return low <= origin && origin <= high ? DepthRange{0.0, kInfinity} : DepthRange{};
+  }
+  const double a = (low - origin) / direction, b = (high - origin) / direction;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+/// Depths at which the ray of a pixel of the left rectified camera is inside the volume; near_m is
+/// not below far_m if it misses.
+DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double x, double y) {
+  const core::Pose X_VS = volume.X_WV.inverse() * cameras.X_WS;
+  const Eigen::Vector3d o = X_VS.translation();
+  const Eigen::Vector3d d =  // of depth 1, so that lengths along it are depths
+      X_VS.rotation() *
+      Eigen::Vector3d((x - cameras.cx) / cameras.f, (y - cameras.cy) / cameras.f, 1.0);
+  const double a = d.head<2>().squaredNorm();
+  const double b = d.head<2>().dot(o.head<2>());
+  const double c = o.head<2>().squaredNorm() - volume.radius_m * volume.radius_m;
+  DepthRange round{0.0, c <= 0.0 ? kInfinity : 0.0};  // of a ray along the axis
+  if (a > 0.0) {
+    const double discriminant = b * b - a * c;
+    if (!(discriminant > 0.0)) return {};
+    round = {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a};
+  }
+  return Intersection(Intersection(round, Between(o.z(), d.z(), 0.0, volume.height_m)),
+                      {0.0, kInfinity});
 }
 
 // Mean of those values that are near their median; nullopt if there are too few. Reorders them.
@@ -73,18 +121,108 @@ std::optional<double> CommonValue(std::vector<float>& values, std::size_t min_co
   return sum / static_cast<double>(count);
 }
 
+/// The disparities that a sample may have; none if max_px is not above min_px.
+struct Search {
+  double min_px = 0.0;
+  double max_px = 0.0;
+  bool Any() const { return max_px > min_px; }
+};
+
+/// The samples of a picture: squares of step_px pixels, and what is searched for in each.
+class Grid {
+ public:
+  Grid(const RectifiedCameras& cameras, const ReconstructOptions& options)
+      : step_px(options.step_px), rows(cameras.height / step_px), columns(cameras.width / step_px) {
+    // A point of the volume may be measured as far outside as its noise takes it.
+    const double slack_px = kNoiseDeviations * options.disparity_sigma_px;
+    const Search all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
+    searches_.assign(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns), all);
+    if (!options.volume) return;
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const DepthRange range = Inside(*options.volume, cameras, MiddleOf(column), MiddleOf(row));
+        Search& search = searches_[IndexOf(column, row)];
+        if (!(range.near_m < range.far_m)) {
+          search = {};
+          continue;
+        }
+        search.min_px = std::max(search.min_px, cameras.DisparityAt(range.far_m) - slack_px);
+        search.max_px = std::min(search.max_px, cameras.DisparityAt(range.near_m) + slack_px);
+      }
+    }
+  }
+
+  double MiddleOf(int sample) const { return sample * step_px + 0.5 * (step_px - 1); }
+  std::size_t IndexOf(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
+  }
+  const Search& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
+  double MaxDisparity() const {
+    double max_px = 0.0;
+    for (const Search& search : searches_) {
+      if (search.Any()) max_px = std::max(max_px, search.max_px);
+    }
+    return max_px;
+  }
+  /// The pixels of a mask in whose sample something is searched for.
+  Mask Searched(const Mask& mask) const {
+    Mask searched{mask.width, mask.height, std::vector<std::uint8_t>(mask.grey.size(), 0)};
+    for (int y = 0; y < rows * step_px; ++y) {
+      for (int x = 0; x < columns * step_px; ++x) {
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                        static_cast<std::size_t>(x);
+        if (SearchOf(x / step_px, y / step_px).Any()) searched.grey[at] = mask.grey[at];
+      }
+    }
+    return searched;
+  }
+
+  const int step_px;
+  const int rows;
+  const int columns;
+
+ private:
+  std::vector<Search> searches_;
+};
+
+// The blue pixels in which the table is seen: in large patches.
+Mask TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
+  Mask table{kept.width, kept.height, std::vector<std::uint8_t>(kept.grey.size(), 0)};
+  for (std::size_t i = 0; i < kept.grey.size(); ++i) {
+    if (kept.grey[i] == 0 && SawSomething(picture, i)) table.grey[i] = kKept;
+  }
+  const cv::Mat blue(table.height, table.width, CV_8UC1, table.grey.data());
+  cv::Mat patches, statistics, centers;
+  cv::connectedComponentsWithStats(blue, patches, statistics, centers, /*connectivity=*/4);
+  for (int y = 0; y < table.height; ++y) {
+    const auto* row = patches.ptr<int>(y);
+    for (int x = 0; x < table.width; ++x) {
+      if (statistics.at<int>(row[x], cv::CC_STAT_AREA) >= min_px) continue;
+      table.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) +
+                 static_cast<std::size_t>(x)] = 0;
+    }
+  }
+  return table;
+}
+
 class Sampler {
  public:
-  Sampler(const Rectifier& rectifier, const ReconstructOptions& options, Reconstruction& into)
-      : rectifier_(rectifier), cameras_(rectifier.cameras()), o_(options), r_(into) {}
+  Sampler(const Rectifier& rectifier, const Grid& grid, const ReconstructOptions& options,
+          Reconstruction& into)
+      : rectifier_(rectifier), cameras_(rectifier.cameras()), grid_(grid), o_(options), r_(into) {
+    if (o_.table_W && o_.remove_blue) {
+      table_ = TablePixels(r_.rectified.left, r_.kept, o_.min_table_px);
+    }
+  }
 
   void Run() {
     auto& image = r_.view.image;
-    image.profiles = cameras_.height / o_.step_px;
-    image.samples = cameras_.width / o_.step_px;
+    image.profiles = grid_.rows;
+    image.samples = grid_.columns;
     image.origins_C = {cameras_.X_WS.translation()};
-    for (int row = 0; row < image.profiles; ++row) {
-      for (int column = 0; column < image.samples; ++column) Add(column, row);
+    for (int row = 0; row < grid_.rows; ++row) {
+      for (int column = 0; column < grid_.columns; ++column) Add(column, row);
     }
     r_.view.X_CV = cameras_.X_WS;
     r_.view.spacing_m = geometry::MedianSpacing(image);
@@ -92,8 +230,7 @@ class Sampler {
 
  private:
   void Add(int column, int row) {
-    const double x = column * o_.step_px + 0.5 * (o_.step_px - 1);
-    const double y = row * o_.step_px + 0.5 * (o_.step_px - 1);
+    const double x = grid_.MiddleOf(column), y = grid_.MiddleOf(row);
     Eigen::Vector3d p_W = Eigen::Vector3d::Constant(kNaN);
     double noise_m = kNaN;
     if (const auto disparity = DisparityOf(column, row)) {
@@ -111,26 +248,23 @@ class Sampler {
   }
 
   std::optional<double> DisparityOf(int column, int row) {
+    const Search& search = grid_.SearchOf(column, row);
+    if (!search.Any()) return std::nullopt;
     values_.clear();
     ForPixels(column, row, [&](std::size_t at) {
       if (!std::isnan(r_.disparity.grey[at])) values_.push_back(r_.disparity.grey[at]);
     });
     const auto value = CommonValue(values_, MinCount(), o_.max_spread_px);
-    if (value &&
-        (*value < cameras_.DisparityAt(o_.far_m) || *value > cameras_.DisparityAt(o_.near_m))) {
-      return std::nullopt;
-    }
+    if (value && (*value < search.min_px || *value > search.max_px)) return std::nullopt;
     return value;
   }
 
-  // Whether most of a sample's pixels were removed for their colour.
+  // Whether most of a sample's pixels show the table by their colour.
   bool IsTable(int column, int row) const {
-    if (!o_.table_W || !o_.remove_blue) return false;
-    std::size_t removed = 0;
-    ForPixels(column, row, [&](std::size_t at) {
-      removed += r_.kept.grey[at] == 0 && SawSomething(r_.rectified.left, at) ? 1 : 0;
-    });
-    return removed >= MinCount();
+    if (table_.grey.empty()) return false;
+    std::size_t blue = 0;
+    ForPixels(column, row, [&](std::size_t at) { blue += table_.grey[at] != 0 ? 1 : 0; });
+    return blue >= MinCount();
   }
 
   Eigen::Vector3d OnTable(double x, double y) const {
@@ -159,20 +293,23 @@ class Sampler {
 
   const Rectifier& rectifier_;
   const RectifiedCameras& cameras_;
+  const Grid& grid_;
   const ReconstructOptions& o_;
   Reconstruction& r_;
+  Mask table_;
   std::vector<float> values_;
 };
 
 }  // namespace
 
-Mask WithoutBlue(const image::Image& picture, double blue_share, int window_px) {
+Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels, int window_px) {
   Mask mask{picture.width, picture.height, {}};
   mask.grey.resize(picture.rgb.size() / 3);
   for (std::size_t i = 0; i < mask.grey.size(); ++i) {
     const int red = picture.rgb[3 * i], green = picture.rgb[3 * i + 1],
               blue = picture.rgb[3 * i + 2];
-    const bool dominant = std::max(red, green) < (1.0 - blue_share) * blue;
+    const int other = std::max(red, green);
+    const bool dominant = other < (1.0 - blue_share) * blue && other < blue - blue_levels;
     mask.grey[i] = dominant || !SawSomething(picture, i) ? 0 : kKept;
   }
   if (window_px > 1) {
@@ -190,11 +327,20 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
   result.rectified = rectifier.Apply(left, right);
   result.kept = KeptPixels(result.rectified.left, options);
   const RectifiedCameras& cameras = rectifier.cameras();
-  result.disparity = Match(
-      Brightness(result.rectified.left, result.kept),
-      Brightness(result.rectified.right, KeptPixels(result.rectified.right, options)), result.kept,
-      cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m), options.match);
-  Sampler(rectifier, options, result).Run();
+  const Grid grid(cameras, options);
+  const double max_px = grid.MaxDisparity();
+  if (max_px == 0.0) {
+    throw core::InputError(
+        "the stereo camera does not see the volume that is to be reconstructed: no pixel's ray "
+        "meets it");
+  }
+  const image::Grey8 left_grey = Brightness(result.rectified.left);
+  const Mask right_kept = KeptPixels(result.rectified.right, options);
+  result.disparity =
+      Match(Kept(left_grey, result.kept), Kept(Brightness(result.rectified.right), right_kept),
+            grid.Searched(result.kept), left_grey, cameras.DisparityAt(options.far_m), max_px,
+            options.match);
+  Sampler(rectifier, grid, options, result).Run();
   return result;
 }
 

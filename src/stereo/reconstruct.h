@@ -33,6 +33,6 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
 
 /// Which pixels of a picture are kept: those in which blue is not dominant, and which are not
 /// black.
-Mask WithoutBlue(const image::Image& picture, double blue_share, int window_px);
+Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels, int window_px);
 
 }  // namespace rangegrasp::stereo

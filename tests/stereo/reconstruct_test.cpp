@@ -185,7 +185,7 @@ TEST(Reconstruct, APictureOfTheTableAloneHasNoPointAboveIt) {
 TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
   image::Image picture{
       6, 1, {40, 60, 150, 10, 15, 38, 200, 200, 210, 200, 40, 40, 20, 20, 21, 0, 0, 0}};
-  const Mask mask = WithoutBlue(picture, 0.15, 1);
+  const Mask mask = WithoutBlue(picture, 0.15, 12, 1);
   EXPECT_EQ(mask.grey, (std::vector<std::uint8_t>{0, 0, 255, 255, 255, 0}));
 }
 
@@ -194,11 +194,11 @@ TEST(Match, RefusesOptionsThatAreOutOfRange) {
   const Mask all{64, 64, std::vector<std::uint8_t>(64 * 64, 255)};
   MatchOptions options;
   options.block_window_px = 20;
-  EXPECT_THROW(Match(grey, grey, all, 1.0, 17.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, all, grey, 1.0, 17.0, options), std::invalid_argument);
   options = {};
-  EXPECT_THROW(Match(grey, grey, all, 17.0, 1.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, all, grey, 17.0, 1.0, options), std::invalid_argument);
   const Mask small{32, 64, std::vector<std::uint8_t>(32 * 64, 255)};
-  EXPECT_THROW(Match(grey, grey, small, 1.0, 17.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, small, grey, 1.0, 17.0, options), std::invalid_argument);
 }
 
 }  // namespace

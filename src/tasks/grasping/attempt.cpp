@@ -271,6 +271,10 @@ std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
   }
   setup.reconstruct = options.stereo;
   setup.reconstruct.table_W = cell.TablePlane();
+  setup.reconstruct.volume = {
+      .X_WV = cell.robot.X_WWorkspace,
+      .radius_m = cell.robot.workspace_radius_m + options.workspace_margin_m,
+      .height_m = options.stereo.volume_height_m};
   return std::make_unique<StereoSensor>(std::move(setup), X_WScanner);
 }
 
