@@ -110,7 +110,7 @@ TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeI
   // A picture whose red is its column and whose green is its row, in the middle of it.
   constexpr int kLeft = 72, kTop = 22, kMost = 255;
   image::Image ramp{400, 300, {}};
-  const auto level = [](int place) {
+  const auto level = [&](int place) {
     return static_cast<std::uint8_t>(std::clamp(place, 0, kMost));
   };
   for (int y = 0; y < ramp.height; ++y) {
