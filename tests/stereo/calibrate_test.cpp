@@ -11,19 +11,19 @@
 #include "core/rng.h"
 #include "core/units.h"
 #include "error_of.h"
+#include "synthetic_board.h"
 
 namespace rangegrasp::stereo {
 namespace {
 
 using ::testing::HasSubstr;
+using testing_support::BoardPicture;
 using testing_support::ErrorOf;
+using testing_support::kParts;
+using testing_support::kSpot_px;
+using testing_support::TurnedBy;
 
 Camera LensUsed() { return {640, 480, 800.0, 800.0, 322.3, 236.1, -0.11, 0.14, 6e-4, -4e-4, 0.0}; }
-
-core::Pose TurnedBy(const Eigen::Vector3d& rotation, const Eigen::Vector3d& shift) {
-  return core::MakePose(
-      Eigen::AngleAxisd(rotation.norm(), rotation.stableNormalized()).toRotationMatrix(), shift);
-}
 
 /// A turn by 4 degrees about an axis 0.3 m behind the camera.
 core::Pose TurnUsed() {
@@ -81,61 +81,6 @@ std::vector<BoardSighting> Sightings(int views, double noise_px,
   return sightings;
 }
 
-// A picture's pixel is the mean of kParts x kParts places in a square of kSpot_px: no lens and
-// sensor makes sharper ones.
-constexpr int kParts = 25;
-constexpr double kSpot_px = 2.0;
-
-/// What a camera without distortion sees of a board on grey ground, blurred over so many pixels.
-image::Image Picture(const core::Pose& X_CBoard, const ChessboardOptions& options, int blur_px) {
-  const Camera camera{480, 360, 600.0, 600.0, 239.5, 179.5, 0.0, 0.0, 0.0, 0.0, 0.0};
-  const core::Pose X_BoardC = X_CBoard.inverse();
-  const auto level = [&](double x, double y) {
-    const Eigen::Vector3d ray = X_BoardC.linear() * RayOf(camera, {x, y});
-    const Eigen::Vector3d p = X_BoardC.translation() - X_BoardC.translation().z() / ray.z() * ray;
-    const double u = p.x() / options.square_m + 1.0, v = p.y() / options.square_m + 1.0;
-    const double columns = options.columns + 1, rows = options.rows + 1;
-    if (u < -0.7 || v < -0.7 || u > columns + 0.7 || v > rows + 0.7) return 120.0;
-    if (u < 0.0 || v < 0.0 || u > columns || v > rows) return 230.0;
-    return (static_cast<int>(u) + static_cast<int>(v)) % 2 == 0 ? 30.0 : 230.0;
-  };
-  const auto mean = [&](double x, double y) {
-    // Squares are wider than a spot: without an edge at its corners there is none within.
-    constexpr double kHalf = 0.5 * kSpot_px;
-    const double any = level(x - kHalf, y - kHalf);
-    if (level(x + kHalf, y - kHalf) == any && level(x - kHalf, y + kHalf) == any &&
-        level(x + kHalf, y + kHalf) == any) {
-      return any;
-    }
-    const auto offset = [](int part) { return kSpot_px * ((part + 0.5) / kParts - 0.5); };
-    double sum = 0.0;
-    for (int row = 0; row < kParts; ++row) {
-      for (int column = 0; column < kParts; ++column) {
-        sum += level(x + offset(column), y + offset(row));
-      }
-    }
-    return sum / (kParts * kParts);
-  };
-  std::vector<double> sharp;
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) sharp.push_back(mean(x, y));
-  }
-  image::Image picture{camera.width, camera.height, {}};
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      double sum = 0.0;
-      int count = 0;
-      for (int k = -blur_px / 2; k <= blur_px / 2; ++k) {
-        if (x + k < 0 || x + k >= camera.width) continue;
-        sum += sharp[static_cast<std::size_t>(y * camera.width + x + k)];
-        ++count;
-      }
-      picture.rgb.insert(picture.rgb.end(), 3, static_cast<std::uint8_t>(std::lround(sum / count)));
-    }
-  }
-  return picture;
-}
-
 /// How far off an edge at most is found in a picture of such spots: cornerSubPix weighs each pixel
 /// by the square of its grey value's slope, the half difference of its neighbors, and the sampled
 /// squares' middle is not the edge.
@@ -163,8 +108,8 @@ BoardView View(int blur_px, const ChessboardOptions& options = {}) {
   core::Rng rng(5);
   BoardView view;
   view.name = "view 3";
-  view.left = Picture(BoardInFront(), options, blur_px);
-  view.right = Picture(TurnedBy({0, 0.02, 0}, {-0.02, 0, 0}) * BoardInFront(), options, 1);
+  view.left = BoardPicture(BoardInFront(), options, blur_px);
+  view.right = BoardPicture(TurnedBy({0, 0.02, 0}, {-0.02, 0, 0}) * BoardInFront(), options, 1);
   view.laser_origin_W = Eigen::Vector3d::Zero();
   for (int i = 0; i < 1000; ++i) {
     const double x = rng.Uniform(-0.03, 0.25);
@@ -193,7 +138,7 @@ TEST(RightInLeft, IsTheProductOfThePoses) {
 TEST(FindBoard, FindsCornersAndTheLasersPlane) {
   const ChessboardOptions options;
   const BoardSighting found = FindBoard(View(1), options);
-  const Camera camera{480, 360, 600.0, 600.0, 239.5, 179.5, 0.0, 0.0, 0.0, 0.0, 0.0};
+  const Camera camera = testing_support::BoardCamera();
   ASSERT_EQ(found.left_px.size(), 54u);
   double worst_px = 0.0;
   for (const Eigen::Vector2d& seen : found.left_px) {
