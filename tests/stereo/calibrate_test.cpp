@@ -16,6 +16,7 @@
 namespace rangegrasp::stereo {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using testing_support::BoardPicture;
 using testing_support::ErrorOf;
@@ -197,6 +198,15 @@ TEST(CalibrateStereo, ReportsTheNoiseOfTheCorners) {
   // A corner of 0.1 px is triangulated to z^2 / (f b) 0.14 px = 3.6 mm at 0.65 m.
   EXPECT_GT(noisy.triangulated_m, 0.001);
   EXPECT_LT(noisy.triangulated_m, 0.006);
+}
+
+// Boards of 25 mm that are said to be of 25.5: all lengths are seen 2 % too large.
+TEST(CalibrateStereo, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
+  const CalibrationResult right = CalibrateStereo(Sightings(12, 0.05), 640, 480, {});
+  EXPECT_LT(std::abs(right.scale - 1.0), std::max(0.001, 4.0 * right.scale_error));
+  ChessboardOptions said;
+  said.square_m = 0.0255;
+  EXPECT_THAT(Refusal(Sightings(12, 0.05), said), ContainsRegex("would agree with 2(4.9|5.0). mm"));
 }
 
 TEST(CalibrateStereo, GivesTheSameTwice) {
