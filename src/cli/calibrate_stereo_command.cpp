@@ -140,9 +140,11 @@ void Calibrate(const CalibrateArguments& arguments) {
   stereo::WriteStereoCalibration(result.calibration, arguments.out);
   spdlog::info(
       "{} views: corners {:.3f} px off the camera and {:.3f} px off the pair; as one camera sees "
-      "them {:.2f} mm off the laser's planes, triangulated {:.2f} mm (rms)",
+      "them {:.2f} mm off the laser's planes, triangulated {:.2f} mm (rms); squares of {:.2f} +- "
+      "{:.2f} mm would fit best",
       result.views, result.camera_px, result.stereo_px, result.registration_m * core::kMmPerM,
-      result.triangulated_m * core::kMmPerM);
+      result.triangulated_m * core::kMmPerM, result.scale * board.square_m * core::kMmPerM,
+      result.scale_error * board.square_m * core::kMmPerM);
 }
 
 }  // namespace

@@ -270,6 +270,44 @@ core::Pose Register(core::Pose X_WL, std::span<const CornerOnPlane> pairs) {
   return X_WL;
 }
 
+// By which factor all that the camera sees would have to grow to agree best with the planes, and
+// its standard error. Pictures of a board with larger squares are those of one further off, so that
+// only the laser tells squares of another size; the pose takes up most of what is wrong with them
+// if all boards are about as far off.
+struct Scale {
+  double factor = 1.0;
+  double error = 0.0;
+};
+Scale ScaleOf(core::Pose X_WL, std::span<const CornerOnPlane> pairs, std::size_t boards) {
+  constexpr int kSteps = 10;  // of Gauss and Newton, from a pose that is nearly right
+  Eigen::Matrix<double, 7, 7> sum;
+  Scale scale;
+  double squares = 0.0;
+  for (int step = 0; step < kSteps; ++step) {
+    sum.setZero();
+    squares = 0.0;
+    Eigen::Matrix<double, 7, 1> right = Eigen::Matrix<double, 7, 1>::Zero();
+    for (const CornerOnPlane& pair : pairs) {
+      const Eigen::Vector3d& n = pair.plane_W.normal;
+      const Eigen::Vector3d p_W = X_WL * (scale.factor * pair.p_L);
+      Eigen::Matrix<double, 7, 1> slope;
+      slope << p_W.cross(n), n, n.dot(X_WL.linear() * pair.p_L);
+      const double distance = pair.plane_W.Distance(p_W);
+      sum += slope * slope.transpose();
+      right -= slope * distance;
+      squares += distance * distance;
+    }
+    const Eigen::Matrix<double, 7, 1> motion = sum.ldlt().solve(right);
+    const Eigen::Vector3d turn = motion.head<3>();
+    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+    X_WL = core::MakePose(rotation.toRotationMatrix(), motion.segment<3>(3)) * X_WL;
+    scale.factor += motion[6];
+  }
+  // Corners of one board share its plane's error: a board counts as one measurement.
+  scale.error = std::sqrt(squares / static_cast<double>(boards) * sum.inverse()(6, 6));
+  return scale;
+}
+
 // The point nearest to the two rays that see it.
 Eigen::Vector3d Between(const Eigen::Vector3d& ray_L, const core::Pose& X_LR,
                         const Eigen::Vector3d& ray_R) {
@@ -315,6 +353,14 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
         "the chessboard's corners are {:.2f} px off the calibrated cameras' (rms; {:.2f} at most): "
         "is it flat, and is this one camera that was turned by the same angles each time?",
         worst_px, options.max_reprojection_px));
+  }
+  constexpr double kSurely = 3.0;  // standard errors
+  if (std::abs(result.scale - 1.0) >
+      std::max(options.max_scale_error, kSurely * result.scale_error)) {
+    throw core::InputError(fmt::format(
+        "the laser's planes do not agree with the chessboard's size: are its squares {:g} mm? They "
+        "would agree with {:.2f} mm",
+        options.square_m * core::kMmPerM, result.scale * options.square_m * core::kMmPerM));
   }
   if (!(result.registration_m <= options.max_registration_m)) {
     throw core::InputError(fmt::format(
@@ -420,6 +466,9 @@ CalibrationResult CalibrateStereo(std::span<const BoardSighting> boards, int wid
   const std::vector<CornerOnPlane> pairs = CornersOnPlanes(boards, lens, X_LR, options);
   const core::Pose X_WL = Register(FirstRegistration(NormalsOf(lens, boards.size()), pairs), pairs);
   result.registration_m = RootMeanSquare(pairs, X_WL);
+  const Scale scale = ScaleOf(X_WL, pairs, boards.size());
+  result.scale = scale.factor;
+  result.scale_error = scale.error;
   result.views = static_cast<int>(boards.size());
   StereoCalibration& calibration = result.calibration;
   calibration.camera = CameraOf(lens, width, height);

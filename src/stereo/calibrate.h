@@ -20,6 +20,7 @@ struct ChessboardOptions {
   double max_edge_px = 3.0;          ///< width of an edge's image, 10 to 90 %; blurred if more
   double max_reprojection_px = 0.3;  ///< root mean square
   double max_registration_m = 0.0015;
+  double max_scale_error = 0.005;  ///< of its squares, against the laser's planes: 3 mm at 0.6 m
   int min_views = 6;
   double min_spread_rad = 0.1;  ///< of the boards' normals, in their narrowest direction
   double laser_band_m = 0.004;  ///< within which the laser's points are the board's plane at first
@@ -62,6 +63,8 @@ struct CalibrationResult {
   double registration_m =
       0.0;  ///< of the corners, as one camera sees the board, to the laser's planes
   double triangulated_m = 0.0;  ///< of the corners, as the pair triangulates them, to these planes
+  double scale = 1.0;           ///< of all lengths, with which the planes would agree best
+  double scale_error = 0.0;     ///< its standard error
   int views = 0;
 };
 

@@ -49,9 +49,10 @@ Picture ReadPicture(const std::filesystem::path& file) {
 }
 
 // The windows that a pair is compared by: as large as those of block matching, one in each cell of
-// a grid, of so many the ones with the most texture.
+// a grid of so many cells (windows overlap in small pictures), of these the ones with the most
+// texture.
 constexpr int kWindow_px = 21;
-constexpr int kCell_px = 40;
+constexpr double kCells = 1200.0;
 constexpr std::size_t kMaxWindows = 200;
 // A window that agrees less was not found again (OpenCV's normed correlation).
 constexpr double kMinCorrelation = 0.9;
@@ -72,16 +73,30 @@ bool AllKept(const Mask& kept, const cv::Rect& at) {
   return true;
 }
 
+// The root mean square of the grey values' slope in the direction in which it is least.
+double LeastSlope(const cv::Mat& across, const cv::Mat& down, const cv::Rect& at) {
+  const double pixels = at.area();
+  const double xx = across(at).dot(across(at)) / pixels;
+  const double yy = down(at).dot(down(at)) / pixels;
+  const double xy = across(at).dot(down(at)) / pixels;
+  const double least = 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy);
+  return std::sqrt(std::max(0.0, least));
+}
+
 std::vector<Window> TexturedWindows(const cv::Mat& left, const Mask& kept, int first_column,
-                                    int first_row) {
+                                    const RowSearch& search) {
+  constexpr double kHalf = 0.5;  // of the difference of both neighbors
+  cv::Mat across, down;
+  cv::Sobel(left, across, CV_32F, 1, 0, 1, kHalf);
+  cv::Sobel(left, down, CV_32F, 0, 1, 1, kHalf);
+  const int cell_px = std::max(1, static_cast<int>(std::sqrt(left.cols * left.rows / kCells)));
   std::vector<Window> windows;
-  for (int y = first_row; y + kWindow_px + first_row <= left.rows; y += kCell_px) {
-    for (int x = first_column; x + kWindow_px <= left.cols; x += kCell_px) {
+  for (int y = search.rows; y + kWindow_px + search.rows <= left.rows; y += cell_px) {
+    for (int x = first_column; x + kWindow_px <= left.cols; x += cell_px) {
       const cv::Rect at(x, y, kWindow_px, kWindow_px);
       if (!AllKept(kept, at)) continue;
-      cv::Scalar mean, deviation;
-      cv::meanStdDev(left(at), mean, deviation);
-      windows.push_back({deviation[0], at});
+      const double slope = LeastSlope(across, down, at);
+      if (slope >= search.min_slope) windows.push_back({slope, at});
     }
   }
   std::stable_sort(windows.begin(), windows.end(),
@@ -117,25 +132,30 @@ PicturePair ReadPicturePair(const std::filesystem::path& left, const std::filesy
 }
 
 RowOffset MeasureRowOffset(const RectifiedPair& pair, const Mask& kept, double min_px,
-                           double max_px, int max_rows_px) {
+                           double max_px, const RowSearch& search) {
   const internal::SingleThread single;
   cv::Mat left, right;
   cv::cvtColor(internal::View(pair.left), left, cv::COLOR_RGB2GRAY);
   cv::cvtColor(internal::View(pair.right), right, cv::COLOR_RGB2GRAY);
   const int low = static_cast<int>(std::floor(min_px)), high = static_cast<int>(std::ceil(max_px));
+  RowOffset result;
   std::vector<double> offsets;
-  for (const Window& window : TexturedWindows(left, kept, high, max_rows_px)) {
-    const cv::Rect strip(window.at.x - high, window.at.y - max_rows_px, kWindow_px + high - low,
-                         kWindow_px + 2 * max_rows_px);
+  for (const Window& window : TexturedWindows(left, kept, high, search)) {
+    ++result.textured;
+    const cv::Rect strip(window.at.x - high, window.at.y - search.rows, kWindow_px + high - low,
+                         kWindow_px + 2 * search.rows);
     cv::Mat agreement;
     cv::matchTemplate(right(strip), left(window.at), agreement, cv::TM_CCOEFF_NORMED);
     double best = 0.0;
     cv::Point place;
     cv::minMaxLoc(agreement, nullptr, &best, nullptr, &place);
-    if (best >= kMinCorrelation) offsets.push_back(place.y - max_rows_px);
+    if (best < kMinCorrelation) continue;
+    offsets.push_back(place.y - search.rows);
+    result.in_row += std::abs(offsets.back()) <= search.tolerance_px ? 1 : 0;
   }
-  if (offsets.empty()) return {};
-  return {core::MedianOf(offsets), static_cast<int>(offsets.size())};
+  result.found = static_cast<int>(offsets.size());
+  if (!offsets.empty()) result.median_px = core::MedianOf(offsets);
+  return result;
 }
 
 image::Grey16 EncodeDisparity(const Disparity& disparity) {

@@ -24,14 +24,28 @@ PicturePair ReadPicturePair(const std::filesystem::path& left, const std::filesy
 
 /// How far a pair is from what rectification promises: corresponding pixels in one row.
 struct RowOffset {
-  double median_px = 0.0;  ///< right row minus left row
-  int windows = 0;         ///< that were found again
+  int textured = 0;        ///< windows that were looked for
+  int found = 0;           ///< and found again
+  int in_row = 0;          ///< of these: within RowSearch::tolerance_px of their row
+  double median_px = 0.0;  ///< right row minus left row, of those found
 };
-/// Looks for windows with much texture in the right picture, in rows within max_rows_px, too. Tells
+struct RowSearch {
+  /// That are searched above and below each window's row. [px]
+  int rows = 8;
+  /// Rectification with a calibration that fits leaves a fraction of a pixel, and half a window
+  /// hides it. [px]
+  double tolerance_px = 2.0;
+  /// Grey levels a pixel, root mean square, in the direction in which the window changes least:
+  /// along a straight edge a window can be found anywhere. A camera's noise of 2 levels makes a
+  /// slope of 1.4 (half the difference of two pixels), and 3 levels over 21 x 21 px place a window
+  /// to 2 sqrt(2) / (3 * 21) = 0.05 px.
+  double min_slope = 3.0;
+};
+/// Looks for windows of the left picture with texture in the right one, in rows near by, too. Tells
 /// pictures of another camera of the same size, or of one that was moved, from those that the
-/// calibration belongs to. O(windows * disparities * max_rows_px).
+/// calibration belongs to. O(windows * disparities * rows).
 RowOffset MeasureRowOffset(const RectifiedPair& pair, const Mask& kept, double min_px,
-                           double max_px, int max_rows_px = 8);
+                           double max_px, const RowSearch& search = {});
 
 /// Disparities as 16-bit grey: 256 levels a pixel (as in the KITTI benchmark), 0 where there is
 /// none.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,6 +23,19 @@
 #include "experiment/child.h"
 #include "experiment/sample_record.h"
 #include "temp_folder.h"
+
+namespace {
+// Seconds that a process takes to end from here on.
+unsigned end_takes_s = 0;
+}  // namespace
+
+// In place of the C library's, so that a case's process can be made to end late, as threads of
+// libraries do on a busy machine.
+extern "C" void _exit(int code) {
+  if (end_takes_s > 0) sleep(end_takes_s);
+  syscall(SYS_exit_group, code);
+  std::abort();
+}
 
 namespace rangegrasp::experiment {
 namespace {
@@ -150,6 +164,30 @@ TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
     while (true) pause();
   };
   EXPECT_EQ(RunApart(which, 0.2, hang).outcome, kTimedOut);
+}
+
+// It has handed over its result and then hangs: the result counts, after a second of patience, not
+// after the time that the case may take or the process would, and no process is left.
+TEST(RunCases, AWholeResultCountsThoughItsProcessEndsLate) {
+  const core::Stopwatch watch;
+  const auto ends_late = [](const Case& which) {
+    end_takes_s = 60;
+    return Good(which);
+  };
+  const Record record = RunBad(ends_late);
+  EXPECT_EQ(Row(record), Row({record.which, Good(record.which)}));
+  EXPECT_LT(watch.Seconds(), 20.0);
+  EXPECT_EQ(end_takes_s, 0u);
+}
+
+TEST(RunCases, AProcessThatEndsLateWithoutAResultTimesOut) {
+  const Record record = RunBad(
+      [](const Case&) -> Result {
+        end_takes_s = 60;
+        throw std::runtime_error("no result");
+      },
+      1.0);
+  EXPECT_EQ(record.result.outcome, kTimedOut);
 }
 
 TEST(RunCases, NothingToDoIsDone) {

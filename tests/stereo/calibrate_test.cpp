@@ -11,19 +11,20 @@
 #include "core/rng.h"
 #include "core/units.h"
 #include "error_of.h"
+#include "synthetic_board.h"
 
 namespace rangegrasp::stereo {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using testing_support::BoardPicture;
 using testing_support::ErrorOf;
+using testing_support::kParts;
+using testing_support::kSpot_px;
+using testing_support::TurnedBy;
 
 Camera LensUsed() { return {640, 480, 800.0, 800.0, 322.3, 236.1, -0.11, 0.14, 6e-4, -4e-4, 0.0}; }
-
-core::Pose TurnedBy(const Eigen::Vector3d& rotation, const Eigen::Vector3d& shift) {
-  return core::MakePose(
-      Eigen::AngleAxisd(rotation.norm(), rotation.stableNormalized()).toRotationMatrix(), shift);
-}
 
 /// A turn by 4 degrees about an axis 0.3 m behind the camera.
 core::Pose TurnUsed() {
@@ -81,45 +82,24 @@ std::vector<BoardSighting> Sightings(int views, double noise_px,
   return sightings;
 }
 
-/// What a camera without distortion sees of a board on grey ground, blurred over so many pixels.
-image::Image Picture(const core::Pose& X_CBoard, const ChessboardOptions& options, int blur_px) {
-  constexpr int kParts = 3;
-  const Camera camera{480, 360, 600.0, 600.0, 239.5, 179.5, 0.0, 0.0, 0.0, 0.0, 0.0};
-  const core::Pose X_BoardC = X_CBoard.inverse();
-  const auto level = [&](double x, double y) {
-    const Eigen::Vector3d ray = X_BoardC.linear() * RayOf(camera, {x, y});
-    const Eigen::Vector3d p = X_BoardC.translation() - X_BoardC.translation().z() / ray.z() * ray;
-    const double u = p.x() / options.square_m + 1.0, v = p.y() / options.square_m + 1.0;
-    const double columns = options.columns + 1, rows = options.rows + 1;
-    if (u < -0.7 || v < -0.7 || u > columns + 0.7 || v > rows + 0.7) return 120.0;
-    if (u < 0.0 || v < 0.0 || u > columns || v > rows) return 230.0;
-    return (static_cast<int>(u) + static_cast<int>(v)) % 2 == 0 ? 30.0 : 230.0;
-  };
-  std::vector<double> sharp;
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      double sum = 0.0;
-      for (int part = 0; part < kParts * kParts; ++part) {
-        sum += level(x + (part % kParts - 1) / double{kParts},
-                     y + (part / kParts - 1) / double{kParts});
-      }
-      sharp.push_back(sum / (kParts * kParts));
+/// How far off an edge at most is found in a picture of such spots: cornerSubPix weighs each pixel
+/// by the square of its grey value's slope, the half difference of its neighbors, and the sampled
+/// squares' middle is not the edge.
+double SharpEdgeBias() {
+  const auto edge = [](double x) { return std::clamp(x / kSpot_px + 0.5, 0.0, 1.0); };
+  constexpr int kPlaces = 1000;
+  double worst = 0.0;
+  for (int k = 0; k < kPlaces; ++k) {
+    const double place = k / double{kPlaces};
+    double weights = 0.0, sum = 0.0;
+    for (int x = -5; x <= 5; ++x) {
+      const double slope = 0.5 * (edge(x + 1 - place) - edge(x - 1 - place));
+      weights += slope * slope;
+      sum += slope * slope * (x - place);
     }
+    worst = std::max(worst, std::abs(sum / weights));
   }
-  image::Image picture{camera.width, camera.height, {}};
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      double sum = 0.0;
-      int count = 0;
-      for (int k = -blur_px / 2; k <= blur_px / 2; ++k) {
-        if (x + k < 0 || x + k >= camera.width) continue;
-        sum += sharp[static_cast<std::size_t>(y * camera.width + x + k)];
-        ++count;
-      }
-      picture.rgb.insert(picture.rgb.end(), 3, static_cast<std::uint8_t>(std::lround(sum / count)));
-    }
-  }
-  return picture;
+  return worst;
 }
 
 core::Pose BoardInFront() { return TurnedBy({0.3, -0.25, 0.1}, {-0.11, -0.06, 0.55}); }
@@ -129,8 +109,8 @@ BoardView View(int blur_px, const ChessboardOptions& options = {}) {
   core::Rng rng(5);
   BoardView view;
   view.name = "view 3";
-  view.left = Picture(BoardInFront(), options, blur_px);
-  view.right = Picture(TurnedBy({0, 0.02, 0}, {-0.02, 0, 0}) * BoardInFront(), options, 1);
+  view.left = BoardPicture(BoardInFront(), options, blur_px);
+  view.right = BoardPicture(TurnedBy({0, 0.02, 0}, {-0.02, 0, 0}) * BoardInFront(), options, 1);
   view.laser_origin_W = Eigen::Vector3d::Zero();
   for (int i = 0; i < 1000; ++i) {
     const double x = rng.Uniform(-0.03, 0.25);
@@ -159,7 +139,7 @@ TEST(RightInLeft, IsTheProductOfThePoses) {
 TEST(FindBoard, FindsCornersAndTheLasersPlane) {
   const ChessboardOptions options;
   const BoardSighting found = FindBoard(View(1), options);
-  const Camera camera{480, 360, 600.0, 600.0, 239.5, 179.5, 0.0, 0.0, 0.0, 0.0, 0.0};
+  const Camera camera = testing_support::BoardCamera();
   ASSERT_EQ(found.left_px.size(), 54u);
   double worst_px = 0.0;
   for (const Eigen::Vector2d& seen : found.left_px) {
@@ -170,7 +150,10 @@ TEST(FindBoard, FindsCornersAndTheLasersPlane) {
     }
     worst_px = std::max(worst_px, nearest_px);
   }
-  EXPECT_LT(worst_px, 0.15);  // nine samples a pixel place an edge to a sixth of one
+  // Each of a corner's two coordinates comes from one edge. A row of that edge is off by no more
+  // than half of the distance of the picture's samples, and by what OpenCV makes of a straight edge
+  // (SharpEdgeBias): together 0.076 px, for both edges sqrt(2) times as much.
+  EXPECT_LT(worst_px, std::sqrt(2.0) * (0.5 * kSpot_px / kParts + SharpEdgeBias()));
   const core::Pose X_WB = BoardInFront();
   EXPECT_NEAR(std::abs(found.plane_W.normal.dot(X_WB.linear().col(2))), 1.0, 1e-6);
   // Five standard errors of a thousand points with 0.3 mm.
@@ -215,6 +198,15 @@ TEST(CalibrateStereo, ReportsTheNoiseOfTheCorners) {
   // A corner of 0.1 px is triangulated to z^2 / (f b) 0.14 px = 3.6 mm at 0.65 m.
   EXPECT_GT(noisy.triangulated_m, 0.001);
   EXPECT_LT(noisy.triangulated_m, 0.006);
+}
+
+// Boards of 25 mm that are said to be of 25.5: all lengths are seen 2 % too large.
+TEST(CalibrateStereo, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
+  const CalibrationResult right = CalibrateStereo(Sightings(12, 0.05), 640, 480, {});
+  EXPECT_LT(std::abs(right.scale - 1.0), std::max(0.001, 4.0 * right.scale_error));
+  ChessboardOptions said;
+  said.square_m = 0.0255;
+  EXPECT_THAT(Refusal(Sightings(12, 0.05), said), ContainsRegex("would agree with 2(4.9|5.0). mm"));
 }
 
 TEST(CalibrateStereo, GivesTheSameTwice) {

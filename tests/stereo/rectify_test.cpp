@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
 
 #include "core/rng.h"
@@ -69,31 +70,69 @@ TEST(Rectify, TriangulatesAsOpenCvDoes) {
   }
 }
 
-TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeIt) {
-  // A picture whose red is its column and whose green is its row: interpolation adds nothing.
+// Where OpenCV moves a pixel of the picture as it was taken, coefficients, rotation and projection
+// given to it one by one, and where LeftSource takes that place from.
+TEST(Rectifier, RectifiesPointsAsOpenCvDoes) {
   const StereoCalibration calibration = SyntheticCalibration();
   const Rectifier rectifier(calibration);
+  const RectifiedCameras& cameras = rectifier.cameras();
+  const Camera& c = calibration.camera;
+  const cv::Matx33d matrix(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+  const cv::Matx33d projection(cameras.f, 0, cameras.cx, 0, cameras.f, cameras.cy, 0, 0, 1);
+  const cv::Vec<double, 5> distortion(c.k1, c.k2, c.p1, c.p2, c.k3);
+  const Eigen::Matrix3d R = cameras.R_LS.transpose();
+  const cv::Matx33d turn(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1),
+                         R(2, 2));
+  const cv::TermCriteria until_still(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12);
+  core::Rng rng(4);
+  for (int i = 0; i < 1000; ++i) {
+    const double x = rng.Uniform(0.0, 399.0);
+    const double y = rng.Uniform(0.0, 299.0);
+    const std::vector<cv::Point2d> taken = {{x, y}};
+    std::vector<cv::Point2d> rectified;
+    cv::undistortPoints(taken, rectified, matrix, distortion, turn, projection, until_still);
+    const Eigen::Vector2d source = rectifier.LeftSource(rectified[0].x, rectified[0].y);
+    EXPECT_NEAR(source.x(), x, 1e-6);
+    EXPECT_NEAR(source.y(), y, 1e-6);
+  }
+}
+
+TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeIt) {
+  // So much of each coefficient that any two exchanged move some pixel by more than a few.
+  StereoCalibration calibration = SyntheticCalibration();
+  Camera& camera = calibration.camera;
+  camera.k1 = -0.15;
+  camera.k2 = 0.2;
+  camera.p1 = 0.02;
+  camera.p2 = -0.015;
+  camera.k3 = 0.6;
+  const Rectifier rectifier(calibration);
+  // A picture whose red is its column and whose green is its row, in the middle of it.
+  constexpr int kLeft = 72, kTop = 22, kMost = 255;
   image::Image ramp{400, 300, {}};
+  const auto level = [&](int place) {
+    return static_cast<std::uint8_t>(std::clamp(place, 0, kMost));
+  };
   for (int y = 0; y < ramp.height; ++y) {
     for (int x = 0; x < ramp.width; ++x) {
-      ramp.rgb.insert(ramp.rgb.end(),
-                      {static_cast<std::uint8_t>(x / 2), static_cast<std::uint8_t>(y / 2), 200});
+      ramp.rgb.insert(ramp.rgb.end(), {level(x - kLeft), level(y - kTop), 200});
     }
   }
   const RectifiedPair pair = rectifier.Apply(ramp, ramp);
   int compared = 0;
-  for (int y = 5; y < 295; y += 10) {
-    for (int x = 5; x < 395; x += 10) {
+  for (int y = 0; y < 300; y += 5) {
+    for (int x = 0; x < 400; x += 5) {
+      const Eigen::Vector2d place =
+          rectifier.LeftSource(x, y) - Eigen::Vector2d(double{kLeft}, double{kTop});
+      if (place.minCoeff() < 1.0 || place.maxCoeff() > kMost - 1.0) continue;
       const std::uint8_t* pixel = pair.left.At(x, y);
-      if (pixel[2] != 200) continue;  // outside of what the camera saw
-      const Eigen::Vector2d source = rectifier.LeftSource(x, y);
-      // The ramp is rounded down to half of a pixel, its interpolation to a level.
-      EXPECT_NEAR(pixel[0], source.x() / 2.0 - 0.25, 1.0);
-      EXPECT_NEAR(pixel[1], source.y() / 2.0 - 0.25, 1.0);
+      // A level is rounded to a half, OpenCV's place of it to a 32nd of a pixel both ways.
+      EXPECT_NEAR(pixel[0], place.x(), 0.5 + 1.0 / 32.0);
+      EXPECT_NEAR(pixel[1], place.y(), 0.5 + 1.0 / 32.0);
       ++compared;
     }
   }
-  EXPECT_GT(compared, 500);
+  EXPECT_GT(compared, 1000);
 }
 
 TEST(Rectifier, RefusesPicturesOfAnotherCamera) {

@@ -145,6 +145,7 @@ void Worker::RunChild(int parent, int out, const std::function<Result(const Case
     if (n <= 0) _exit(kNotSent);
     sent += static_cast<std::size_t>(n);
   }
+  close(out);  // whoever waits knows now that it is whole, however long the end takes
   _exit(0);
 }
 
