@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kBoard = 0;                     // the world's one object
 constexpr int kMaxDraws = 10000;              // of a place, before it is said that there is none
-constexpr int kDrawsOneWay = 500;             // of a place with a tilt in one direction
+constexpr int kDrawsOneWay = 3000;            // of a place with a tilt in one direction
 constexpr double kLeastTilt = 0.25;           // the square of a share of the greatest tilt
 constexpr double kGoldenTurn = 0.6180339887;  // of which no few multiples are alike
 
@@ -171,16 +171,22 @@ stereo::CalibrationResult CalibrateSimulated(
     const std::function<void(const stereo::BoardView&)>& look_on) {
   std::vector<stereo::BoardSighting> boards;
   int refused = 0;
-  while (static_cast<int>(boards.size()) < views) {
-    const stereo::BoardView view = recorder.Next();
-    if (look_on) look_on(view);
+  for (int wanted = views;; wanted += std::max(1, views / 4)) {
+    while (static_cast<int>(boards.size()) < wanted) {
+      const stereo::BoardView view = recorder.Next();
+      if (look_on) look_on(view);
+      try {
+        boards.push_back(stereo::FindBoard(view, chessboard));
+      } catch (const core::InputError&) {
+        if (++refused > views) throw;
+      }
+    }
     try {
-      boards.push_back(stereo::FindBoard(view, chessboard));
+      return stereo::CalibrateStereo(boards, camera.width, camera.height, chessboard);
     } catch (const core::InputError&) {
-      if (++refused > views) throw;
+      if (wanted >= 2 * views) throw;  // more of them may be less alike
     }
   }
-  return stereo::CalibrateStereo(boards, camera.width, camera.height, chessboard);
 }
 
 }  // namespace rangegrasp::sensing

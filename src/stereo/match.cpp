@@ -104,8 +104,9 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
 // Pixels at which the grey changes along the row, as a match needs it.
 cv::Mat Edges(const cv::Mat& picture, double levels) {
   constexpr double kSobelGain = 8.0;  // of a slope of one level a pixel
-  cv::Mat slope;
-  cv::Sobel(picture, slope, CV_16S, 1, 0);
+  cv::Mat grey, slope;
+  cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
+  cv::Sobel(grey, slope, CV_16S, 1, 0);
   return cv::abs(slope) > kSobelGain * levels;
 }
 
@@ -170,10 +171,45 @@ class PatchFilter {
   std::vector<cv::Point> patch_;
 };
 
+// Removes disparities that the pixels of like colour round them do not share.
+void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::Mat& sixteenths) {
+  constexpr int kSteps = 4;               // to either side
+  constexpr double kMaxSlope = 1.0 / 16;  // of a disparity along a surface: steeper is hardly seen
+  const int stride = std::max(1, o.consensus_reach_px / kSteps);
+  const double tolerance = kSubpixels * (1.0 + kMaxSlope * o.consensus_reach_px);
+  const auto like = [&](const cv::Vec3b& a, const cv::Vec3b& b) {
+    return std::abs(a[0] - b[0]) <= o.consensus_levels &&
+           std::abs(a[1] - b[1]) <= o.consensus_levels &&
+           std::abs(a[2] - b[2]) <= o.consensus_levels;
+  };
+  const cv::Mat before = sixteenths.clone();
+  for (int y = 0; y < before.rows; ++y) {
+    for (int x = 0; x < before.cols; ++x) {
+      const std::int16_t own = before.at<std::int16_t>(y, x);
+      if (own <= none) continue;
+      const auto& colour = colours.at<cv::Vec3b>(y, x);
+      int asked = 0, agree = 0;
+      for (int v = std::max(y - kSteps * stride, y % stride);
+           v <= std::min(y + kSteps * stride, before.rows - 1); v += stride) {
+        for (int u = std::max(x - kSteps * stride, x % stride);
+             u <= std::min(x + kSteps * stride, before.cols - 1); u += stride) {
+          if (!like(colour, colours.at<cv::Vec3b>(v, u))) continue;
+          const std::int16_t other = before.at<std::int16_t>(v, u);
+          ++asked;
+          agree += other > none && std::abs(other - own) <= tolerance ? 1 : 0;
+        }
+      }
+      if (agree < o.consensus_share * asked) {
+        sixteenths.at<std::int16_t>(y, x) = static_cast<std::int16_t>(none);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask& left_mask,
-                const image::Grey8& whole_left, double min_px, double max_px,
+                const image::Image& whole_left, double min_px, double max_px,
                 const MatchOptions& options) {
   CheckOptions(options, min_px, max_px);
   if (left.width != right.width || left.height != right.height || left.width != left_mask.width ||
@@ -196,14 +232,15 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   if (part.width <= reach + margin || part.height <= margin) return result;
 
   const internal::SingleThread single;
-  const auto small = [&](const image::Grey8& picture) {
-    return Shrunk(View(picture)(part), options.shrink);
-  };
-  cv::Mat sixteenths = SixteenthsOf(small(left), small(right), first, disparities, options);
+  const auto small = [&](const cv::Mat& picture) { return Shrunk(picture(part), options.shrink); };
+  cv::Mat sixteenths =
+      SixteenthsOf(small(View(left)), small(View(right)), first, disparities, options);
   const int none = (first - 1) * static_cast<int>(kSubpixels);
   // What was removed is one colour, matches anything and would join patches.
-  sixteenths.setTo(none, small(left_mask) < kHalfKept);
-  PatchFilter(Edges(small(whole_left), options.edge_levels), none, options, sixteenths).Run();
+  sixteenths.setTo(none, small(View(left_mask)) < kHalfKept);
+  const cv::Mat colours = small(internal::View(whole_left));
+  if (options.consensus_share > 0.0) KeepConsensus(colours, none, options, sixteenths);
+  PatchFilter(Edges(colours, options.edge_levels), none, options, sixteenths).Run();
   const float pixels = static_cast<float>(options.shrink) / kSubpixels;
   // Pixels beyond the last whole square have none.
   const int height = sixteenths.rows * options.shrink, width = sixteenths.cols * options.shrink;

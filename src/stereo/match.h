@@ -27,7 +27,7 @@ struct MatchOptions {
   /// fewer holes, and edges that are rounder by half of it. The block's was chosen by the share of
   /// the surface and its error on pictures of the scene (docs/stereo.md); for semi-global matching,
   /// which has its neighbors to hold on to, a few pixels are enough.
-  int block_window_px = 11;
+  int block_window_px = 15;
   int semi_global_window_px = 5;
   /// Semi-global: what a change of the disparity by one, and by more, costs, in differences of grey
   /// a pixel of the window. Larger: smoother, and steps are lost.
@@ -36,7 +36,7 @@ struct MatchOptions {
   /// The second best match must be worse by this share [%]; and, for blocks, a window needs so much
   /// texture (sum of slopes, cut off at the prefilter's 31). Less of both: fewer holes, and wrong
   /// matches in them.
-  int uniqueness_percent = 10;
+  int uniqueness_percent = 25;
   int min_texture = 10;
   /// Left-right check: both pictures' matches agree within this [px]. -1: not checked.
   int max_left_right_px = 1;
@@ -48,6 +48,13 @@ struct MatchOptions {
   /// along the row than this times their width (the root of their number). A wall without texture,
   /// matched by its noise, has none; a white cup has its outline. 0: all patches stay.
   double min_edges = 1.0;
+  /// A match must be shared by this part of the pixels of like colour round it (each channel within
+  /// consensus_levels, so many pixels away): a plain wall or rail beside an object takes on the
+  /// object's disparity, but only near it. Larger: fewer of these fringes, and holes in surfaces
+  /// that are matched in parts. 0: not asked for.
+  double consensus_share = 0.4;
+  int consensus_levels = 20;
+  int consensus_reach_px = 24;
   double edge_levels = 5.0;  ///< above what noise of a shrunk picture does
 };
 
@@ -67,7 +74,7 @@ using Mask = image::Grey8;
 /// edge of it.
 /// @throws std::invalid_argument if an option is out of range or sizes differ.
 Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask& left_mask,
-                const image::Grey8& whole_left, double min_px, double max_px,
+                const image::Image& whole_left, double min_px, double max_px,
                 const MatchOptions& options);
 
 }  // namespace rangegrasp::stereo

@@ -334,12 +334,11 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
         "the stereo camera does not see the volume that is to be reconstructed: no pixel's ray "
         "meets it");
   }
-  const image::Grey8 left_grey = Brightness(result.rectified.left);
   const Mask right_kept = KeptPixels(result.rectified.right, options);
   result.disparity =
-      Match(Kept(left_grey, result.kept), Kept(Brightness(result.rectified.right), right_kept),
-            grid.Searched(result.kept), left_grey, cameras.DisparityAt(options.far_m), max_px,
-            options.match);
+      Match(Kept(Brightness(result.rectified.left), result.kept),
+            Kept(Brightness(result.rectified.right), right_kept), grid.Searched(result.kept),
+            result.rectified.left, cameras.DisparityAt(options.far_m), max_px, options.match);
   Sampler(rectifier, grid, options, result).Run();
   return result;
 }

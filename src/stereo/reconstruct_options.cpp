@@ -27,12 +27,16 @@ void ReadMatch(core::YamlMap& map, MatchOptions& o) {
   map.Read("large_step_cost", o.large_step_cost, 0.0, 1000.0,
            "semi_global: of one that differs by more");
   map.Read("uniqueness_percent", o.uniqueness_percent, 0, 100,
-           "block: the second best match must be worse by this share");
+           "the second best match must be worse by this share");
   map.Read("min_texture", o.min_texture, 0, 100000, "block: less slope in a window is no texture");
   map.Read("max_left_right_px", o.max_left_right_px, -1, 100,
            "matches from left and from right agree within this; -1: not checked");
   map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "smaller patches of matches are removed");
   map.Read("patch_step_px", o.patch_step_px, 0, 100, "within which the disparity changes less");
+  map.Read("consensus_share", o.consensus_share, 0.0, 1.0,
+           "this part of the pixels of like colour round a match share it; 0: not asked for");
+  map.Read("consensus_levels", o.consensus_levels, 1, 255, "like: each channel within this");
+  map.Read("consensus_reach_px", o.consensus_reach_px, 1, 1000, "round it: so far away");
   map.Read("min_edges", o.min_edges, 0.0, 100.0,
            "patches with fewer edge pixels, as a share of their width, are removed; 0: all stay");
   map.Read("edge_levels", o.edge_levels, 0.0, 255.0,

@@ -37,6 +37,7 @@ const Pair& ThePair() {
 ReconstructOptions SmallCamera(MatchMethod method) {
   ReconstructOptions options;
   options.match.method = method;
+  options.match.shrink = 1;
   options.match.block_window_px = 11;
   options.match.min_patch_px = 40;
   options.step_px = 2;
@@ -203,14 +204,15 @@ TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
 
 TEST(Match, RefusesOptionsThatAreOutOfRange) {
   const image::Grey8 grey{64, 64, std::vector<std::uint8_t>(64 * 64, 100)};
+  const image::Image whole{64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 100)};
   const Mask all{64, 64, std::vector<std::uint8_t>(64 * 64, 255)};
   MatchOptions options;
   options.block_window_px = 20;
-  EXPECT_THROW(Match(grey, grey, all, grey, 1.0, 17.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, all, whole, 1.0, 17.0, options), std::invalid_argument);
   options = {};
-  EXPECT_THROW(Match(grey, grey, all, grey, 17.0, 1.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, all, whole, 17.0, 1.0, options), std::invalid_argument);
   const Mask small{32, 64, std::vector<std::uint8_t>(32 * 64, 255)};
-  EXPECT_THROW(Match(grey, grey, small, grey, 1.0, 17.0, options), std::invalid_argument);
+  EXPECT_THROW(Match(grey, grey, small, whole, 1.0, 17.0, options), std::invalid_argument);
 }
 
 }  // namespace
