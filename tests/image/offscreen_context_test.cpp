@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include "core/file.h"
+
 namespace rangegrasp::image {
 namespace {
 
@@ -62,19 +64,24 @@ TEST(OffscreenContext, NeedsAPositiveSize) {
   EXPECT_THROW(OffscreenContext(2, -1), std::invalid_argument);
 }
 
+// How many threads this process has, but for the one in which Mesa keeps shaders on disk: nothing
+// waits for that one, and whether there is one depends on the machine.
+int ThreadsThatDraw() {
+  int count = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    const std::string name = core::ReadFile(task.path() / "comm");
+    count += name.find("disk$") == std::string::npos ? 1 : 0;
+  }
+  return count;
+}
+
 // Contexts are made in processes that were forked after this one had some.
-TEST(OffscreenContext, LeavesNoThreadBehind) {
-  const auto threads = [] {
-    int count = 0;
-    for ([[maybe_unused]] const auto& task : std::filesystem::directory_iterator("/proc/self/task"))
-      ++count;
-    return count;
-  };
-  const int before = threads();
+TEST(OffscreenContext, LeavesNoThreadThatDraws) {
+  const int before = ThreadsThatDraw();
   const OffscreenContext context(64, 64);
   glClear(GL_COLOR_BUFFER_BIT);
   const Image picture = context.Picture();
-  EXPECT_EQ(threads(), before);
+  EXPECT_EQ(ThreadsThatDraw(), before);
 }
 
 }  // namespace
