@@ -92,7 +92,7 @@ class OptionsTest : public testing::Test {
 TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
   const Options e = Read(Write(good_));
   EXPECT_EQ(e.scene, folder_ / "scenes/table.xml");
-  EXPECT_EQ(e.object_folder, folder_ / "models/objects");
+  EXPECT_EQ(e.object_folders.front(), folder_ / "models/objects");
   EXPECT_EQ(e.trials_per_object, Options{}.trials_per_object);
   EXPECT_EQ(e.physics.timestep_s, sim::PhysicsOptions{}.timestep_s);
   EXPECT_EQ(e.perception.segment.method, perception::SegmentOptions{}.method);
