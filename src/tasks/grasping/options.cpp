@@ -219,7 +219,7 @@ std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
   map.Read("object_folders", names,
            "several such folders, relative to the file; of two objects with the same name that of "
            "the first counts, and shipped ones are found too");
-  if (names.empty()) return {map.Has("object_folder") ? only : ShippedObjects(map)};
+  if (names.empty()) return {only};
   if (map.Has("object_folder")) {
     map.Fail("object_folders", "goes in place of object_folder: put that folder into the list");
   }
