@@ -14,7 +14,7 @@ namespace {
 std::string NearBy(const sim::World& world) {
   const Eigen::AlignedBox3d box = world.ObjectBounds(0);
   const Eigen::Vector3d eye =
-      box.center() + 2.6 * box.diagonal().norm() * Eigen::Vector3d(0.55, -0.65, 0.5).normalized();
+      box.center() + 1.8 * box.diagonal().norm() * Eigen::Vector3d(0.55, -0.65, 0.5).normalized();
   return fmt::format("{},{},{},{},{},{}", eye.x(), eye.y(), eye.z(), box.center().x(),
                      box.center().y(), box.center().z());
 }

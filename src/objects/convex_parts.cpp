@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "geometry/hull.h"
-#include "geometry/repair.h"
 
 namespace rangegrasp::objects {
 namespace {
@@ -52,7 +51,11 @@ struct Coacd {
 const Coacd& Library() {
   static const Coacd library = [] {
     Coacd coacd;
-    void* handle = dlopen("lib_coacd.so", RTLD_NOW | RTLD_LOCAL);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    return coacd;  // a sanitizer's run time refuses a library that binds to itself first
+#endif
+    // It holds a spdlog of its own, which must not be mistaken for the program's.
+    void* handle = dlopen("lib_coacd.so", RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
     if (handle == nullptr) return coacd;
     coacd.run = reinterpret_cast<CoacdRun>(dlsym(handle, "CoACD_run"));
     coacd.free = reinterpret_cast<CoacdFree>(dlsym(handle, "CoACD_freeMeshArray"));
@@ -108,6 +111,20 @@ std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& so
   coacd.free(found);
   if (parts.empty()) throw core::RunError("CoACD found no convex part");
   return parts;
+}
+
+Cut CutFinely(const geometry::TriangleMesh& solid, double max_beyond, const CutOptions& options) {
+  const geometry::TriangleMesh coarse = geometry::Simplified(solid, options.max_triangles);
+  const auto cut = [&](const CutOptions& how) {
+    Cut result{ConvexParts(solid, how), {}};
+    result.overlap = geometry::OverlapOf(coarse, result.parts);
+    return result;
+  };
+  Cut first = cut(options);
+  if (first.overlap.beyond <= max_beyond) return first;
+  CutOptions finer = options;
+  finer.concavity /= 2;
+  return cut(finer);
 }
 
 }  // namespace rangegrasp::objects

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "geometry/mesh.h"
+#include "geometry/repair.h"
 
 namespace rangegrasp::objects {
 
@@ -29,6 +30,17 @@ struct CutOptions {
 /// @throws core::RunError saying how to install CoACD's library where there is none.
 std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
                                                 const CutOptions& options = {});
+
+/// The parts of the coarsest cut that is good enough, with how well they stand for the solid.
+struct Cut {
+  std::vector<geometry::TriangleMesh> parts;
+  geometry::Overlap overlap;
+};
+/// As ConvexParts; where parts stand out by more than max_beyond of the solid's volume (thin walls)
+/// once more, half as coarsely.
+/// @throws as ConvexParts.
+Cut CutFinely(const geometry::TriangleMesh& solid, double max_beyond,
+              const CutOptions& options = {});
 
 /// Whether CoACD's library is there.
 bool CanCut();

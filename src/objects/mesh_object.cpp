@@ -175,9 +175,9 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
           "axis");
     }
   }
-  object.hulls_O = ConvexParts(solid, options.cut);
-  object.overlap =
-      geometry::OverlapOf(geometry::Simplified(solid, options.cut.max_triangles), object.hulls_O);
+  Cut cut = CutFinely(solid, options.max_beyond, options.cut);
+  object.hulls_O = std::move(cut.parts);
+  object.overlap = cut.overlap;
   return object;
 }
 

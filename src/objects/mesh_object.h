@@ -31,6 +31,7 @@ struct MeshObjectOptions {
   std::size_t max_seen_triangles = 40000;
   geometry::RepairOptions repair;
   CutOptions cut;
+  double max_beyond = 0.1;  ///< hulls that stand out by more of the volume are cut again, finer
   SizeRange sizes;
 };
 

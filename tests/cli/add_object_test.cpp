@@ -25,6 +25,9 @@ using testing_support::TempFolder;
 class AddObjectTest : public testing::Test {
  protected:
   void SetUp() override {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers refuse CoACD's library";
+#endif
     if (!fs::exists(RANGEGRASP_SOURCE_DIR "/.cache/coacd/lib_coacd.so")) {
       GTEST_SKIP() << "CoACD is not there; scripts/setup fetches it";
     }
