@@ -151,11 +151,6 @@ Surface Wrapped(const Surface& surface, const RepairOptions& options,
   return wrap;
 }
 
-double BoxVolume(const Surface& surface) {
-  const CGAL::Bbox_3 box = pmp::bbox(surface);
-  return (box.xmax() - box.xmin()) * (box.ymax() - box.ymin()) * (box.zmax() - box.zmin());
-}
-
 Surface SurfaceOf(const TriangleMesh& mesh) { return ToSurface(ToSoup(mesh)); }
 
 /// A closed convex mesh as planes.
@@ -194,7 +189,7 @@ Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
     if (result.turned_inside_out) result.done.emplace_back("it was inside out: turned");
   }
   const double volume = CGAL::to_double(pmp::volume(surface));
-  if (!(volume > options.min_fill * BoxVolume(surface))) {
+  if (!(volume > options.min_volume * std::pow(DiagonalOf(surface), 3))) {
     throw core::InputError("encloses no volume to speak of: a sheet is no solid");
   }
   result.mesh = FromSurface(surface);

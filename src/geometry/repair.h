@@ -15,8 +15,8 @@ struct RepairOptions {
   /// diagonal (0.3 mm of 170 mm: the noise of a good scanner) and bridges gaps ten times as wide.
   double wrap_offset = 0.0018;
   double wrap_gap = 0.018;
-  /// Less than this share of the volume of the box round it is no solid: a sheet.
-  double min_fill = 0.002;
+  /// Less volume than this share of the diagonal's cube is no solid but a sheet (paper: 4e-5).
+  double min_volume = 1e-5;
 };
 
 /// A mesh that bounds a solid: closed, each edge between two triangles, no triangle through

@@ -48,7 +48,10 @@ void Turn(const Eigen::Matrix3d& R, geometry::TriangleMesh& mesh) {
   for (Vector3d& v : mesh.vertices) v = R * v;
 }
 
-std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * core::kMmPerM); }
+std::string Length(double length_m) {
+  return length_m >= 1.0 ? fmt::format("{:.4g} m", length_m)
+                         : fmt::format("{:.4g} mm", length_m * core::kMmPerM);
+}
 
 // [m] a file's number
 double UnitOf(const std::filesystem::path& file, double longest, const MeshObjectOptions& options,
@@ -63,7 +66,8 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
     throw core::InputError(fmt::format(
         "{}: its longest edge is {:.4g}: in mm, cm and m alike that is not between {} and {}. Give "
         "its --unit, or its size with --height-mm or --size-mm",
-        file.string(), longest, Mm(options.sizes.likely_min_m), Mm(options.sizes.likely_max_m)));
+        file.string(), longest, Length(options.sizes.likely_min_m),
+        Length(options.sizes.likely_max_m)));
   }
   said.push_back(
       fmt::format("unit: {}, guessed since its longest edge is {:.4g} (--unit says "
@@ -90,7 +94,7 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
     }
     throw core::InputError(fmt::format(
         "{}: would be {} long; what a hand may want to grasp has {} to {}: {}", file.string(),
-        Mm(size_m), Mm(options.sizes.min_m), Mm(options.sizes.max_m), cure));
+        Length(size_m), Length(options.sizes.min_m), Length(options.sizes.max_m), cure));
   }
   return scale;
 }

@@ -149,7 +149,7 @@ TEST_F(AddObjectTest, RefusesWhatIsNoSolid) {
 
 TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   folder_.Write("box.off", Off(box_));
-  ExpectRefused("box.off", "would be 1e+05 mm long", {"--unit", "m"});
+  ExpectRefused("box.off", "would be 100 m long", {"--unit", "m"});
   ExpectRefused("box.off", "is its --unit mm?", {"--unit", "m"});
   folder_.Write("odd.off", Off(BoxMesh({0.4, 0.5, 0.8})));
   ExpectRefused("odd.off", "Give its --unit");

@@ -86,9 +86,11 @@ TEST_F(CheckObjectTest, MassAndInertia) {
 }
 
 TEST_F(CheckObjectTest, WhatStandsNowhereAndWhatNamesNoSurface) {
-  ExpectOne(true, "rests nowhere",
-            Check("<geom type='sphere' size='0.03' contype='0' conaffinity='0' group='2' mass='0'/>"
-                  "<geom type='sphere' size='0.03' group='3' mass='0.1'/>"));
+  // A box of 40 x 60 x 100 mm lies the firmest on its largest side: it tips over at atan(60 / 40).
+  ObjectBounds firm;
+  firm.min_tipping_rad = 1.0;
+  ASSERT_THAT(Check(kSeen + kSolid), IsEmpty());
+  ExpectOne(true, "rests nowhere", CheckObject({"odd", folder_ / "odd/odd.xml"}, firm));
   ExpectOne(false, "names no surface", Check(kSeen + kSolid, ""));
 }
 
