@@ -8,12 +8,21 @@ set(RANGEGRASP_LIBRARY_DIR "${CMAKE_INSTALL_LIBDIR}/rangegrasp")
 set(RANGEGRASP_CMAKE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/rangegrasp")
 
 # --- Runtime ---
-set_target_properties(rangegrasp PROPERTIES INSTALL_RPATH "$ORIGIN/../${RANGEGRASP_LIBRARY_DIR}")
+set_target_properties(rangegrasp PROPERTIES
+  INSTALL_RPATH "$ORIGIN/../${RANGEGRASP_LIBRARY_DIR};$ORIGIN/../${RANGEGRASP_LIBRARY_DIR}/coacd")
 install(TARGETS rangegrasp RUNTIME DESTINATION bin COMPONENT Runtime)
 
 file(REAL_PATH "${MUJOCO_LIBRARY}" mujoco_library)
 get_filename_component(RANGEGRASP_MUJOCO_FILE "${mujoco_library}" NAME)
 install(FILES "${mujoco_library}" DESTINATION "${RANGEGRASP_LIBRARY_DIR}" COMPONENT Runtime)
+
+# What add-object loads, where scripts/setup fetched it: it looks for its OpenMP in ../coacd.libs.
+set(coacd "${PROJECT_SOURCE_DIR}/.cache/coacd")
+if(EXISTS "${coacd}/lib_coacd.so")
+  install(FILES "${coacd}/lib_coacd.so" DESTINATION "${RANGEGRASP_LIBRARY_DIR}/coacd" COMPONENT Runtime)
+  install(DIRECTORY "${coacd}.libs/" DESTINATION "${RANGEGRASP_LIBRARY_DIR}/coacd.libs" COMPONENT Runtime)
+  install(FILES "${coacd}/LICENSE" DESTINATION share/doc/rangegrasp/coacd COMPONENT Runtime)
+endif()
 
 # core/data_folder.h finds these; experiments name scenes and models relative to themselves.
 install(DIRECTORY models scenes experiments DESTINATION share/rangegrasp COMPONENT Runtime)

@@ -21,6 +21,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 # libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
 get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
+list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_SOURCE_DIR}/.cache/coacd.libs")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
 "A simulated arm with a hand and a range sensor picks unknown objects from a
 table: scan, segmentation, completion, grasps, motion, physics. The program

@@ -9,6 +9,7 @@ namespace rangegrasp::cli {
 /// Each adds its commands to the program and stands in the source of its name (AddRunCommand in
 /// run_command.cpp); a command's callback does the work and throws core::InputError or
 /// core::RunError.
+void AddAddObjectCommand(CLI::App& app);        ///< add-object
 void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
 void AddCylindersCommand(CLI::App& app);        ///< cylinders
 void AddListCommand(CLI::App& app);             ///< list kinds, list keys

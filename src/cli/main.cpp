@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddRunCommand(app);
   rangegrasp::cli::AddResultsCommands(app);
   rangegrasp::cli::AddPictureCommands(app);
+  rangegrasp::cli::AddAddObjectCommand(app);
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddCylindersCommand(app);
   rangegrasp::cli::AddSeamCommands(app);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "cli/commands.h"
+#include "cli/object_picture.h"
 #include "cli/output.h"
 #include "cli/stereo_files.h"
 #include "core/data_folder.h"
@@ -16,6 +17,7 @@
 #include "image/png.h"
 #include "sensing/line_scanner.h"
 #include "sensing/surface_state.h"
+#include "sim/check_object.h"
 #include "sim/render.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/kinds.h"
@@ -88,15 +90,19 @@ Picked Pick(const std::filesystem::path& file, const std::string& trial,
 
 void AddSnapshot(CLI::App& app) {
   struct Arguments {
-    std::string file, out, trial, camera = "overview", size = "1280x960";
+    std::string file, out, trial, camera, size = "1280x960";
     std::optional<std::uint64_t> seed;
   };
   auto* command = app.add_subcommand(
-      "snapshot", "Picture of a scene, or of an experiment's trial at its start, as PNG.");
+      "snapshot",
+      "Picture of a scene, of an object, or of an experiment's trial at its start, as PNG.");
   auto arguments = std::make_shared<Arguments>();
-  command->add_option("file", arguments->file, "scene (MJCF) or experiment (YAML)")->required();
+  command->add_option("file", arguments->file, "scene or object (MJCF) or experiment (YAML)")
+      ->required();
   command->add_option("-o,--out", arguments->out, "PNG file")->required();
-  command->add_option("--camera", arguments->camera, "camera of the scene");
+  command->add_option("--camera", arguments->camera,
+                      "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
+                      "overview; near by of an object)");
   command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels");
   command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "instead of the experiment's")
@@ -105,10 +111,16 @@ void AddSnapshot(CLI::App& app) {
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
     const auto [width, height] = ParseSize(arguments->size);
+    if (!IsExperiment(arguments->file) && sim::IsObjectFile(arguments->file)) {
+      const std::filesystem::path file = arguments->file;
+      image::WritePng(arguments->out,
+                      DrawObject({file.stem().string(), file}, arguments->camera, width, height));
+      return;
+    }
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    image::WritePng(
-        arguments->out,
-        sim::Renderer(*picked.world, width, height).Render(*picked.world, arguments->camera));
+    const std::string camera = arguments->camera.empty() ? "overview" : arguments->camera;
+    image::WritePng(arguments->out,
+                    sim::Renderer(*picked.world, width, height).Render(*picked.world, camera));
   });
 }
 

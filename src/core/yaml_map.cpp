@@ -149,6 +149,15 @@ bool YamlMap::Has(const std::string& key) const {
   return node.IsMap() && node[key].IsDefined();
 }
 
+std::vector<std::string> YamlMap::Names() const {
+  std::vector<std::string> names;
+  if (!impl_->node.IsMap()) return names;
+  for (const auto& entry : impl_->node) {
+    names.push_back(entry.first.IsScalar() ? entry.first.Scalar() : "?");
+  }
+  return names;
+}
+
 YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   impl_->Ask(key, "mapping", "", "", doc);
   auto impl = std::make_unique<Impl>();
@@ -206,9 +215,8 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
   impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
   if (!Has(key)) return;
   const YAML::Node node = impl_->node[key];
-  if (!node.IsSequence() || node.size() == 0) {
-    Fail(key, Shown(node) + " must be a list, e.g. [a, b]");
-  }
+  if (!node.IsSequence()) Fail(key, Shown(node) + " must be a list, e.g. [a, b]");
+  if (node.size() == 0) Fail(key, "is an empty list; it must name one at least, e.g. [a, b]");
   value.clear();
   for (const YAML::Node& item : node) {
     std::string text;

@@ -58,13 +58,34 @@ TriangleMesh ToMesh(const aiMesh& source) {
   return mesh;
 }
 
-void Collect(const aiScene& scene, const aiNode& node, const core::Pose& X_WP, TriangleMesh& mesh) {
+// Of the corners of what ToMesh makes of it.
+void AppendUv(const aiMesh& source, std::vector<std::array<Eigen::Vector2d, 3>>& uv) {
+  const aiVector3D* coordinates = source.mTextureCoords[0];
+  for (unsigned i = 0; i < source.mNumFaces; ++i) {
+    const aiFace& face = source.mFaces[i];
+    if (face.mNumIndices != 3) continue;
+    auto& corners = uv.emplace_back();
+    for (unsigned k = 0; k < 3; ++k) {
+      if (coordinates == nullptr) {
+        corners.at(k).setZero();
+        continue;
+      }
+      const aiVector3D& at = coordinates[face.mIndices[k]];
+      corners.at(k) = {static_cast<double>(at.x), static_cast<double>(at.y)};
+    }
+  }
+}
+
+void Collect(const aiScene& scene, const aiNode& node, const core::Pose& X_WP,
+             TexturedMesh& result) {
   const core::Pose X_WN = X_WP * ToPose(node.mTransformation);
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-    Append(Transformed(ToMesh(*scene.mMeshes[node.mMeshes[i]]), X_WN), mesh);
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    Append(Transformed(ToMesh(mesh), X_WN), result.mesh);
+    AppendUv(mesh, result.uv);
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) {
-    Collect(scene, *node.mChildren[i], X_WN, mesh);
+    Collect(scene, *node.mChildren[i], X_WN, result);
   }
 }
 
@@ -85,14 +106,7 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   }
 }
 
-}  // namespace
-
-bool PlyHoldsMesh(const std::filesystem::path& file) {
-  const std::string bytes = core::ReadNonEmptyFile(file);
-  return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
-}
-
-TriangleMesh ReadMesh(const std::filesystem::path& file) {
+TexturedMesh Read(const std::filesystem::path& file, bool textured) {
   const std::string bytes = core::ReadNonEmptyFile(file);
   // The reader of PLY does not end on some broken headers.
   if (internal::IsPly(bytes)) internal::CheckPlyHeader(file, bytes);
@@ -105,20 +119,41 @@ TriangleMesh ReadMesh(const std::filesystem::path& file) {
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
   const auto check = [&](const aiScene* scene) {
     if (scene != nullptr && scene->mRootNode != nullptr) return scene;
-    throw core::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL or PLY ({})",
+    throw core::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
                                        file.string(), importer.GetErrorString()));
   };
+  // The text form of glTF names files beside it.
   const aiScene* scene =
-      check(importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, ending.c_str()));
+      check(core::EndingOf(file) == ".gltf"
+                ? importer.ReadFile(file.string(), 0)
+                : importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, ending.c_str()));
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) Check(file, *scene->mMeshes[m]);
   if (CorrectFlags(*scene)) check(importer.ApplyPostProcessing(aiProcess_Triangulate));
-  scene = check(
-      importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
-  TriangleMesh mesh;
-  Collect(*scene, *scene->mRootNode, core::Pose::Identity(), mesh);
-  if (mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
-  return mesh;
+  if (!textured) {
+    scene = check(
+        importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
+  }
+  bool coordinates = false;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    coordinates = coordinates || scene->mMeshes[m]->HasTextureCoords(0);
+  }
+  TexturedMesh result;
+  Collect(*scene, *scene->mRootNode, core::Pose::Identity(), result);
+  if (result.mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
+  if (!coordinates) result.uv.clear();
+  return result;
 }
+
+}  // namespace
+
+bool PlyHoldsMesh(const std::filesystem::path& file) {
+  const std::string bytes = core::ReadNonEmptyFile(file);
+  return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
+}
+
+TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) { return Read(file, true); }
+
+TriangleMesh ReadMesh(const std::filesystem::path& file) { return Read(file, false).mesh; }
 
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors) {

@@ -9,9 +9,18 @@
 
 namespace rangegrasp::geometry {
 
-/// Reads OFF, OBJ, STL or PLY (assimp); polygons are cut into triangles, equal vertices joined.
+/// Reads OFF, OBJ, STL, PLY or glTF (assimp); polygons are cut into triangles, equal vertices
+/// joined.
 /// @throws core::InputError naming the file and what is wrong with it.
 TriangleMesh ReadMesh(const std::filesystem::path& file);
+
+/// A mesh with the texture coordinates of its triangles' corners; none where the file has none.
+struct TexturedMesh {
+  TriangleMesh mesh;
+  std::vector<std::array<Eigen::Vector2d, 3>> uv;
+};
+/// The same with texture coordinates; equal vertices are not joined.
+TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
 /// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for what is no PLY.
 /// @throws core::InputError if its header is broken or the file cannot be read.

@@ -1,40 +1,8 @@
 #include "sim/friction.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/words.h"
-
 namespace rangegrasp::sim {
-
-const std::vector<SurfaceFriction>& FrictionTable() {
-  static const std::vector<SurfaceFriction> table = {
-      // surface, glove {middle, low, high, kinetic}, on laminate {static, kinetic}
-      {"cardboard", {0.60, 0.45, 0.80, 0.50}, {0.30, 0.25}},
-      {"painted_metal", {0.60, 0.40, 0.80, 0.50}, {0.25, 0.20}},
-      {"plastic", {0.50, 0.35, 0.70, 0.40}, {0.25, 0.20}},
-      {"hdpe", {0.50, 0.35, 0.70, 0.40}, {0.25, 0.20}},
-      {"pet", {0.50, 0.35, 0.70, 0.40}, {0.25, 0.20}},
-      {"ceramic", {0.70, 0.50, 1.00, 0.55}, {0.35, 0.30}},
-      // A melamine face: taken for a plastic's.
-      {kTableSurface, {0.50, 0.35, 0.70, 0.40}, {0.25, 0.20}},
-  };
-  return table;
-}
-
-const SurfaceFriction& FrictionOf(std::string_view surface) {
-  const auto& table = FrictionTable();
-  const auto row = std::find_if(table.begin(), table.end(),
-                                [&](const SurfaceFriction& r) { return r.surface == surface; });
-  if (row != table.end()) return *row;
-  std::vector<std::string> known;
-  for (const SurfaceFriction& r : table) known.emplace_back(r.surface);
-  throw core::InputError(fmt::format("surface \"{}\" has no friction; known surfaces: {}", surface,
-                                     core::Join(known)));
-}
 
 namespace {
 
@@ -54,9 +22,8 @@ FrictionPair DrawnFriction(const GloveRange& range, double u) {
   return PairOf(range, mu);
 }
 
-FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options, double u) {
+FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options, double u) {
   if (options.glove_friction) return {*options.glove_friction, *options.glove_friction};
-  const GloveRange& range = FrictionOf(surface).glove;
   switch (options.friction) {
     case FrictionChoice::kDrawn:
       return DrawnFriction(range, u);
@@ -72,10 +39,10 @@ FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& optio
   return PairOf(range, range.middle);
 }
 
-FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options) {
+FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options) {
   PhysicsOptions middle = options;
   if (middle.friction == FrictionChoice::kDrawn) middle.friction = FrictionChoice::kMiddle;
-  return GloveFriction(surface, middle, 0.0);
+  return GloveFriction(range, middle, 0.0);
 }
 
 }  // namespace rangegrasp::sim

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "sim/world.h"
 
@@ -17,22 +15,8 @@ struct GloveRange {
   double kinetic = 0.5;
 };
 
-/// Friction of a surface against what it meets in a trial.
-struct SurfaceFriction {
-  std::string_view surface;  ///< as in an object's custom text "surface"
-  GloveRange glove;          ///< the hand's PVC glove on it
-  FrictionPair on_laminate;  ///< it on the table's laminate
-};
-
 /// The surface of the scene, which the glove may touch too: the table's laminate.
 inline constexpr std::string_view kTableSurface = "laminate";
-
-/// The table of pairs, the one place where friction is stated: estimates consistent with published
-/// rubber and plastic pairs.
-const std::vector<SurfaceFriction>& FrictionTable();
-
-/// @throws core::InputError naming the surface and those that exist.
-const SurfaceFriction& FrictionOf(std::string_view surface);
 
 /// The pair for a draw u from 0 to 1: the static coefficient is triangular over its range with the
 /// middle as its mode, the kinetic one in the proportion of the table's two numbers.
@@ -40,9 +24,9 @@ FrictionPair DrawnFriction(const GloveRange& range, double u);
 
 /// The glove's pair on a surface as the options choose it; drawn ones by u from 0 to 1.
 /// glove_friction overrides both coefficients.
-FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options, double u);
+FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options, double u);
 /// Likewise with the middle in the place of what would be drawn.
-FrictionPair GloveFriction(std::string_view surface, const PhysicsOptions& options);
+FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options);
 
 /// Whether a contact slides, with hysteresis: it starts at 1 mm/s (above what held contacts creep,
 /// 0.016 mm/s, below what a dropped object reaches in one step, 20 mm/s) and sticks again below

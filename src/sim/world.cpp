@@ -53,6 +53,7 @@ struct World::Impl {
   mjOption scene_option;  // what StepCoarsely goes back to
   std::vector<FrictionPair> glove_on_object;
   FrictionPair glove_on_scene;
+  GloveRange table;  // the scene's surface
   std::vector<int> arm_joints;
   std::vector<int> arm_actuators;
   std::vector<std::string> warnings;
@@ -215,9 +216,10 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   }
   for (int object = 0; object < this->objects(); ++object) {
     impl_->Park(object);
-    impl_->glove_on_object.push_back(GloveFriction(object_surface(object), options));
+    impl_->glove_on_object.push_back(GloveFriction(impl_->at(object).surface.glove, options));
   }
-  impl_->glove_on_scene = GloveFriction(kTableSurface, options);
+  impl_->table = FindSurface(ReadSurfaces(ShippedSurfaces()), kTableSurface).glove;
+  impl_->glove_on_scene = GloveFriction(impl_->table, options);
   impl_->Refresh();
 }
 
@@ -227,7 +229,9 @@ World& World::operator=(World&&) noexcept = default;
 
 int World::objects() const { return static_cast<int>(impl_->objects.size()); }
 const std::string& World::object_name(int object) const { return impl_->at(object).name; }
-const std::string& World::object_surface(int object) const { return impl_->at(object).surface; }
+const std::string& World::object_surface(int object) const {
+  return impl_->at(object).surface.name;
+}
 int World::object_body(int object) const { return impl_->at(object).body; }
 
 const FrictionPair& World::glove_friction(int object) const {
@@ -236,11 +240,11 @@ const FrictionPair& World::glove_friction(int object) const {
 }
 
 void World::DrawFriction(core::Rng& rng) {
-  impl_->glove_on_scene = GloveFriction(kTableSurface, physics(), rng.Uniform());
+  impl_->glove_on_scene = GloveFriction(impl_->table, physics(), rng.Uniform());
   for (int object = 0; object < objects(); ++object) {
     const double u = rng.Uniform();
     impl_->glove_on_object.at(static_cast<std::size_t>(object)) =
-        GloveFriction(object_surface(object), physics(), u);
+        GloveFriction(impl_->at(object).surface.glove, physics(), u);
   }
 }
 

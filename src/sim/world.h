@@ -57,7 +57,7 @@ class World {
  public:
   /// Joins scene and objects (mjSpec) and compiles. All objects are parked; the arm stands in its
   /// custom numeric "home", where there is one. An object's sliding friction on the table is set
-  /// from the table of pairs (sim/friction.h). @throws core::InputError naming the file and the
+  /// from its surface (sim/surfaces.h). @throws core::InputError naming the file and the
   /// engine's message, or why an object is none.
   World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
         const PhysicsOptions& options);
@@ -67,7 +67,7 @@ class World {
 
   int objects() const;
   const std::string& object_name(int object) const;
-  const std::string& object_surface(int object) const;  ///< of the friction table
+  const std::string& object_surface(int object) const;  ///< its name (sim/surfaces.h)
   /// The hand's glove on an object; on the scene (the table) where object is -1. Where friction is
   /// to be drawn, it is the middle of its range until DrawFriction.
   const FrictionPair& glove_friction(int object) const;

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/words.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -21,31 +22,36 @@ PhysicsOptions Choosing(FrictionChoice choice) {
   return options;
 }
 
+const std::vector<Surface>& Shipped() {
+  static const std::vector<Surface> surfaces = ReadSurfaces(ShippedSurfaces());
+  return surfaces;
+}
+
 TEST(Friction, StaticIsNeverBelowKinetic) {
-  for (const SurfaceFriction& row : FrictionTable()) {
-    EXPECT_GE(row.on_laminate.static_mu, row.on_laminate.kinetic_mu) << row.surface;
+  for (const Surface& row : Shipped()) {
+    EXPECT_GE(row.on_laminate.static_mu, row.on_laminate.kinetic_mu) << row.name;
     for (const FrictionChoice choice : kChoices) {
-      const FrictionPair pair = GloveFriction(row.surface, Choosing(choice), 0.1);
-      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.surface << core::Word(choice);
+      const FrictionPair pair = GloveFriction(row.glove, Choosing(choice), 0.1);
+      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.name << core::Word(choice);
     }
   }
 }
 
 // Each choice is a run of its own: no two of them have the same pair on any surface.
 TEST(Friction, EveryChoiceIsAnother) {
-  for (const SurfaceFriction& row : FrictionTable()) {
+  for (const Surface& row : Shipped()) {
     std::set<std::pair<double, double>> pairs;
     for (const FrictionChoice choice : kChoices) {
-      const FrictionPair pair = GloveFriction(row.surface, Choosing(choice), 0.1);
+      const FrictionPair pair = GloveFriction(row.glove, Choosing(choice), 0.1);
       pairs.emplace(pair.static_mu, pair.kinetic_mu);
     }
-    EXPECT_EQ(pairs.size(), std::size(kChoices)) << row.surface;
+    EXPECT_EQ(pairs.size(), std::size(kChoices)) << row.name;
   }
 }
 
 TEST(Friction, OptionsChangeThePair) {
   const auto glove = [](FrictionChoice choice) {
-    return GloveFriction("ceramic", Choosing(choice), 0.5);
+    return GloveFriction(FindSurface(Shipped(), "ceramic").glove, Choosing(choice), 0.5);
   };
   EXPECT_EQ(glove(FrictionChoice::kMiddle).static_mu, 0.70);
   EXPECT_EQ(glove(FrictionChoice::kMiddle).kinetic_mu, 0.55);
@@ -56,14 +62,14 @@ TEST(Friction, OptionsChangeThePair) {
   EXPECT_EQ(glove(FrictionChoice::kKinetic).kinetic_mu, 0.55);
   PhysicsOptions options;
   options.glove_friction = 0.02;
-  EXPECT_EQ(GloveFriction("ceramic", options).static_mu, 0.02);
-  EXPECT_EQ(GloveFriction("ceramic", options).kinetic_mu, 0.02);
+  EXPECT_EQ(GloveFriction(FindSurface(Shipped(), "ceramic").glove, options).static_mu, 0.02);
+  EXPECT_EQ(GloveFriction(FindSurface(Shipped(), "ceramic").glove, options).kinetic_mu, 0.02);
 }
 
 // A triangle over [0.45, 0.8] with its top at 0.6: its mean is the mean of the three, 3/7 of it lie
 // below the top, and its ends are reached.
 TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
-  const GloveRange range = FrictionOf("cardboard").glove;
+  const GloveRange range = FindSurface(Shipped(), "cardboard").glove;
   constexpr int kDraws = 10000;
   double sum = 0.0;
   int below = 0;
@@ -81,7 +87,7 @@ TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
 
 TEST(Friction, AnUnknownSurfaceIsNamedWithTheKnownOnes) {
   try {
-    FrictionOf("velvet");
+    FindSurface(Shipped(), "velvet");
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("velvet"), std::string::npos);

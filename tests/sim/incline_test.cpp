@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "sim/friction.h"
 #include "sim/internal/contacts.h"
 #include "sim/scene_files.h"
+#include "sim/surfaces.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -37,7 +37,8 @@ double SlideIn(double seconds, double tilt_rad) {
 }
 
 TEST(Incline, SlidesAboveCoulombsAngleAndNotBelow) {
-  const double mu = FrictionOf("cardboard").on_laminate.kinetic_mu;
+  const double mu =
+      FindSurface(ReadSurfaces(ShippedSurfaces()), "cardboard").on_laminate.kinetic_mu;
   const double critical = std::atan(mu);
   EXPECT_LT(SlideIn(1.0, critical - core::Deg(1.0)), 1e-4);
   for (const double above : {1.0, 5.0, 15.0}) {

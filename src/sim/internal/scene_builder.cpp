@@ -8,7 +8,6 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "sim/friction.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim::internal {
@@ -102,22 +101,28 @@ double Numeric(const mjSpec* spec, const std::filesystem::path& file, const char
   return data[0];
 }
 
+// What its text "surface" names.
+Surface SurfaceOf(const mjSpec* spec, const std::filesystem::path& file) {
+  std::string name = kDefaultSurface;
+  if (mjsElement* text = mjs_findElement(spec, mjOBJ_TEXT, "surface")) {
+    name = mjs_getString(mjs_asText(text)->data);
+  }
+  const std::vector<Surface> known = SurfacesFor(file);
+  try {
+    return FindSurface(known, name);
+  } catch (const core::InputError& error) {
+    throw Wrong(file, error.what());
+  }
+}
+
 ObjectEntry ReadEntry(const ObjectModel& object, const mjSpec* spec) {
   ObjectEntry entry;
   entry.name = object.name;
-  entry.surface = kDefaultSurface;
-  if (mjsElement* text = mjs_findElement(spec, mjOBJ_TEXT, "surface")) {
-    entry.surface = mjs_getString(mjs_asText(text)->data);
-  }
-  try {
-    FrictionOf(entry.surface);
-  } catch (const core::InputError& error) {
-    throw Wrong(object.mjcf, error.what());
-  }
-  const OpticalSurface standard;
-  entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", standard.albedo);
-  entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", standard.gloss);
-  entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", standard.clarity);
+  entry.surface = SurfaceOf(spec, object.mjcf);
+  const OpticalSurface& usual = entry.surface.optical;
+  entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", usual.albedo);
+  entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", usual.gloss);
+  entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", usual.clarity);
   return entry;
 }
 
@@ -130,7 +135,7 @@ void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectE
   const double mass = model->body_subtreemass[body];
   if (!std::isfinite(mass) || mass <= 0.0)
     throw Wrong(file, "an object's mass is a number above 0 [kg]");
-  const double mu = FrictionOf(entry.surface).on_laminate.kinetic_mu;
+  const double mu = entry.surface.on_laminate.kinetic_mu;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (model->body_rootid[model->geom_bodyid[geom]] != body || !Collides(model, geom)) continue;
     model->geom_friction[3 * geom] = mu;
@@ -196,6 +201,15 @@ BuiltScene BuildObject(const ObjectModel& object) {
   built.model = Compile(spec.get(), object.mjcf, built.warnings);
   Locate(built.model.get(), 1, object.mjcf, built.objects[0]);
   return built;
+}
+
+bool IsObject(const std::filesystem::path& mjcf) {
+  const SpecPtr spec = Parse(mjcf);
+  const mjsBody* world = mjs_findBody(spec.get(), "world");
+  const auto roots = Children(world, mjOBJ_BODY, false);
+  if (roots.size() != 1 || !Children(world, mjOBJ_GEOM, false).empty()) return false;
+  const auto joints = Children(mjs_asBody(roots[0]), mjOBJ_JOINT, false);
+  return joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE;
 }
 
 }  // namespace rangegrasp::sim::internal

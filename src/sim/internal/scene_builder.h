@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/internal/engine.h"
+#include "sim/surfaces.h"
 #include "sim/visual_mesh.h"
 #include "sim/world.h"
 
@@ -13,13 +14,13 @@ namespace rangegrasp::sim::internal {
 /// One object of a compiled scene.
 struct ObjectEntry {
   std::string name;
-  std::string surface;  ///< of the friction table
-  OpticalSurface optical;
-  int body = -1;          ///< root body
-  int tree = -1;          ///< kinematic tree
-  int qpos = -1;          ///< address of the free joint's 7 coordinates
-  int dof = -1;           ///< address of its 6 velocities
-  double radius_m = 0.0;  ///< of a ball round the body's origin that holds all collision geometry
+  Surface surface;
+  OpticalSurface optical;  ///< its own, where its file says so, else its surface's
+  int body = -1;           ///< root body
+  int tree = -1;           ///< kinematic tree
+  int qpos = -1;           ///< address of the free joint's 7 coordinates
+  int dof = -1;            ///< address of its 6 velocities
+  double radius_m = 0.0;   ///< of a ball round the body's origin that holds all collision geometry
   bool parked = true;
 };
 
@@ -36,5 +37,8 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
 
 /// An object alone, checked to be one. @throws core::InputError likewise.
 BuiltScene BuildObject(const ObjectModel& object);
+
+/// Whether a file holds one free body and nothing else. @throws core::InputError if it is no MJCF.
+bool IsObject(const std::filesystem::path& mjcf);
 
 }  // namespace rangegrasp::sim::internal

@@ -7,10 +7,13 @@
 #include <set>
 
 #include "core/additions.h"
+#include "core/data_folder.h"
+#include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/units.h"
 #include "core/words.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -198,6 +201,53 @@ void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesyst
   }
 }
 
+// Of objects that come with the program: beside the experiments, or else in the data folder.
+std::filesystem::path ShippedObjects(const YamlMap& map) {
+  const auto beside = (map.file().parent_path() / "../models/objects").lexically_normal();
+  if (std::filesystem::is_directory(beside)) return beside;
+  try {
+    return core::DataFolder() / "models/objects";
+  } catch (const core::InputError&) {
+    return beside;
+  }
+}
+
+std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
+  std::filesystem::path only = (map.file().parent_path() / "../models/objects").lexically_normal();
+  map.ReadPath("object_folder", only, "holds NAME/NAME.xml for every object");
+  std::vector<std::string> names;
+  map.Read("object_folders", names,
+           "several such folders, relative to the file; of two objects with the same name that of "
+           "the first counts, and shipped ones are found too");
+  if (names.empty()) return {only};
+  if (map.Has("object_folder")) {
+    map.Fail("object_folders", "goes in place of object_folder: put that folder into the list");
+  }
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& name : names) {
+    folders.push_back((map.file().parent_path() / name).lexically_normal());
+    if (std::filesystem::is_directory(folders.back())) continue;
+    map.Fail("object_folders", fmt::format("no folder '{}' (looked for {}; paths are relative to "
+                                           "the YAML file)",
+                                           name, folders.back().string()));
+  }
+  folders.push_back(ShippedObjects(map));
+  return folders;
+}
+
+// Of all folders, sorted.
+std::vector<std::string> KnownObjects(const Options& options) {
+  std::set<std::string> known;
+  for (const auto& folder : options.object_folders) {
+    if (!std::filesystem::is_directory(folder)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      if (std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) known.insert(name);
+    }
+  }
+  return {known.begin(), known.end()};
+}
+
 /// The rows', and what else may lie there; each once, the rows' first.
 std::vector<std::string> AllObjects(const Options& options) {
   std::vector<std::string> all = options.objects;
@@ -246,8 +296,7 @@ Options ReadOptions(YamlMap& map) {
   SetMethod(o.method, o);
   map.Read("mover", o.mover, "what plans the arm's motions");
   map.ReadPath("reference", o.reference, "published table, printed beside the own one");
-  o.object_folder = (map.file().parent_path() / "../models/objects").lexically_normal();
-  map.ReadPath("object_folder", o.object_folder, "holds NAME/NAME.xml for every object");
+  o.object_folders = ReadObjectFolders(map);
   map.Read("objects", o.objects, "one row of the table each");
   map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
   map.Read("max_plans", o.max_plans, 1, 200,
@@ -276,12 +325,19 @@ Options ReadOptions(YamlMap& map) {
 }
 
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object) {
-  return {object, options.object_folder / object / (object + ".xml")};
+  const auto in = [&](const std::filesystem::path& folder) {
+    return folder / object / (object + ".xml");
+  };
+  for (const auto& folder : options.object_folders) {
+    if (std::filesystem::is_regular_file(in(folder))) return {object, in(folder)};
+  }
+  return {object, in(options.object_folders.front())};
 }
 
 void CheckObjects(const YamlMap& map, const Options& options) {
-  if (!std::filesystem::is_directory(options.object_folder)) {
-    map.Fail("object_folder", "no folder " + options.object_folder.string() +
+  const auto& folders = options.object_folders;
+  if (folders.size() == 1 && !std::filesystem::is_directory(folders.front())) {
+    map.Fail("object_folder", "no folder " + folders.front().string() +
                                   " (it must hold NAME/NAME.xml for every object)");
   }
   std::set<std::string> seen;
@@ -291,13 +347,9 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     if (std::filesystem::is_regular_file(mjcf)) continue;
-    std::vector<std::string> known;
-    for (const auto& entry : std::filesystem::directory_iterator(options.object_folder)) {
-      known.push_back(entry.path().filename().string());
-    }
-    std::sort(known.begin(), known.end());
-    map.Fail("objects", fmt::format("no object '{}' (no file {}); nearest: '{}'", object,
-                                    mjcf.string(), core::NearestWord(object, known)));
+    map.Fail("objects",
+             fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
+                         core::NearestWord(object, KnownObjects(options))));
   }
 }
 
@@ -305,7 +357,9 @@ std::string SceneHash(const Options& options) {
   std::set<std::filesystem::path> files;
   CollectModelFiles(options.scene, files);
   for (const std::string& object : AllObjects(options)) {
-    CollectModelFiles(ObjectModelOf(options, object).mjcf, files);
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    CollectModelFiles(mjcf, files);
+    for (const auto& surfaces : sim::SurfaceFiles(mjcf)) files.insert(surfaces);
   }
   files.insert(options.sensor);
   // By name, not by path: the same files in another folder hash alike.

@@ -93,7 +93,8 @@ struct ClutterOptions {
 struct Options {
   std::filesystem::path scene;
   std::filesystem::path sensor;         ///< a sensor's file
-  std::filesystem::path object_folder;  ///< holds NAME/NAME.xml
+  /// Each holds NAME/NAME.xml for objects; of two with the same name that of the first counts.
+  std::vector<std::filesystem::path> object_folders;
   std::filesystem::path reference;      ///< the published table; may be empty
   std::vector<std::string> objects;
   int trials_per_object = 10;
@@ -152,7 +153,8 @@ struct AdditionKey {
 };
 std::vector<AdditionKey> AdditionKeys();
 
-/// The MJCF of one of the experiment's objects.
+/// The MJCF of one of the experiment's objects; where it would stand in the first folder if it is
+/// in none.
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object);
 
 /// Checks that every object is there. @throws core::InputError

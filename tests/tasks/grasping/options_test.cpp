@@ -92,7 +92,7 @@ class OptionsTest : public testing::Test {
 TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
   const Options e = Read(Write(good_));
   EXPECT_EQ(e.scene, folder_ / "scenes/table.xml");
-  EXPECT_EQ(e.object_folder, folder_ / "models/objects");
+  EXPECT_EQ(e.object_folders.front(), folder_ / "models/objects");
   EXPECT_EQ(e.trials_per_object, Options{}.trials_per_object);
   EXPECT_EQ(e.physics.timestep_s, sim::PhysicsOptions{}.timestep_s);
   EXPECT_EQ(e.perception.segment.method, perception::SegmentOptions{}.method);
@@ -161,7 +161,11 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: mug\n", 4,
        "must be a list"},
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: []\n", 4,
-       "must be a list"},
+       "is an empty list"},
+      {good_ + "object_folders: []\n", 5, "is an empty list"},
+      {good_ + "object_folders: [../mine]\n", 5, "no folder '../mine'"},
+      {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
+       "in place of object_folder"},
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: [mog]\n", 4,
        "nearest: 'mug'"},
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
@@ -174,6 +178,38 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
                                        HasSubstr(c.says)))
         << c.text;
   }
+}
+
+TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
+  folder_.Write("mine/mug/mug.xml", "my mug");
+  folder_.Write("yours/duck/duck.xml", "duck");
+  folder_.Write("yours/mug/mug.xml", "your mug");
+  const Options o =
+      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                 "object_folders: [../mine, ../yours]\nobjects: [mug, duck, box]\n"));
+  EXPECT_EQ(ObjectModelOf(o, "mug").mjcf, folder_ / "mine/mug/mug.xml");
+  EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
+  EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
+  EXPECT_THAT(ErrorOf("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                      "object_folders: [../mine, ../yours]\nobjects: [duk]\n"),
+              HasSubstr("nearest: 'duck'"));
+}
+
+// Without models/objects beside it, the experiment finds those of the program.
+TEST_F(OptionsTest, ShippedObjectsAreFoundFromElsewhere) {
+  std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
+  const Options o =
+      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                 "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
+  EXPECT_EQ(ObjectModelOf(o, "salt_cuboid").mjcf,
+            kSource / "models/objects/salt_cuboid/salt_cuboid.xml");
+}
+
+TEST_F(OptionsTest, TheSceneHashFollowsSurfaces) {
+  const Options e = Read(Write(good_));
+  const std::string without = SceneHash(e);
+  folder_.Write("models/objects/surfaces.yaml", "rubber: {}");
+  EXPECT_NE(SceneHash(e), without);
 }
 
 TEST_F(OptionsTest, AMissingObjectFolderIsNamed) {

@@ -1,0 +1,106 @@
+#include "sim/surfaces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/data_folder.h"
+#include "core/error.h"
+#include "core/words.h"
+#include "core/yaml_map.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+constexpr const char* kFileName = "surfaces.yaml";
+constexpr double kMaxFriction = 3.0;  // rubber on rubber
+// Foam, and what is heavier than all but gold.
+constexpr double kMinDensity_kg_m3 = 20.0;
+constexpr double kMaxDensity_kg_m3 = 12000.0;
+
+void ReadGlove(core::YamlMap map, GloveRange& glove) {
+  for (const char* key : {"static", "from", "to", "kinetic"}) map.Require(key);
+  map.Read("static", glove.middle, 0.01, kMaxFriction, "middle of what is known");
+  map.Read("from", glove.low, 0.01, kMaxFriction, "lowest static coefficient");
+  map.Read("to", glove.high, 0.01, kMaxFriction, "highest static coefficient");
+  map.Read("kinetic", glove.kinetic, 0.01, kMaxFriction, "what goes with the middle");
+  if (!(glove.low < glove.middle)) map.Fail("from", "must be below `static`");
+  if (!(glove.high > glove.middle)) map.Fail("to", "must be above `static`");
+  if (glove.kinetic > glove.middle) map.Fail("kinetic", "must not be above `static`");
+  map.Finish();
+}
+
+void ReadLaminate(core::YamlMap map, FrictionPair& pair) {
+  for (const char* key : {"static", "kinetic"}) map.Require(key);
+  map.Read("static", pair.static_mu, 0.01, kMaxFriction, "static coefficient");
+  map.Read("kinetic", pair.kinetic_mu, 0.01, kMaxFriction, "kinetic coefficient");
+  if (pair.kinetic_mu > pair.static_mu) map.Fail("kinetic", "must not be above `static`");
+  map.Finish();
+}
+
+Surface ReadSurface(core::YamlMap map, const std::string& name) {
+  Surface surface;
+  surface.name = name;
+  for (const char* key : {"glove", "laminate"}) map.Require(key);
+  ReadGlove(map.Child("glove"), surface.glove);
+  ReadLaminate(map.Child("laminate"), surface.on_laminate);
+  map.Read("albedo", surface.optical.albedo, 0.0, 1.0, "diffuse, at 635 nm");
+  map.Read("gloss", surface.optical.gloss, 0.0, 1.0, "share of mirror-like reflection");
+  map.Read("clarity", surface.optical.clarity, 0.0, 1.0, "1 = fully clear");
+  map.Read("specular", surface.specular, 0.0, 1.0, "of pictures");
+  map.Read("shininess", surface.shininess, 0.0, 1.0, "of pictures");
+  map.Read("density_kg_m3", surface.density_kg_m3, kMinDensity_kg_m3, kMaxDensity_kg_m3,
+           "of what has no mass given");
+  map.Finish();
+  return surface;
+}
+
+}  // namespace
+
+std::filesystem::path ShippedSurfaces() { return core::DataFolder() / "models" / kFileName; }
+
+std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& object_mjcf) {
+  const auto folder = std::filesystem::absolute(object_mjcf).lexically_normal().parent_path();
+  std::vector<std::filesystem::path> files;
+  for (const auto& file :
+       {folder / kFileName, folder.parent_path() / kFileName, ShippedSurfaces()}) {
+    const bool known = std::find(files.begin(), files.end(), file) != files.end();
+    if (!known && std::filesystem::is_regular_file(file)) files.push_back(file);
+  }
+  return files;
+}
+
+std::vector<Surface> ReadSurfaces(const std::filesystem::path& file) {
+  core::YamlMap map = core::YamlMap::FromFile(file);
+  std::vector<Surface> surfaces;
+  for (const std::string& name : map.Names()) {
+    surfaces.push_back(ReadSurface(map.Child(name), name));
+  }
+  return surfaces;
+}
+
+std::vector<Surface> SurfacesFor(const std::filesystem::path& object_mjcf) {
+  std::vector<Surface> all;
+  for (const auto& file : SurfaceFiles(object_mjcf)) {
+    for (Surface& surface : ReadSurfaces(file)) {
+      const bool known = std::any_of(all.begin(), all.end(),
+                                     [&](const Surface& s) { return s.name == surface.name; });
+      if (!known) all.push_back(std::move(surface));
+    }
+  }
+  return all;
+}
+
+const Surface& FindSurface(const std::vector<Surface>& surfaces, std::string_view name) {
+  const auto found = std::find_if(surfaces.begin(), surfaces.end(),
+                                  [&](const Surface& surface) { return surface.name == name; });
+  if (found != surfaces.end()) return *found;
+  std::vector<std::string> known;
+  for (const Surface& surface : surfaces) known.push_back(surface.name);
+  throw core::InputError(
+      fmt::format("surface \"{}\" is not known; known surfaces: {}; a file surfaces.yaml in the "
+                  "object's folder or the one above may add it",
+                  name, core::Join(known)));
+}
+
+}  // namespace rangegrasp::sim
