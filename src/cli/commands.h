@@ -10,6 +10,7 @@ namespace rangegrasp::cli {
 /// run_command.cpp); a command's callback does the work and throws core::InputError or
 /// core::RunError.
 void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
+void AddCheckCommand(CLI::App& app);            ///< check
 void AddCylindersCommand(CLI::App& app);        ///< cylinders
 void AddListCommand(CLI::App& app);             ///< list kinds, list keys
 void AddPartsCommands(CLI::App& app);           ///< parts FILE

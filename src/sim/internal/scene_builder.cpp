@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "sim/friction.h"
+#include "sim/internal/names.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim::internal {
@@ -63,6 +64,45 @@ std::vector<mjsElement*> Children(const mjsBody* body, mjtObj type, bool recurse
 bool ElementCollides(mjsElement* geom) {
   const mjsGeom* g = mjs_asGeom(geom);
   return g->contype != 0 || g->conaffinity != 0;
+}
+
+bool NamedSo(mjsElement* element, std::string_view suffix) {
+  return Suffix(mjs_getString(mjs_getName(element))) == suffix;
+}
+
+mjsElement* FindSo(mjSpec* spec, mjtObj type, std::string_view suffix) {
+  mjsElement* e = mjs_firstElement(spec, type);
+  while (e && !NamedSo(e, suffix)) e = mjs_nextElement(spec, e);
+  return e;
+}
+
+// What says so for itself stays as it is.
+void CompensateGravity(mjsBody* body) {
+  if (body->gravcomp == 0.0) {
+    body->gravcomp = 1.0;
+    for (mjsElement* joint : Children(body, mjOBJ_JOINT, false)) {
+      mjs_asJoint(joint)->actgravcomp = 1;
+    }
+  }
+  for (mjsElement* child : Children(body, mjOBJ_BODY, false)) {
+    CompensateGravity(mjs_asBody(child));
+  }
+}
+
+// As the controllers of real arms do: their drives carry the arm and the hand, in all bodies from
+// the first joint on, where the numeric "gravity_compensation" is not 0. In MJCF each body would
+// have to say so for itself.
+void CompensateGravityIfAsked(mjSpec* spec) {
+  mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
+  mjsElement* tuple = FindSo(spec, mjOBJ_TUPLE, "arm_joints");
+  if (!numeric || !tuple) return;
+  int size = 0;
+  const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
+  const mjStringVec& joints = *mjs_asTuple(tuple)->objname;
+  if (size != 1 || data[0] == 0.0 || joints.empty()) return;
+  mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, joints.front().c_str());
+  if (!joint) joint = FindSo(spec, mjOBJ_JOINT, Suffix(joints.front()));
+  if (joint) CompensateGravity(mjs_getParent(joint));
 }
 
 // The root body of an object's spec, after it has been checked to be an object.
@@ -160,6 +200,8 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   scene->option.timestep = options.timestep_s;
   // A bad state must not be hidden by a reset.
   scene->option.disableflags |= mjDSBL_AUTORESET;
+
+  CompensateGravityIfAsked(scene.get());
 
   BuiltScene built;
   std::vector<std::string> bodies;

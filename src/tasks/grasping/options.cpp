@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "check/check.h"
 #include "core/additions.h"
 #include "core/file.h"
 #include "core/hash.h"
@@ -299,6 +300,10 @@ void CheckObjects(const YamlMap& map, const Options& options) {
     map.Fail("objects", fmt::format("no object '{}' (no file {}); nearest: '{}'", object,
                                     mjcf.string(), core::NearestWord(object, known)));
   }
+}
+
+std::vector<core::Finding> CheckScene(const Options& options) {
+  return check::CheckModel(options.scene, check::Kind::kScene);
 }
 
 std::string SceneHash(const Options& options) {

@@ -1,0 +1,50 @@
+#include "check/check.h"
+
+#include <algorithm>
+
+#include "check/internal/model.h"
+#include "core/error.h"
+
+namespace rangegrasp::check {
+namespace {
+
+constexpr int kFewestOfAnArm = 5;  // hinges, of a file that says nothing else
+
+}  // namespace
+
+Kind KindOf(const std::filesystem::path& mjcf) {
+  const internal::SourceLines lines(mjcf);
+  const auto has = [&](const char* what) { return lines.seen().contains(what); };
+  if (has("site workspace")) return Kind::kScene;
+  if (has("tuple arm_joints")) return Kind::kArm;
+  if (has("freejoint")) return Kind::kObject;
+  if (has("tuple hand_joints")) return Kind::kHand;
+  if (lines.hinges() >= kFewestOfAnArm) return Kind::kArm;
+  return lines.hinges() > 0 ? Kind::kHand : Kind::kScene;
+}
+
+std::vector<core::Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
+  std::vector<core::Finding> findings;
+  try {
+    internal::Model model(mjcf, kind);
+    CheckNames(model);
+    CheckArm(model);
+    CheckHand(model);
+    CheckBodies(model);
+    CheckContacts(model);
+    CheckCell(model);
+    try {
+      CheckMotion(model);
+    } catch (const core::InputError& error) {
+      model.Error(mjcf.string(), "", error.what(), "");
+    }
+    findings = model.findings();
+  } catch (const core::InputError& error) {
+    findings.push_back({true, mjcf.string(), "", error.what(), ""});
+  }
+  std::stable_partition(findings.begin(), findings.end(),
+                        [](const core::Finding& finding) { return finding.error; });
+  return findings;
+}
+
+}  // namespace rangegrasp::check
