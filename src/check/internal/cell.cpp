@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "check/internal/model.h"
+#include "check/internal/view.h"
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -13,14 +14,6 @@ constexpr double kTable_m = 1e-3;  // of its top from z = 0
 constexpr double kLook_m = 0.5;    // from above the table down to it
 constexpr double kMinImpratio = 10.0;
 constexpr int kMinNoslip = 10;
-// What lies further outside the workspace is not perceived (workspace_margin_mm of experiments).
-constexpr double kMargin_m = 0.15;
-// Looks over the workspace and above it.
-constexpr int kRays = 15;
-constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
-constexpr double kMaxHidden = 0.05;  // of the workspace, by the arm at home
-constexpr mjtByte kVisibleGroups[mjNGROUP] = {1, 1, 1, 0, 0, 0};
-
 void CheckOptions(Model& model) {
   const mjOption& option = model.m().opt;
   std::string weak;
@@ -69,60 +62,21 @@ void CheckTable(Model& model, int workspace) {
   }
 }
 
-struct Seen {
-  int rays = 0, hidden = 0;  // of those that go to the workspace
-  int body = -1;             // that hides it
-  int inside = -1;           // a body that stands where objects are looked for
-};
-
-Seen LookFrom(Model& model, const mjtNum* eye, const mjtNum* middle, double radius_m) {
-  const mjModel& m = model.m();
-  Seen seen;
-  const double reach_m = radius_m + kMargin_m;
-  for (const double height_m : kHeights_m) {
-    for (int i = 0; i < kRays * kRays; ++i) {
-      const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
-      const double y = reach_m * (2.0 * (i / kRays) / (kRays - 1) - 1.0);
-      if (std::hypot(x, y) > reach_m) continue;
-      mjtNum ray[3] = {middle[0] + x - eye[0], middle[1] + y - eye[1],
-                       middle[2] + height_m - eye[2]};
-      const double length = mju_normalize3(ray);
-      int geom = -1;
-      const double distance =
-          mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
-      const bool robot = geom >= 0 && model.IsRobot(m.geom_bodyid[geom]);
-      const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
-      if (to_workspace) ++seen.rays;
-      if (!robot) continue;
-      if (to_workspace && distance < length) {
-        ++seen.hidden;
-        seen.body = m.geom_bodyid[geom];
-      }
-      const double px = eye[0] + distance * ray[0] - middle[0];
-      const double py = eye[1] + distance * ray[1] - middle[1];
-      if (std::hypot(px, py) < reach_m) seen.inside = m.geom_bodyid[geom];
-    }
-  }
-  return seen;
-}
-
-void CheckView(Model& model, int workspace, int scanner) {
-  const Seen seen =
-      LookFrom(model, model.d().site_xpos + 3 * scanner, model.d().site_xpos + 3 * workspace,
-               model.m().site_size[3 * workspace]);
-  const std::string where = model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home"));
-  if (seen.inside >= 0) {
-    model.Error(where, "numeric \"home\"",
-                fmt::format("body \"{}\" is then within {:.0f} mm of the workspace, where the "
-                            "scanner takes it for an object",
-                            model.BodyName(seen.inside), 1e3 * kMargin_m),
-                "a home further back");
-  } else if (seen.hidden > kMaxHidden * seen.rays) {
-    model.Error(where, "numeric \"home\"",
-                fmt::format("body \"{}\" then hides {:.0f} % of the workspace from the scanner",
-                            model.BodyName(seen.body), 100.0 * seen.hidden / seen.rays),
-                "a home further back");
-  }
+void CheckView(Model& model) {
+  const Seen seen = LookAtWorkspace(model);
+  if (!seen.in_the_way && seen.hidden <= kMaxHidden) return;
+  const std::string what =
+      seen.in_the_way
+          ? fmt::format(
+                "is then within {:.0f} mm of the workspace, where the scanner takes it for an "
+                "object",
+                1e3 * kPerceived_m)
+          : fmt::format("then hides {:.0f} % of the workspace from the scanner",
+                        100.0 * seen.hidden);
+  const auto home = SuggestHome(model);
+  model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home")), "numeric \"home\"",
+              fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
+              home.empty() ? "a home further back" : home);
 }
 
 }  // namespace
@@ -131,11 +85,10 @@ void CheckCell(Model& model) {
   if (model.kind() != Kind::kScene) return;
   CheckOptions(model);
   const int workspace = model.Find(mjOBJ_SITE, "workspace");
-  const int scanner = model.Find(mjOBJ_SITE, "scanner");
   if (workspace < 0) return;
   model.SetHome();
   CheckTable(model, workspace);
-  if (scanner >= 0 && !model.home.empty()) CheckView(model, workspace, scanner);
+  if (!model.home.empty()) CheckView(model);
 }
 
 }  // namespace rangegrasp::check::internal

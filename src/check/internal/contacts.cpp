@@ -6,6 +6,7 @@
 #include <map>
 
 #include "check/internal/model.h"
+#include "check/internal/view.h"
 #include "core/rng.h"
 
 namespace rangegrasp::check::internal {
@@ -92,12 +93,15 @@ void CheckContacts(Model& model) {
   }
   model.SetHome();
   if (model.home.empty()) return;
-  for (const auto& [pair, distance_m] : Touching(model, 0.0)) {
+  const auto at_home = Touching(model, 0.0);
+  const std::string home = at_home.empty() ? "" : SuggestHome(model);
+  for (const auto& [pair, distance_m] : at_home) {
     if (counts[pair] >= kAlways * kPoses) continue;
     model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home")), "numeric \"home\"",
                 fmt::format("{} are {:.1f} mm inside each other there", Both(model, pair),
                             -1e3 * distance_m),
-                "another home; or, if they never meet in reality, " + Exclusion(model, pair));
+                (home.empty() ? "another home" : home) + "; or, if they never meet in reality, " +
+                    Exclusion(model, pair));
   }
 }
 

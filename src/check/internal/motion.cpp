@@ -118,7 +118,7 @@ std::vector<Eigen::VectorXd> CheckReach(Model& model, const robot::Robot& robot)
 }
 
 /// The torque [Nm] that each joint needs against the weight of arm, hand and load.
-Eigen::VectorXd Weight(Model& model, const Eigen::VectorXd& q) {
+Eigen::VectorXd Weight(Model& model, const Eigen::VectorXd& q, double load_kg) {
   const mjModel& m = model.m();
   mjData& d = model.d();
   const auto n = static_cast<Eigen::Index>(model.arm_joints.size());
@@ -143,7 +143,7 @@ Eigen::VectorXd Weight(Model& model, const Eigen::VectorXd& q) {
   const int tool = model.Find(mjOBJ_SITE, "tcp_tip");
   if (tool >= 0) {
     mj_jacSite(&m, &d, J.data(), nullptr, tool);
-    add(kLoad_kg);
+    add(load_kg);
   }
   return torque.cwiseAbs();
 }
@@ -166,7 +166,9 @@ double StrengthOf(const Model& model, std::size_t i) {
 
 void CheckStrength(Model& model, const std::vector<Eigen::VectorXd>& positions) {
   Eigen::VectorXd most = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.arm_joints.size()));
-  for (const Eigen::VectorXd& q : positions) most = most.cwiseMax(Weight(model, q));
+  for (const Eigen::VectorXd& q : positions) most = most.cwiseMax(Weight(model, q, kLoad_kg));
+  const Eigen::Map<const Eigen::VectorXd> home(model.home.data(), most.size());
+  most = most.cwiseMax(Weight(model, home, 0.0));
   model.SetHome();
   for (std::size_t i = 0; i < model.arm_joints.size(); ++i) {
     const double needed = most[static_cast<Eigen::Index>(i)];
@@ -245,9 +247,7 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
 void CheckMotion(Model& model) {
   if (model.kind() != Kind::kScene || model.HasErrors()) return;
   const robot::Robot robot = robot::Robot::Load(model.file());
-  auto positions = CheckReach(model, robot);
-  positions.push_back(robot.home);
-  CheckStrength(model, positions);
+  CheckStrength(model, CheckReach(model, robot));
   if (model.HasErrors()) return;
   sim::World world(model.file(), {}, {});
   if (CheckHold(model, world)) CheckFollowing(model, world, robot);

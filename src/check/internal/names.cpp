@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "check/internal/model.h"
+#include "check/internal/view.h"
 #include "core/words.h"
 
 namespace rangegrasp::check::internal {
@@ -115,9 +116,13 @@ void CheckArmNames(Model& model) {
       NumericBlock("joint_velocity", n, "1") + ", or what the data sheet says, one a joint";
   const std::string acceleration =
       NumericBlock("joint_acceleration", n, "2") + ", or what the data sheet says, one a joint";
-  const std::string home = NumericBlock("home", n, "0") +
-                           ", the joints' positions between grasps: free of contact, out of the "
-                           "scanner's view, the hand above the table";
+  const std::string suggested = SuggestHome(model);
+  const std::string home =
+      suggested.empty()
+          ? NumericBlock("home", n, "0") +
+                " for now; the check of the scene that the arm stands in says whether "
+                "that will do, and else what will"
+          : "in <custom>: " + suggested;
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "joint_velocity", true, "limits in rad/s", velocity.c_str()}, n,
                true);

@@ -64,7 +64,7 @@ struct SourceLines::Reader {
 
   void Read(const std::filesystem::path& path, const std::string& prefix, int depth) {
     if (depth > kMaxDepth || !std::filesystem::is_regular_file(path)) return;
-    File file{path, core::ReadFile(path), prefix, depth, {}};
+    File file{path.lexically_normal(), core::ReadFile(path), prefix, depth, {}};
     pugi::xml_document document;
     const auto read = document.load_buffer(file.text.data(), file.text.size());
     if (!read && depth == 0) {
@@ -117,7 +117,8 @@ struct SourceLines::Reader {
   }
 };
 
-SourceLines::SourceLines(const std::filesystem::path& mjcf) : root_(mjcf.string()) {
+SourceLines::SourceLines(const std::filesystem::path& mjcf)
+    : root_(mjcf.lexically_normal().string()) {
   if (!std::filesystem::is_regular_file(mjcf)) {
     throw core::InputError(mjcf.string() + ": no such file; an MJCF file is expected");
   }

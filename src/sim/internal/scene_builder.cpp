@@ -89,20 +89,27 @@ void CompensateGravity(mjsBody* body) {
   }
 }
 
+// The body that the arm's first joint moves: of the hand's ancestors with a joint the furthest.
+mjsBody* FirstMoving(mjSpec* spec) {
+  mjsElement* hand = FindSo(spec, mjOBJ_BODY, "hand");
+  if (!hand) return nullptr;
+  mjsBody* first = nullptr;
+  for (mjsBody* body = mjs_getParent(hand); body; body = mjs_getParent(body->element)) {
+    if (!Children(body, mjOBJ_JOINT, false).empty()) first = body;
+  }
+  return first;
+}
+
 // As the controllers of real arms do: their drives carry the arm and the hand, in all bodies from
 // the first joint on, where the numeric "gravity_compensation" is not 0. In MJCF each body would
 // have to say so for itself.
 void CompensateGravityIfAsked(mjSpec* spec) {
   mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
-  mjsElement* tuple = FindSo(spec, mjOBJ_TUPLE, "arm_joints");
-  if (!numeric || !tuple) return;
+  if (!numeric) return;
   int size = 0;
   const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
-  const mjStringVec& joints = *mjs_asTuple(tuple)->objname;
-  if (size != 1 || data[0] == 0.0 || joints.empty()) return;
-  mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, joints.front().c_str());
-  if (!joint) joint = FindSo(spec, mjOBJ_JOINT, Suffix(joints.front()));
-  if (joint) CompensateGravity(mjs_getParent(joint));
+  if (size != 1 || data[0] == 0.0) return;
+  if (mjsBody* first = FirstMoving(spec)) CompensateGravity(first);
 }
 
 // The root body of an object's spec, after it has been checked to be an object.
