@@ -8,7 +8,7 @@
 namespace rangegrasp::check {
 namespace {
 
-constexpr int kFewestOfAnArm = 5;  // hinges, of a file that says nothing else
+constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
 }  // namespace
 
@@ -19,8 +19,8 @@ Kind KindOf(const std::filesystem::path& mjcf) {
   if (has("tuple arm_joints")) return Kind::kArm;
   if (has("freejoint")) return Kind::kObject;
   if (has("tuple hand_joints")) return Kind::kHand;
-  if (lines.hinges() >= kFewestOfAnArm) return Kind::kArm;
-  return lines.hinges() > 0 ? Kind::kHand : Kind::kScene;
+  if (lines.longest_chain() >= kFewestOfAnArm) return Kind::kArm;
+  return lines.longest_chain() > 0 ? Kind::kHand : Kind::kScene;
 }
 
 std::vector<core::Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {

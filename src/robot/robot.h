@@ -61,7 +61,7 @@ class Robot {
   bool Ignores(std::size_t link, std::size_t shape) const { return ignored_[link][shape] != 0; }
   bool IgnoresTable(std::size_t link) const { return ignores_table_[link] != 0; }
 
-  Eigen::VectorXd lower, upper;  ///< [rad]; of a continuous joint one turn to either side of home
+  Eigen::VectorXd lower, upper;  ///< [rad]; of a continuous joint a turn to either side of zero
   Eigen::VectorXd velocity, acceleration;           ///< [rad/s], [rad/s^2] the published limits
   Eigen::VectorXd home;                             ///< [rad]
   core::Pose X_FH = core::Pose::Identity();         ///< hand's root body in the last link

@@ -194,7 +194,7 @@ TEST_F(OwnCell, SaysThatADriveIsTooWeak) {
 TEST_F(OwnCell, SaysThatADriveFallsBehind) {
   arm_ = Replaced(arm_, "<position name=\"drive1\" joint=\"joint1\"",
                   "<position name=\"drive1\" joint=\"joint1\" kp=\"400\"");
-  ExpectOne({"actuator \"arm/drive1\"", "mrad behind", "joint_acceleration", "kp="});
+  ExpectOne({"actuators arm/drive1: fall", "mrad behind", "\"joint_acceleration\" data=", "kp "});
 }
 TEST_F(OwnCell, SaysThatTheHomePoseIsNotHeld) {
   // Gravity is compensated on the last link alone: by a spring that pulls, here, it is not.
@@ -320,7 +320,7 @@ TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
   for (const char* what :
        {"tuple \"arm_joints\": is missing", "objname=\"joint7\"", "tuple \"arm_actuators\"",
         "objname=\"actuator7\"", "numeric \"joint_velocity\"", "numeric \"joint_acceleration\"",
-        "numeric \"home\"", "body \"hand\": is missing", "have no armature", "iiwa14.xml:10",
+        "numeric \"home\"", "body \"hand\": is missing", "have no armature", "iiwa14.xml:9",
         "not compensated for gravity"}) {
     EXPECT_THAT(text, HasSubstr(what));
   }

@@ -161,7 +161,7 @@ TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
   EXPECT_GE(better, followed * 9 / 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Cells, Ik, ::testing::ValuesIn(Cells()),
+INSTANTIATE_TEST_SUITE_P(Cells, Ik, ::testing::ValuesIn(AllCells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
 }  // namespace

@@ -31,6 +31,7 @@ constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
 // Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
 constexpr double kLag_rad = 0.004;
+constexpr double kRoom = 0.8;       // of the bound, that a cure aims at
 constexpr double kSwing_rad = 0.3;  // of the motion that is tried, from home and back
 
 struct Place {
@@ -225,21 +226,30 @@ core::JointTrajectory Swing(const robot::Robot& robot) {
 
 void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) {
   const Eigen::VectorXd lag = sim::LagBehind(world, Swing(robot));
+  std::vector<int> slow;
+  std::string stiffer;
+  std::string accelerations;
   for (std::size_t i = 0; i < model.arm_joints.size(); ++i) {
     const double lag_rad = lag[static_cast<Eigen::Index>(i)];
-    if (lag_rad <= kLag_rad) continue;
-    const std::string values = fmt::format(
-        "{:.2g}", 0.8 * kLag_rad / lag_rad * robot.acceleration[static_cast<Eigen::Index>(i)]);
-    model.Error(
-        model.Where(mjOBJ_ACTUATOR, model.arm_actuators[i]),
-        model.Element(mjOBJ_ACTUATOR, model.arm_actuators[i]),
-        fmt::format("falls {:.1f} mrad behind in a motion at the joints' own limits; from 5 "
-                    "mrad on that is taken for a thing in the way",
-                    1e3 * lag_rad),
-        fmt::format("{} in place of {:g} in \"joint_acceleration\", or {}", values,
-                    robot.acceleration[static_cast<Eigen::Index>(i)],
-                    StiffnessCure(model, i, 1.5 * lag_rad / kLag_rad)));
+    double acceleration = robot.acceleration[static_cast<Eigen::Index>(i)];
+    if (lag_rad > kLag_rad) {
+      slow.push_back(model.arm_actuators[i]);
+      acceleration *= kRoom * kLag_rad / lag_rad;
+      const double kp = model.m().actuator_gainprm[model.arm_actuators[i] * mjNGAIN];
+      stiffer += fmt::format("{}{:.0f} in place of {:g}", stiffer.empty() ? "" : ", ",
+                             kp * lag_rad / (kRoom * kLag_rad), kp);
+    }
+    accelerations += fmt::format("{}{:.2g}", accelerations.empty() ? "" : " ", acceleration);
   }
+  if (slow.empty()) return;
+  model.Error(
+      model.Where(mjOBJ_ACTUATOR, slow.front()), "actuators " + model.NamesOf(mjOBJ_ACTUATOR, slow),
+      fmt::format("fall up to {:.1f} mrad behind in a motion at the joints' own limits; from "
+                  "5 mrad on that is taken for a thing in the way",
+                  1e3 * lag.maxCoeff()),
+      fmt::format("<numeric name=\"joint_acceleration\" data=\"{}\"/>, or stiffer drives: kp "
+                  "{}, with their damping",
+                  accelerations, stiffer));
 }
 
 }  // namespace

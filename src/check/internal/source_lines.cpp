@@ -41,6 +41,17 @@ std::string NameOf(const pugi::xml_node& node) {
   return std::filesystem::path(file).stem().string();
 }
 
+// A joint and those of all bodies that its own hangs on.
+int JointsAbove(const pugi::xml_node& joint) {
+  int count = 0;
+  for (pugi::xml_node n = joint.parent(); n; n = n.parent()) {
+    for (const pugi::xml_node& child : n.children("joint")) {
+      count += std::string(n.name()) == "body" && child ? 1 : 0;
+    }
+  }
+  return count;
+}
+
 std::string Suffix(const std::string& name) { return name.substr(name.find_last_of('/') + 1); }
 
 }  // namespace
@@ -54,6 +65,7 @@ struct SourceLines::Reader {
     std::string text;
     std::string prefix;
     int depth;
+    bool own;  // not attached
     std::map<std::string, std::filesystem::path> models;
 
     int LineOf(const pugi::xml_node& node) const {
@@ -62,9 +74,9 @@ struct SourceLines::Reader {
     }
   };
 
-  void Read(const std::filesystem::path& path, const std::string& prefix, int depth) {
+  void Read(const std::filesystem::path& path, const std::string& prefix, int depth, bool own) {
     if (depth > kMaxDepth || !std::filesystem::is_regular_file(path)) return;
-    File file{path.lexically_normal(), core::ReadFile(path), prefix, depth, {}};
+    File file{path.lexically_normal(), core::ReadFile(path), prefix, depth, own, {}};
     pugi::xml_document document;
     const auto read = document.load_buffer(file.text.data(), file.text.size());
     if (!read && depth == 0) {
@@ -82,12 +94,13 @@ struct SourceLines::Reader {
     for (const pugi::xml_node& child : node.children()) {
       const std::string tag = child.name();
       if (tag == "include") {
-        Read(file.path.parent_path() / child.attribute("file").value(), file.prefix,
-             file.depth + 1);
+        Read(file.path.parent_path() / child.attribute("file").value(), file.prefix, file.depth + 1,
+             file.own);
       } else if (tag == "attach") {
         const auto model = file.models.find(child.attribute("model").value());
         if (model != file.models.end()) {
-          Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1);
+          Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1,
+               false);
         }
       } else {
         Note(child, file);
@@ -103,15 +116,15 @@ struct SourceLines::Reader {
     if (tag == "joint" && Below(node, "default")) {
       lines.joint_default_.try_emplace(file.path.string(), file.LineOf(node));
     }
-    if (in_world && (tag == "freejoint" || (tag == "joint" && type == "free"))) {
+    if (file.own && in_world && (tag == "freejoint" || (tag == "joint" && type == "free"))) {
       lines.seen_.insert("freejoint");
-    } else if (in_world && tag == "joint" && type != "ball") {
-      ++lines.hinges_;
+    } else if (file.own && in_world && tag == "joint" && type != "ball") {
+      lines.longest_chain_ = std::max(lines.longest_chain_, JointsAbove(node));
     }
     const std::string kind = KindOf(node);
     const std::string name = NameOf(node);
     if (kind.empty() || name.empty()) return;
-    lines.seen_.insert(kind + " " + Suffix(name));
+    if (file.own) lines.seen_.insert(kind + " " + Suffix(name));
     lines.lines_.try_emplace(kind + " " + file.prefix + name,
                              Line{file.path.string(), file.LineOf(node)});
   }
@@ -122,7 +135,7 @@ SourceLines::SourceLines(const std::filesystem::path& mjcf)
   if (!std::filesystem::is_regular_file(mjcf)) {
     throw core::InputError(mjcf.string() + ": no such file; an MJCF file is expected");
   }
-  Reader{*this}.Read(mjcf, "", 0);
+  Reader{*this}.Read(mjcf, "", 0, true);
 }
 
 std::string SourceLines::Of(const std::string& kind, const std::string& name) const {

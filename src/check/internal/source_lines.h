@@ -24,10 +24,11 @@ class SourceLines {
   /// The line of the `<joint>` in the `<default>` of a file: the one place to change all joints.
   /// Empty if there is none.
   std::string JointDefaultOf(const std::string& file) const;
-  /// Tags of all elements, with free joints as "freejoint", and of the named ones with what follows
-  /// the last '/' of the name: "tuple arm_joints".
+  /// What the file itself (with what it includes, without what it attaches) holds: "freejoint", and
+  /// of named elements the kind and what follows the last '/' of the name: "tuple arm_joints".
   const std::set<std::string>& seen() const { return seen_; }
-  int hinges() const { return hinges_; }
+  /// The most joints that lie between the world and one body of the file itself.
+  int longest_chain() const { return longest_chain_; }
 
  private:
   struct Line {
@@ -40,7 +41,7 @@ class SourceLines {
   std::map<std::string, Line> lines_;         // "joint arm/joint1"
   std::map<std::string, int> joint_default_;  // by file
   std::set<std::string> seen_;
-  int hinges_ = 0;
+  int longest_chain_ = 0;
 };
 
 }  // namespace rangegrasp::check::internal

@@ -14,7 +14,8 @@ namespace {
 using internal::Mjcf;
 
 /// What an arm's continuous joint (one without limits) is given as its range to either side of
-/// home: the drive turns on for ever, a motion of more than one turn is never needed.
+/// zero, and at least half of it to either side of home: the drive turns on for ever, but no motion
+/// needs more.
 constexpr double kContinuous_rad = 2.0 * core::kPi;
 
 /// Bodies from the base (what the first joint turns on) to the one that carries the hand. The base
@@ -230,8 +231,10 @@ void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& rob
   for (int i = 0; i < dof; ++i) {
     const int id = arm_joints[static_cast<std::size_t>(i)];
     const bool limited = mjcf.model().jnt_limited[id] != 0;
-    robot.lower[i] = limited ? mjcf.model().jnt_range[2 * id] : robot.home[i] - kContinuous_rad;
-    robot.upper[i] = limited ? mjcf.model().jnt_range[2 * id + 1] : robot.home[i] + kContinuous_rad;
+    const double* range = mjcf.model().jnt_range + 2 * id;
+    const double half = 0.5 * kContinuous_rad;
+    robot.lower[i] = limited ? range[0] : std::min(-kContinuous_rad, robot.home[i] - half);
+    robot.upper[i] = limited ? range[1] : std::max(kContinuous_rad, robot.home[i] + half);
   }
   robot.velocity = mjcf.Numeric("joint_velocity", dof);
   robot.acceleration = mjcf.Numeric("joint_acceleration", dof);
