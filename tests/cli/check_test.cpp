@@ -35,7 +35,7 @@ class OwnCell : public testing::Test {
     scene_ = Replaced(scene_, "seven_joints.xml", "arm.xml");
     experiment_ = "name: own\nscene: scene.xml\nsensor: " + kSource +
                   "/models/sensors/line_scanner.yaml\nobject_folder: " + kSource +
-                  "/models/objects\nobjects: [spread, salt_cuboid]\ntrials_per_object: 3\n";
+                  "/models/objects\nobjects: [salt_cylinder, salt_cuboid]\ntrials_per_object: 3\n";
   }
   std::string Write() {
     folder_.Write("arm.xml", arm_);
@@ -101,20 +101,20 @@ TEST_F(OwnCell, ARunThatCannotWorkIsRefusedWithAllFindings) {
 }
 
 TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
-  // Grasps are never sound enough for a plan: nothing is offered to the mover.
-  const auto ran = Run({"--set", "stop_after=4", "--set", "grasp.table_clearance_mm=200"});
+  // Of a glove without friction everything slips.
+  const auto ran = Run({"--set", "stop_after=4", "--set", "physics.glove_friction=0.01"});
   EXPECT_EQ(ran.code, 1) << ran.out << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("stopped after 4 of 6 cases, which all ended in no_grasp"));
+  EXPECT_THAT(ran.err, HasSubstr("stopped after 4 of 6 cases, which all ended in not_lifted"));
   EXPECT_THAT(ran.err, HasSubstr("2 cases were not run"));
   EXPECT_THAT(ran.out, HasSubstr("2 of 6 cases are missing"));
   const auto resumed =
-      Run({"--set", "stop_after=4", "--set", "grasp.table_clearance_mm=200", "--resume"});
+      Run({"--set", "stop_after=4", "--set", "physics.glove_friction=0.01", "--resume"});
   EXPECT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_THAT(resumed.out, Not(HasSubstr("missing")));
 }
 
 TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
-  const auto ran = Run({"--set", "stop_after=0", "--set", "grasp.table_clearance_mm=200"});
+  const auto ran = Run({"--set", "stop_after=0", "--set", "physics.glove_friction=0.01"});
   EXPECT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, Not(HasSubstr("missing")));
 }
