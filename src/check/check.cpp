@@ -10,6 +10,14 @@ namespace {
 
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
+// What the engine or a loader says, without the file's name, which stands before it.
+core::Finding Told(const std::filesystem::path& mjcf, std::string what) {
+  const std::string file = mjcf.string() + ": ";
+  if (what.starts_with(file)) what = what.substr(file.size());
+  while (!what.empty() && what.back() == '\n') what.pop_back();
+  return {true, mjcf.string(), "", what, ""};
+}
+
 }  // namespace
 
 Kind KindOf(const std::filesystem::path& mjcf) {
@@ -36,11 +44,12 @@ std::vector<core::Finding> CheckModel(const std::filesystem::path& mjcf, Kind ki
     try {
       CheckMotion(model);
     } catch (const core::InputError& error) {
-      model.Error(mjcf.string(), "", error.what(), "");
+      const core::Finding told = Told(mjcf, error.what());
+      model.Error(told.where, told.element, told.what, told.cure);
     }
     findings = model.findings();
   } catch (const core::InputError& error) {
-    findings.push_back({true, mjcf.string(), "", error.what(), ""});
+    findings.push_back(Told(mjcf, error.what()));
   }
   std::stable_partition(findings.begin(), findings.end(),
                         [](const core::Finding& finding) { return finding.error; });

@@ -167,6 +167,9 @@ void CheckArmature(Model& model) {
 
 void CheckGravity(Model& model) {
   const mjModel& m = model.m();
+  // What asks for it gets it once the hand is there.
+  const auto asked = model.Numeric("gravity_compensation");
+  if (model.hand < 0 && asked.size() == 1 && asked[0] != 0.0) return;
   std::vector<int> heavy;
   for (int body = 1; body < m.nbody; ++body) {
     if (model.IsRobot(body) && m.body_mass[body] > 0.0 && m.body_gravcomp[body] < kCompensated) {

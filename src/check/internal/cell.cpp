@@ -35,9 +35,13 @@ void CheckTable(Model& model, int workspace) {
   const mjtNum* place = model.d().site_xpos + 3 * workspace;
   const mjtNum from[3] = {place[0], place[1], place[2] + kLook_m};
   const mjtNum down[3] = {0.0, 0.0, -1.0};
+  // An open box for objects stands on the table.
+  const int container = model.Find(mjOBJ_SITE, "container");
+  const int box = container < 0 ? -1 : m.site_bodyid[container];
   double nearest = -1.0;
   for (int g = 0; g < m.ngeom; ++g) {
-    if (!model.Collides(g) || m.body_weldid[m.geom_bodyid[g]] != 0) continue;
+    const int body = m.geom_bodyid[g];
+    if (!model.Collides(g) || m.body_weldid[body] != 0 || body == box) continue;
     const double distance =
         m.geom_type[g] == mjGEOM_MESH
             ? mj_rayMesh(&m, &model.d(), g, from, down, nullptr)

@@ -213,19 +213,32 @@ bool CheckHold(Model& model, sim::World& world) {
   return false;
 }
 
-/// From home a little to the side of more room, and back.
+/// From home a little to the side of more room, and back; less far, or to the other side, where
+/// something is in the way. Empty where something always is.
 core::JointTrajectory Swing(const robot::Robot& robot) {
-  Eigen::VectorXd aside = robot.home;
-  for (Eigen::Index i = 0; i < aside.size(); ++i) {
-    const bool up = robot.upper[i] - robot.home[i] > robot.home[i] - robot.lower[i];
-    aside[i] =
-        std::clamp(robot.home[i] + (up ? kSwing_rad : -kSwing_rad), robot.lower[i], robot.upper[i]);
+  collision::RobotCollider collider(robot, kMargin_m);
+  collider.SetScene(0.0, {}, {});
+  for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
+    Eigen::VectorXd aside = robot.home;
+    for (Eigen::Index i = 0; i < aside.size(); ++i) {
+      const bool up = robot.upper[i] - robot.home[i] > robot.home[i] - robot.lower[i];
+      aside[i] = std::clamp(robot.home[i] + share * (up ? kSwing_rad : -kSwing_rad), robot.lower[i],
+                            robot.upper[i]);
+    }
+    core::JointTrajectory swing = TimeParameterise(robot, {robot.home, aside, robot.home}, {});
+    const bool free =
+        std::none_of(swing.positions.begin(), swing.positions.end(), [&](const Eigen::VectorXd& q) {
+          return collider.FirstTouch(robot.LinkPoses(q), {}).has_value();
+        });
+    if (free) return swing;
   }
-  return TimeParameterise(robot, {robot.home, aside, robot.home}, {});
+  return {};
 }
 
 void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) {
-  const Eigen::VectorXd lag = sim::LagBehind(world, Swing(robot));
+  const core::JointTrajectory swing = Swing(robot);
+  if (swing.positions.empty()) return;
+  const Eigen::VectorXd lag = sim::LagBehind(world, swing);
   std::vector<int> slow;
   std::string stiffer;
   std::string accelerations;

@@ -120,8 +120,7 @@ void CheckArmNames(Model& model) {
   const std::string home =
       suggested.empty()
           ? NumericBlock("home", n, "0") +
-                " for now; the check of the scene that the arm stands in says whether "
-                "that will do, and else what will"
+                ", in the arm's file or the scene's: the check of the scene proposes one"
           : "in <custom>: " + suggested;
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "joint_velocity", true, "limits in rad/s", velocity.c_str()}, n,
@@ -131,7 +130,9 @@ void CheckArmNames(Model& model) {
       {mjOBJ_NUMERIC, "joint_acceleration", true, "limits in rad/s^2", acceleration.c_str()}, n,
       true);
   CheckNumeric(model, file,
-               {mjOBJ_NUMERIC, "home", true, "where the arm waits [rad]", home.c_str()}, n, false);
+               {mjOBJ_NUMERIC, "home", model.kind() == Kind::kScene, "where the arm waits [rad]",
+                home.c_str()},
+               n, false);
 }
 
 void CheckHandNames(Model& model) {
