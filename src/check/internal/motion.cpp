@@ -31,7 +31,11 @@ constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
 // Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
 constexpr double kLag_rad = 0.004;
-constexpr double kRoom = 0.8;       // of the bound, that a cure aims at
+// A cure is tried before it is told: so many rounds, in each of which what falls behind gets so
+// much slower at least, but no slower than this.
+constexpr int kRounds = 10;
+constexpr double kSlower = 0.8;
+constexpr double kSlowest_rad_s2 = 0.05;
 constexpr double kSwing_rad = 0.3;  // of the motion that is tried, from home and back
 
 struct Place {
@@ -235,24 +239,47 @@ core::JointTrajectory Swing(const robot::Robot& robot) {
   return {};
 }
 
-void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) {
+/// How far each joint falls behind in a swing at the robot's limits, from home; empty where there
+/// is no room for a swing.
+Eigen::VectorXd LagOf(sim::World& world, const robot::Robot& robot) {
   const core::JointTrajectory swing = Swing(robot);
-  if (swing.positions.empty()) return;
+  if (swing.positions.empty()) return {};
+  const auto before = world.Save();
   const Eigen::VectorXd lag = sim::LagBehind(world, swing);
+  world.Restore(*before);
+  return lag;
+}
+
+/// Accelerations with which no joint falls behind; of one that falls behind however slow, the last
+/// that was tried.
+std::string SlowEnough(sim::World& world, robot::Robot robot, Eigen::VectorXd lag) {
+  for (int i = 0; i < kRounds && lag.size() > 0 && lag.maxCoeff() > kLag_rad; ++i) {
+    for (Eigen::Index k = 0; k < lag.size(); ++k) {
+      if (lag[k] <= kLag_rad) continue;
+      const double slower = robot.acceleration[k] * std::min(kSlower, kLag_rad / lag[k]);
+      robot.acceleration[k] = std::floor(100.0 * slower) / 100.0;
+    }
+    robot.acceleration = robot.acceleration.cwiseMax(kSlowest_rad_s2);
+    lag = LagOf(world, robot);
+  }
+  std::string values;
+  for (const double a : robot.acceleration) {
+    values += fmt::format("{}{:g}", values.empty() ? "" : " ", a);
+  }
+  return values;
+}
+
+void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) {
+  const Eigen::VectorXd lag = LagOf(world, robot);
   std::vector<int> slow;
   std::string stiffer;
-  std::string accelerations;
-  for (std::size_t i = 0; i < model.arm_joints.size(); ++i) {
-    const double lag_rad = lag[static_cast<Eigen::Index>(i)];
-    double acceleration = robot.acceleration[static_cast<Eigen::Index>(i)];
-    if (lag_rad > kLag_rad) {
-      slow.push_back(model.arm_actuators[i]);
-      acceleration *= kRoom * kLag_rad / lag_rad;
-      const double kp = model.m().actuator_gainprm[model.arm_actuators[i] * mjNGAIN];
-      stiffer += fmt::format("{}{:.0f} in place of {:g}", stiffer.empty() ? "" : ", ",
-                             kp * lag_rad / (kRoom * kLag_rad), kp);
-    }
-    accelerations += fmt::format("{}{:.2g}", accelerations.empty() ? "" : " ", acceleration);
+  for (Eigen::Index i = 0; i < lag.size(); ++i) {
+    if (lag[i] <= kLag_rad) continue;
+    const int actuator = model.arm_actuators[static_cast<std::size_t>(i)];
+    slow.push_back(actuator);
+    const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
+    stiffer += fmt::format("{}{:.0f} in place of {:g}", stiffer.empty() ? "" : ", ",
+                           kp * lag[i] / (kSlower * kLag_rad), kp);
   }
   if (slow.empty()) return;
   model.Error(
@@ -262,7 +289,7 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
                   1e3 * lag.maxCoeff()),
       fmt::format("<numeric name=\"joint_acceleration\" data=\"{}\"/>, or stiffer drives: kp "
                   "{}, with their damping",
-                  accelerations, stiffer));
+                  SlowEnough(world, robot, lag), stiffer));
 }
 
 }  // namespace
