@@ -88,7 +88,7 @@ TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) {
 TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOnWallAndCeiling) {
   for (const char* scene :
        {"scenes/tabletop.xml", "scenes/tabletop_box.xml", "tests/data/arms/six_on_wall.xml",
-        "tests/data/arms/seven_on_ceiling.xml"}) {
+        "tests/data/arms/seven_on_ceiling.xml", "tests/data/arms/seven_on_floor.xml"}) {
     for (const auto& finding : CheckModel(kSource / scene, Kind::kScene)) {
       ADD_FAILURE() << scene << ": " << core::TextOf(finding);
     }
@@ -267,6 +267,16 @@ TEST_F(OwnCell, NamesWhatTouchesAtHome) {
                     "<geom name=\"post\" type=\"box\" pos=\"-0.45 0 0.55\" size=\"0.02 0.2 0.01\" "
                     "group=\"3\"/> <body name=\"mount\"");
   EXPECT_THAT(All(Check()), HasSubstr("mm inside each other there"));
+}
+
+// Its first links lie below the table's top, an infinite plane to the engine.
+TEST_F(OwnCell, AnArmOnTheFloorIsToldWhatToExcludeFromTheTable) {
+  scene_ = core::ReadFile(kArms / "seven_on_floor.xml");
+  scene_ = Replaced(scene_, "../../../scenes/bench.xml", "bench.xml");
+  scene_ = Replaced(scene_, "seven_joints.xml", "arm.xml");
+  const std::string exclude = "<exclude body1=\"table\" body2=\"arm/link2\"/>";
+  scene_ = Replaced(scene_, exclude, "");
+  ExpectOne({"bodies \"table\" and \"arm/link2\"", "touch", exclude});
 }
 
 // The cell.
