@@ -16,7 +16,7 @@ using testing_support::RunProgram;
 
 TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
   Write();
-  for (const char* file : {"scene.xml", "arm.xml", "own.yaml"}) {
+  for (const char* file : {"scene.xml", "own.yaml"}) {
     const auto ran = RunProgram({"check", (folder_ / file).string()});
     EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("nothing is wrong"));
