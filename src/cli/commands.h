@@ -11,6 +11,7 @@ namespace rangegrasp::cli {
 /// core::RunError.
 void AddAddObjectCommand(CLI::App& app);        ///< add-object
 void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
+void AddCheckCommand(CLI::App& app);            ///< check
 void AddCylindersCommand(CLI::App& app);        ///< cylinders
 void AddListCommand(CLI::App& app);             ///< list kinds, list keys
 void AddPartsCommands(CLI::App& app);           ///< parts FILE

@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddSeamCommands(app);
   rangegrasp::cli::AddStereoCommand(app);
   rangegrasp::cli::AddCalibrateStereoCommand(app);
+  rangegrasp::cli::AddCheckCommand(app);
   rangegrasp::cli::AddListCommand(app);
   rangegrasp::cli::AddPartsCommands(app);
   rangegrasp::cli::AddShellCommands(app);

@@ -12,10 +12,12 @@
 #include "cli/output.h"
 #include "core/data_folder.h"
 #include "core/error.h"
+#include "core/finding.h"
 #include "core/number.h"
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "experiment/experiment.h"
+#include "experiment/hopeless.h"
 #include "experiment/results.h"
 #include "experiment/runner.h"
 #include "experiment/store.h"
@@ -34,10 +36,14 @@ constexpr int kBarWidth = 30;
 // A progress line on a terminal; nothing elsewhere.
 class ProgressBar {
  public:
-  void operator()(int done, int total, const experiment::Record& last) {
+  /// @param before  cases that an earlier part of the run has done
+  ProgressBar(int before, int total) : before_(before), total_(total) {}
+  void operator()(int done_now, int, const experiment::Record& last) {
+    const int done = before_ + done_now;
+    const int total = total_;
     ++outcomes_[last.result.outcome];
     if (!isatty(STDERR_FILENO)) return;
-    const double left_s = watch_.Seconds() / done * (total - done);
+    const double left_s = watch_.Seconds() / done_now * (total - done);
     const int filled = kBarWidth * done / total;
     std::string counts;
     for (const auto& [outcome, count] : outcomes_) counts += fmt::format(", {} {}", count, outcome);
@@ -48,6 +54,7 @@ class ProgressBar {
   }
 
  private:
+  int before_, total_;
   core::Stopwatch watch_;
   std::map<std::string, int> outcomes_;
 };
@@ -107,23 +114,90 @@ Store OpenForRun(const std::filesystem::path& folder, const RunArguments& argume
   return store;
 }
 
+// Those of the records that are of the cases.
+std::vector<experiment::Record> RecordsOf(const std::vector<experiment::Case>& cases,
+                                          const Store& store) {
+  std::vector<experiment::Record> records;
+  for (const experiment::Record& record : store.ReadAll()) {
+    const bool wanted = std::any_of(cases.begin(), cases.end(), [&](const experiment::Case& c) {
+      return c.id == record.which.id;
+    });
+    if (wanted) records.push_back(record);
+  }
+  return records;
+}
+
+// Runs the first cases of each group before all others, and these only if not all of the first fail
+// in the same way. A run that is resumed after that goes on.
+// @return why it ended early; empty if it did not.
+std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> cases, Store& store,
+                            const RunArguments& arguments) {
+  const experiment::RunOptions options{.jobs = arguments.jobs,
+                                       .case_limit_s = e.common.case_limit_s};
+  const auto run = [&](const experiment::Case& which) { return e.task->Run(which); };
+  const auto missing = Missing(cases, store);
+  const int total = static_cast<int>(missing.size());
+  if (total > 0) e.task->Prepare();
+  int done = 0;
+  const auto stop_after = static_cast<std::size_t>(e.common.stop_after);
+  if (stop_after > 0 && cases.size() > stop_after && !e.kind->success.empty()) {
+    auto first = experiment::InTurn(cases);
+    first.resize(stop_after);
+    const auto now = Missing(first, store);
+    done = static_cast<int>(now.size());
+    RunCases(now, run, store, options, ProgressBar(0, total));
+    const auto failure = experiment::SameFailure(RecordsOf(first, store), e.kind->success);
+    if (failure && !now.empty()) {
+      return fmt::format(
+          "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
+          "runs them all the same, the key stop_after: 0 never stops; `rangegrasp check {}` looks "
+          "for what is wrong)",
+          stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
+    }
+  }
+  RunCases(Missing(cases, store), run, store, options, ProgressBar(done, total));
+  return "";
+}
+
 // One experiment of one seed into its folder.
-void RunInto(const std::filesystem::path& folder, const Experiment& e,
-             const RunArguments& arguments) {
+// @return what has failed of the run as a whole; empty if nothing.
+std::string RunInto(const std::filesystem::path& folder, const Experiment& e,
+                    const RunArguments& arguments) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
   const auto [shard, shards] = ParseShard(arguments.shard);
   Store store = OpenForRun(folder, arguments, e.stamp);
-  auto cases = ShardOf(e.cases, shard, shards);
-  if (arguments.resume) cases = Missing(cases, store);
+  const auto cases = ShardOf(e.cases, shard, shards);
+  const auto before = Missing(cases, store).size();
   const core::Stopwatch watch;
-  if (!cases.empty()) e.task->Prepare();
-  RunCases(
-      cases, [&](const experiment::Case& which) { return e.task->Run(which); }, store,
-      {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s}, ProgressBar());
-  const auto report = experiment::ReportOf({store.ReadStamp(), store.ReadAll()}, tasks::AllKinds());
+  std::string failed = RunTillHopeless(e, cases, store, arguments);
+  const auto records = store.ReadAll();
+  const auto report = experiment::ReportOf({store.ReadStamp(), records}, tasks::AllKinds());
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
-  spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}", cases.size(), watch.Seconds(),
-               arguments.jobs, store.file().string());
+  spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
+               before - Missing(cases, store).size(), watch.Seconds(), arguments.jobs,
+               store.file().string());
+  const auto crashes = experiment::CrashReasons(records);
+  if (!crashes.empty()) {
+    failed += (failed.empty() ? "" : "\n") +
+              fmt::format("cases crashed:\n  {}", core::Join(crashes, "\n  "));
+  }
+  return failed;
+}
+
+// What a run would only find out trial after trial. @throws core::InputError with all errors.
+void CheckBeforeRun(const std::filesystem::path& file, const experiment::Changes& changes) {
+  const auto findings = experiment::CheckExperiment(file, tasks::AllKinds(), changes);
+  std::vector<std::string> errors;
+  for (const core::Finding& finding : findings) {
+    if (finding.error) {
+      errors.push_back(core::TextOf(finding));
+    } else {
+      spdlog::warn(core::TextOf(finding));
+    }
+  }
+  if (errors.empty()) return;
+  throw core::InputError(
+      fmt::format("{}: this cannot work:\n{}", file.string(), core::Join(errors, "\n")));
 }
 
 std::vector<std::uint64_t> ParseSeeds(const std::string& text) {
@@ -142,10 +216,12 @@ std::vector<std::uint64_t> ParseSeeds(const std::string& text) {
 void Run(RunArguments arguments) {
   if (!arguments.groups.empty()) arguments.changes.groups = core::Split(arguments.groups, ',');
   ParseShard(arguments.shard);  // wrong ones show before anything is made
+  const std::filesystem::path file = core::FindExperiment(arguments.experiment);
+  CheckBeforeRun(file, arguments.changes);
   const auto open = [&] {
-    return experiment::OpenExperiment(core::FindExperiment(arguments.experiment), tasks::AllKinds(),
-                                      arguments.changes);
+    return experiment::OpenExperiment(file, tasks::AllKinds(), arguments.changes);
   };
+  std::string failed;
   const auto folder_of = [&](const Experiment& e) {
     return arguments.out.empty() ? std::filesystem::path("results") / e.common.name
                                  : std::filesystem::path(arguments.out);
@@ -154,7 +230,7 @@ void Run(RunArguments arguments) {
   if (arguments.seeds.empty()) {
     const Experiment e = open();
     folder = folder_of(e);
-    RunInto(folder, e, arguments);
+    failed = RunInto(folder, e, arguments);
   } else {
     for (const std::uint64_t seed : ParseSeeds(arguments.seeds)) {
       arguments.changes.seed = seed;
@@ -165,12 +241,16 @@ void Run(RunArguments arguments) {
                                ": holds results of one seed; --out DIR writes those of several "
                                "elsewhere");
       }
-      RunInto(experiment::SeedFolder(folder, seed), e, arguments);
+      const std::string failed_now = RunInto(experiment::SeedFolder(folder, seed), e, arguments);
+      if (!failed_now.empty()) {
+        failed += fmt::format("{}seed {}: {}", failed.empty() ? "" : "\n", seed, failed_now);
+      }
     }
   }
   const auto results = experiment::ReadResults(folder);
   WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
                                  TableFormatFrom(arguments.format)));
+  if (!failed.empty()) throw core::RunError(failed);
 }
 
 }  // namespace

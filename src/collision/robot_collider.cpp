@@ -55,28 +55,30 @@ bool RobotCollider::IsBelowTable(const PlacedSolid& part) const {
   return part.box_W.min().z() < table_z_m_ && part.solid->LowestAt(part.X_WS) < table_z_m_;
 }
 
-bool RobotCollider::HitsTable(const Contacts& contacts) const {
+std::optional<Touch> RobotCollider::TouchOfTable(const Contacts& contacts) const {
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     const bool hand = i == fixed_.size();
-    if (hand ? contacts.may_touch_table : fixed_[i]) continue;
+    if (robot_.IgnoresTable(i) || (hand ? contacts.may_touch_table : fixed_[i])) continue;
     if (std::any_of(placed_[i].begin(), placed_[i].end(),
                     [&](const PlacedSolid& part) { return IsBelowTable(part); })) {
-      return true;
+      return Touch{i, Touch::Other::kTable};
     }
   }
-  return false;
+  return std::nullopt;
 }
 
-bool RobotCollider::HitsItself() const {
-  for (const auto& [first, second] : robot_.self_pairs()) {
-    for (const PlacedSolid& part : placed_[static_cast<std::size_t>(first)]) {
-      if (HitsAny(part, placed_[static_cast<std::size_t>(second)])) return true;
+std::optional<Touch> RobotCollider::TouchOfItself() const {
+  for (const auto& [a, b] : robot_.self_pairs()) {
+    const auto first = static_cast<std::size_t>(a);
+    const auto second = static_cast<std::size_t>(b);
+    for (const PlacedSolid& part : placed_[first]) {
+      if (HitsAny(part, placed_[second])) return Touch{first, Touch::Other::kRobot, second};
     }
   }
-  return false;
+  return std::nullopt;
 }
 
-bool RobotCollider::HitsScene(const Contacts& contacts) const {
+std::optional<Touch> RobotCollider::TouchOfScene(const Contacts& contacts) const {
   const PlacedSolid target = Place(target_, kWorld);
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     const bool hand = i == fixed_.size();
@@ -84,34 +86,73 @@ bool RobotCollider::HitsScene(const Contacts& contacts) const {
     const bool with_target = contacts.target == Contacts::Target::kObstacle ||
                              (contacts.target == Contacts::Target::kHandMayTouch && !hand);
     for (const PlacedSolid& part : placed_[i]) {
-      if (HitsAny(part, workcell_) || HitsAny(part, obstacles_) ||
-          (with_target && Hit(part, target))) {
-        return true;
+      for (std::size_t k = 0; k < workcell_.size(); ++k) {
+        if (!robot_.Ignores(i, k) && Hit(part, workcell_[k])) {
+          return Touch{i, Touch::Other::kWorkcell, k};
+        }
       }
+      for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+        if (Hit(part, obstacles_[k])) return Touch{i, Touch::Other::kObstacle, k};
+      }
+      if (with_target && Hit(part, target)) return Touch{i, Touch::Other::kTarget};
     }
   }
-  return false;
+  return std::nullopt;
 }
 
 /// The held object against table, work cell, obstacles and the arm (not the hand).
-bool RobotCollider::HeldHits(const core::Pose& X_WH, const Contacts& contacts) const {
-  if (target_.IsEmpty()) return false;
+std::optional<Touch> RobotCollider::TouchOfHeld(const core::Pose& X_WH,
+                                                const Contacts& contacts) const {
+  if (target_.IsEmpty()) return std::nullopt;
+  const std::size_t self = placed_.size();
   const PlacedSolid held = Place(target_, X_WH * contacts.X_HT);
-  if (!contacts.may_touch_table && IsBelowTable(held)) return true;
-  if (HitsAny(held, workcell_)) return true;
-  for (std::size_t i = 0; i < obstacles_.size(); ++i) {
-    const bool ignored = !contacts.held_ignores.empty() && contacts.held_ignores[i];
-    if (!ignored && Hit(held, obstacles_[i])) return true;
+  if (!contacts.may_touch_table && IsBelowTable(held)) return Touch{self, Touch::Other::kTable};
+  for (std::size_t k = 0; k < workcell_.size(); ++k) {
+    if (Hit(held, workcell_[k])) return Touch{self, Touch::Other::kWorkcell, k};
   }
-  return std::any_of(placed_.begin(), placed_.end() - 1,
-                     [&](const std::vector<PlacedSolid>& link) { return HitsAny(held, link); });
+  for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+    const bool ignored = !contacts.held_ignores.empty() && contacts.held_ignores[k];
+    if (!ignored && Hit(held, obstacles_[k])) return Touch{self, Touch::Other::kObstacle, k};
+  }
+  for (std::size_t k = 0; k + 1 < placed_.size(); ++k) {
+    if (HitsAny(held, placed_[k])) return Touch{self, Touch::Other::kRobot, k};
+  }
+  return std::nullopt;
 }
 
-bool RobotCollider::Hits(const std::vector<core::Pose>& links_W, const Contacts& contacts) {
+std::optional<Touch> RobotCollider::FirstTouch(const std::vector<core::Pose>& links_W,
+                                               const Contacts& contacts) {
   const core::Pose X_WH = links_W.back() * robot_.X_FH;
   PlaceRobot(links_W, X_WH, contacts);
-  return HitsTable(contacts) || HitsItself() || HitsScene(contacts) ||
-         (contacts.target == Contacts::Target::kHeld && HeldHits(X_WH, contacts));
+  if (const auto touch = TouchOfTable(contacts)) return touch;
+  if (const auto touch = TouchOfItself()) return touch;
+  if (const auto touch = TouchOfScene(contacts)) return touch;
+  if (contacts.target == Contacts::Target::kHeld) return TouchOfHeld(X_WH, contacts);
+  return std::nullopt;
+}
+
+std::string RobotCollider::NameOfPart(std::size_t part) const {
+  if (part < links_.size()) return robot_.links()[part].name;
+  return part == links_.size() ? "the hand" : "the held object";
+}
+
+std::string RobotCollider::TextOf(const Touch& touch) const {
+  const auto with = [&](const std::string& other) {
+    return NameOfPart(touch.part) + " and " + other;
+  };
+  switch (touch.other) {
+    case Touch::Other::kTable:
+      return with("the table");
+    case Touch::Other::kRobot:
+      return with(NameOfPart(touch.index));
+    case Touch::Other::kWorkcell:
+      return with(robot_.workcell()[touch.index].name);
+    case Touch::Other::kObstacle:
+      return with("what was seen beside the object");
+    case Touch::Other::kTarget:
+      return with("the object");
+  }
+  return {};
 }
 
 std::vector<char> RobotCollider::TouchedByTarget(const core::Pose& X_WH,

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "collision/hand_solids.h"
@@ -25,6 +27,14 @@ struct Contacts {
   bool may_touch_table = false;              ///< the hand and what it holds; the arm must not
 };
 
+/// Two things that touch.
+struct Touch {
+  enum class Other { kTable, kRobot, kWorkcell, kObstacle, kTarget };
+  std::size_t part = 0;  ///< position in Robot::links(); next the hand, then what it holds
+  Other other = Other::kTable;
+  std::size_t index = 0;  ///< kRobot: as `part`; of the work cell's shapes or the obstacles
+};
+
 /// The robot, what it holds, its work cell and what was perceived, for checks along motions. All
 /// shapes are exact (SolidOptions::sides 0). Not thread-safe.
 class RobotCollider {
@@ -42,7 +52,13 @@ class RobotCollider {
 
   /// Whether the robot touches something that it must not.
   /// @param links_W  robot::Robot::LinkPoses at the joint positions in question
-  bool Hits(const std::vector<core::Pose>& links_W, const Contacts& contacts);
+  bool Hits(const std::vector<core::Pose>& links_W, const Contacts& contacts) {
+    return FirstTouch(links_W, contacts).has_value();
+  }
+  /// Likewise, and what touches what: the first that is found.
+  std::optional<Touch> FirstTouch(const std::vector<core::Pose>& links_W, const Contacts& contacts);
+  /// The same for people: "arm/link6 and hand", "hand and the table", by the names of the MJCF.
+  std::string TextOf(const Touch& touch) const;
 
   /// One an obstacle: does the held target touch it with the hand at X_WH?
   std::vector<char> TouchedByTarget(const core::Pose& X_WH, const core::Pose& X_HT) const;
@@ -53,10 +69,11 @@ class RobotCollider {
   void PlaceRobot(const std::vector<core::Pose>& links_W, const core::Pose& X_WH,
                   const Contacts& contacts);
   bool IsBelowTable(const PlacedSolid& part) const;
-  bool HitsTable(const Contacts& contacts) const;
-  bool HitsItself() const;
-  bool HitsScene(const Contacts& contacts) const;
-  bool HeldHits(const core::Pose& X_WH, const Contacts& contacts) const;
+  std::optional<Touch> TouchOfTable(const Contacts& contacts) const;
+  std::optional<Touch> TouchOfItself() const;
+  std::optional<Touch> TouchOfScene(const Contacts& contacts) const;
+  std::optional<Touch> TouchOfHeld(const core::Pose& X_WH, const Contacts& contacts) const;
+  std::string NameOfPart(std::size_t part) const;
 
   const robot::Robot& robot_;
   HandSolids grown_hand_;

@@ -19,6 +19,7 @@ using core::YamlMap;
 // A case may take a day; a second is less than any takes to start.
 constexpr double kMinLimit_s = 1.0;
 constexpr double kMaxLimit_s = 86400.0;
+constexpr int kMaxStopAfter = 1'000'000;
 
 const TaskKind* FindKind(const std::string& word, std::span<const TaskKind> kinds) {
   const auto found = std::find_if(kinds.begin(), kinds.end(),
@@ -127,6 +128,21 @@ void ReadCommon(YamlMap& map, Common& common) {
   map.Read("seed", common.seed, "what every random stream is derived from");
   map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
            "wall time after which one trial, seam or model is killed");
+  map.Read("stop_after", common.stop_after, 0, kMaxStopAfter,
+           "the run ends early when its first so many trials, taken in turn from all objects, all "
+           "fail in the same way; 0: never");
+}
+
+std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,
+                                           std::span<const TaskKind> kinds,
+                                           const Changes& changes) {
+  YamlMap map = YamlMap::FromText(core::ReadFile(file), file, changes.set);
+  const std::string word = TaskWord(map, kinds);
+  const TaskKind* kind = FindKind(word, kinds);
+  if (!kind) map.Fail("task", core::MustBeOneOf(word, NamesOf(kinds)));
+  Common common;
+  ReadCommon(map, common);
+  return kind->check ? kind->check(map) : std::vector<core::Finding>();
 }
 
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,

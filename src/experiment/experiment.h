@@ -38,6 +38,11 @@ struct Experiment {
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
                           const Changes& changes);
 
+/// What is wrong with the models of an experiment; empty if its kind has none.
+/// @throws core::InputError as OpenExperiment for what is wrong with the file itself.
+std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,
+                                           std::span<const TaskKind> kinds, const Changes& changes);
+
 /// The experiment that a store's stamp tells of, from the text that it keeps; relative paths are
 /// those of the experiment file's folder.
 /// @throws core::InputError also if the stamp is not whole.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/finding.h"
 #include "core/yaml_map.h"
 #include "experiment/record.h"
 #include "experiment/report.h"
@@ -48,6 +49,9 @@ struct Common {
   std::filesystem::path file;  ///< as given
   std::uint64_t seed = 1;
   double case_limit_s = 60.0;  ///< wall time after which a case is killed
+  /// A run ends when its first so many cases, taken in turn from all groups, have all failed in the
+  /// same way; 0: never (experiment/hopeless.h).
+  int stop_after = 20;
 };
 
 /// A kind of experiment: the word after `task:` and what stands behind it.
@@ -60,6 +64,9 @@ struct TaskKind {
   /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
   /// @throws core::InputError
   std::unique_ptr<Task> (*read)(core::YamlMap& map, const Common& common) = nullptr;
+  /// Looks for what is wrong with the models that the keys name, before they are read for a run;
+  /// null: there is nothing to look at. @throws core::InputError for keys that cannot be read.
+  std::vector<core::Finding> (*check)(core::YamlMap& map) = nullptr;
   /// Reads the same keys and nothing else, for the documentation.
   void (*read_keys)(core::YamlMap& map) = nullptr;
   /// The tables of records of this kind, in the order of their cases; some may be missing.

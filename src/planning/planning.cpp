@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "core/stopwatch.h"
@@ -44,6 +46,14 @@ void SortByCost(const robot::Robot& robot, const PlanOptions& options, const Eig
   std::stable_sort(solutions.begin(), solutions.end(), [&](const auto& a, const auto& b) {
     return Cost(robot, options, from, a) < Cost(robot, options, from, b);
   });
+}
+
+/// The key that counts most, the first of equals; empty if there is none.
+std::string MostFrequent(const std::map<std::string, int>& counts) {
+  const auto most =
+      std::max_element(counts.begin(), counts.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? "" : most->first;
 }
 
 /// Turns the hand upright again (up_H along z_W) by a few steps of its two tilt components.
@@ -128,7 +138,11 @@ struct Planner::Impl {
   std::vector<Branch> Feasible(const BranchBuilder& builder, std::vector<Branch> branches) {
     std::vector<Branch> whole, rest;
     for (Branch& branch : branches) {
-      if (!builder.Approach(branch)) continue;
+      std::string why;
+      if (!builder.Approach(branch, why)) {
+        ++blocked[why];
+        continue;
+      }
       const bool carries = builder.Lift(branch) && builder.CarryOnArc(branch);
       (carries ? whole : rest).push_back(std::move(branch));
       if (static_cast<int>(whole.size() + rest.size()) >= options.ik_solutions) break;
@@ -200,6 +214,7 @@ struct Planner::Impl {
   void CompleteFirst(const BranchBuilder& builder, const Task& task, const PickRequest& request,
                      std::vector<Branch> branches, core::Rng& rng, PlanResult& result) {
     result.failure = branches.empty() ? PlanFailure::kApproachBlocked : PlanFailure::kNoReach;
+    if (branches.empty()) result.blocked_by = MostFrequent(blocked);
     for (Branch& branch : branches) {
       auto reach = PlanMotion(request.q_start, branch.approach.front(), builder.ReachStage(),
                               options.free_motion, rng);
@@ -209,6 +224,9 @@ struct Planner::Impl {
       if (!result.plan) continue;
       result.failure = PlanFailure::kNone;
       return;
+    }
+    if (result.failure == PlanFailure::kNoReach) {
+      result.blocked_by = check.WhyNot(request.q_start, builder.ReachStage());
     }
   }
 
@@ -220,6 +238,7 @@ struct Planner::Impl {
   PlanResult Plan(const PickRequest& request, core::Rng& rng) {
     core::Stopwatch watch;
     PlanResult result;
+    blocked.clear();
     const std::vector<Branch> all = Branches(request, rng);
     result.ik_s = watch.Restart();
     result.failure = PlanFailure::kNoIk;
@@ -236,6 +255,7 @@ struct Planner::Impl {
   PlanOptions options;
   PlanningScene scene;
   MotionCheck check;
+  std::map<std::string, int> blocked;  // of this plan's approaches, by what was in the way
 };
 
 Planner::Planner(const robot::Robot& robot, PlanOptions options)

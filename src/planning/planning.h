@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -94,6 +95,10 @@ constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
 struct PlanResult {
   std::optional<PickPlan> plan;
   PlanFailure failure = PlanFailure::kNone;
+  /// What was in the way, by the names of the MJCF: of the approaches that were blocked the most
+  /// frequent ("arm/link6 and the hand"), or of the start where nothing leads away from it; may be
+  /// empty.
+  std::string blocked_by;
   double ik_s = 0.0, path_s = 0.0;  ///< wall seconds
 };
 

@@ -17,7 +17,9 @@ struct IkOptions {
   std::size_t max_solutions = 8;
 };
 
-/// Damped least squares (Levenberg-Marquardt) with joint limits from a seed and random restarts.
+/// Damped least squares (Levenberg-Marquardt) with joint limits from a seed and random restarts; a
+/// joint that may turn more than once is turned back to within half a turn of the seed where it
+/// can.
 /// @return all distinct solutions found up to max_solutions, nearest to the seed first; empty if
 /// none.
 std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const core::Pose& X_WH,

@@ -27,10 +27,11 @@ struct Link {
   std::vector<geometry::Shape> shapes;
 };
 
-/// The kinematics and geometry of the arm and hand in a scene file, and the fixed geometry round
-/// them that a work cell's drawing would give (table, pedestal, scanner). No object, no truth: it
-/// reads the scene as written, before objects are put in, and leaves out the body that holds the
-/// site "container", an open box for objects.
+/// The kinematics and geometry of the arm and hand in a scene file (hinges, with or without limits;
+/// the base is what the first of them turns on, whatever its name or mounting), and the fixed
+/// geometry round them that a work cell's drawing would give (table, pedestal, scanner). No object,
+/// no truth: it reads the scene as written, before objects are put in, and leaves out the body that
+/// holds the site "container", an open box for objects.
 class Robot {
  public:
   /// @throws core::InputError naming the file and the missing tuple, joint, site ...
@@ -52,10 +53,15 @@ class Robot {
   core::Pose HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const;
 
   /// Pairs of links (positions in links(); links().size() stands for the hand) that may hit each
-  /// other: all but neighbours and the pairs that the MJCF excludes. Ascending.
+  /// other: all but what is rigidly joined, neighbours across one joint and the pairs that the MJCF
+  /// excludes or whose geoms never meet by their types. Ascending.
   const std::vector<std::array<int, 2>>& self_pairs() const { return self_pairs_; }
+  /// Whether the MJCF keeps a link (links().size(): the hand) from colliding with a shape of
+  /// workcell(), or with the table's top: an arm that stands on the floor beside the table.
+  bool Ignores(std::size_t link, std::size_t shape) const { return ignored_[link][shape] != 0; }
+  bool IgnoresTable(std::size_t link) const { return ignores_table_[link] != 0; }
 
-  Eigen::VectorXd lower, upper;                     ///< [rad]
+  Eigen::VectorXd lower, upper;  ///< [rad]; of a continuous joint a turn to either side of zero
   Eigen::VectorXd velocity, acceleration;           ///< [rad/s], [rad/s^2] the published limits
   Eigen::VectorXd home;                             ///< [rad]
   core::Pose X_FH = core::Pose::Identity();         ///< hand's root body in the last link
@@ -69,6 +75,8 @@ class Robot {
   HandModel hand_;
   std::vector<geometry::Shape> workcell_;
   std::vector<std::array<int, 2>> self_pairs_;
+  std::vector<std::vector<char>> ignored_;  // by link and shape of the work cell
+  std::vector<char> ignores_table_;         // by link
 };
 
 }  // namespace rangegrasp::robot

@@ -221,6 +221,8 @@ TEST_P(OnePlan, FailuresNameTheirStage) {
   const PlanResult blocked = Plan(roofed);
   EXPECT_FALSE(blocked.plan);
   EXPECT_EQ(blocked.failure, PlanFailure::kApproachBlocked);
+  EXPECT_TRUE(blocked.blocked_by.ends_with(" and what was seen beside the object"))
+      << blocked.blocked_by;
 
   Pick delivery_full = AtWorkspace(0.0, 0.0, 0.1, 0.0);
   delivery_full.Add(
@@ -236,6 +238,7 @@ TEST_P(OnePlan, NoReachMeansThatTheStartIsShutIn) {
   const PlanResult result = Plan(pick);
   EXPECT_FALSE(result.plan);
   EXPECT_EQ(result.failure, PlanFailure::kNoReach) << core::Word(result.failure);
+  EXPECT_EQ(result.blocked_by, "the hand and what was seen beside the object");
 }
 
 INSTANTIATE_TEST_SUITE_P(Cells, OnePlan, ::testing::ValuesIn(Cells()),

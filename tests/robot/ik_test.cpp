@@ -104,11 +104,12 @@ TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
       if (i == 0) continue;
       EXPECT_LE(((*path)[i] - (*path)[i - 1]).cwiseAbs().maxCoeff(), 0.2);
       // In between, the joint line leaves the hand's line by about |d2x/dq2| dq^2 / 8: below 1 mm
-      // for steps of 10 mm but near singular poses.
+      // for steps of 10 mm but near singular poses, where one joint of an arm of 0.8 m moves by 0.2
+      // rad at most.
       const Eigen::VectorXd middle = 0.5 * ((*path)[i] + (*path)[i - 1]);
       const double t_mid = t - 0.5 / static_cast<double>(path->size() - 1);
       EXPECT_LT((robot_.HandPose(middle).translation() - X_0.translation() - t_mid * way).norm(),
-                0.002);
+                0.004);
     }
     const Eigen::AngleAxisd left(
         Eigen::Matrix3d(robot_.HandPose(path->back()).linear().transpose() * X_1.linear()));
@@ -161,7 +162,7 @@ TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
   EXPECT_GE(better, followed * 9 / 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Cells, Ik, ::testing::ValuesIn(Cells()),
+INSTANTIATE_TEST_SUITE_P(Cells, Ik, ::testing::ValuesIn(AllCells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <set>
 #include <tuple>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/units.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {
@@ -62,7 +65,7 @@ TEST_P(Kinematics, HandJacobianIsThatOfMujoco) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cells, Kinematics, ::testing::ValuesIn(Cells()),
+INSTANTIATE_TEST_SUITE_P(Cells, Kinematics, ::testing::ValuesIn(AllCells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
 TEST(Load, TakesTheFixedCellWithoutTheTableTopAndWithoutWhatIsOnlySeen) {
@@ -83,6 +86,100 @@ TEST(Load, SelfPairsLeaveOutNeighboursAndExclusionsAlone) {
   EXPECT_EQ(robot.self_pairs().size(), 36u - 8u - 7u);
 }
 
+TEST(Load, TheBaseIsWhatTheFirstJointTurnsOnWhateverItsName) {
+  EXPECT_EQ(Robot::Load(OwnArm("six_on_pedestal")).links().front().name, "arm/foot");
+  EXPECT_EQ(Robot::Load(OwnArm("seven_on_ceiling")).links().front().name, "arm/link0");
+  // Another body that is called so is none.
+  const auto file = std::filesystem::path(::testing::TempDir()) / "two_bases.xml";
+  std::string text = core::ReadFile(SmallCell());
+  text.replace(text.find("name=\"stand\""), 12, "name=\"q/base\"");
+  core::WriteFile(file, text);
+  EXPECT_EQ(Robot::Load(file).links().front().name, "p/base");
+}
+
+TEST(Load, AnArmOnTheWorldItselfStandsWhereItsFirstLinkIs) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "on_world.xml";
+  std::string text = core::ReadFile(SmallCell());
+  // Without pedestal and base: link1 hangs on the world, where it was.
+  const auto from = text.find("<body name=\"pedestal\"");
+  const auto to = text.find("<body name=\"link1\"");
+  text.replace(from, to - from, "");
+  text.replace(text.find("pos=\"0 0 0.1\" euler=\"0 0 20\""), 13, "pos=\"-0.45 0 0.3\"");
+  text.replace(text.find("</worldbody>") - 20, 0, "");
+  for (int i = 0; i < 2; ++i) {
+    const auto last = text.rfind("</body>", text.find("</worldbody>"));
+    text.erase(last, 7);
+  }
+  for (const char* gone : {"<exclude body1=\"p/base\" body2=\"link1\"/>",
+                           "<exclude body1=\"p/base\" body2=\"link2\"/>",
+                           "<exclude body1=\"pedestal\" body2=\"p/base\"/>"}) {
+    text.erase(text.find(gone), std::string(gone).size());
+  }
+  core::WriteFile(file, text);
+  const Robot robot = Robot::Load(file);
+  const Robot whole = Robot::Load(SmallCell());
+  EXPECT_TRUE(robot.links().front().shapes.empty());
+  EXPECT_NEAR((robot.links().front().X_PB.translation() - Eigen::Vector3d(-0.45, 0, 0.3)).norm(), 0,
+              1e-12);
+  core::Rng rng(3);
+  for (int n = 0; n < 20; ++n) {
+    const Eigen::VectorXd q = RandomJoints(whole, rng);
+    EXPECT_TRUE(robot.HandPose(q).isApprox(whole.HandPose(q), 1e-12));
+  }
+}
+
+TEST(Load, AContinuousJointHasOneTurnToEitherSide) {
+  const Robot robot = Robot::Load(OwnArm("seven_on_pedestal"));
+  for (const int continuous : {0, 6}) {
+    EXPECT_DOUBLE_EQ(robot.lower[continuous], -2.0 * core::kPi);
+    EXPECT_DOUBLE_EQ(robot.upper[continuous], 2.0 * core::kPi);
+  }
+  EXPECT_DOUBLE_EQ(robot.upper[1], 1.8);
+}
+
+// six_joints.xml has a flange without a joint between its last link and the hand.
+TEST(Load, SelfPairsLeaveOutWhatHangsRigidlyTogetherAsTheEngineDoes) {
+  const auto file = OwnArm("six_on_pedestal");
+  const Robot robot = Robot::Load(file);
+  const Reference reference(file);
+  std::vector<int> welds;
+  for (const Link& link : robot.links()) {
+    welds.push_back(reference.m->body_weldid[reference.Find(mjOBJ_BODY, link.name)]);
+  }
+  welds.push_back(reference.m->body_weldid[reference.Find(mjOBJ_BODY, "hand")]);
+  const auto parent = [&](int weld) {
+    return reference.m->body_weldid[reference.m->body_parentid[weld]];
+  };
+  std::set<std::array<int, 2>> expected;
+  for (int a = 0; a < static_cast<int>(welds.size()); ++a) {
+    for (int b = a + 1; b < static_cast<int>(welds.size()); ++b) {
+      const int low = welds[static_cast<std::size_t>(a)];
+      const int high = welds[static_cast<std::size_t>(b)];
+      if (low != high && parent(high) != low) expected.insert({a, b});
+    }
+  }
+  EXPECT_EQ(std::set(robot.self_pairs().begin(), robot.self_pairs().end()), expected);
+}
+
+TEST(Load, WhatTheSceneExcludesFromTheTableAndTheCellIsIgnored) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "excluded.xml";
+  std::string text = core::ReadFile(SmallCell());
+  text.replace(text.find("<exclude body1=\"link1\" body2=\"link3\"/>"), 0,
+               "<exclude body1=\"table\" body2=\"link1\"/>"
+               "<exclude body1=\"stand\" body2=\"link7\"/>");
+  core::WriteFile(file, text);
+  const Robot robot = Robot::Load(file);
+  for (std::size_t link = 0; link <= robot.links().size(); ++link) {
+    EXPECT_EQ(robot.IgnoresTable(link), link == 1) << link;
+    for (std::size_t shape = 0; shape < robot.workcell().size(); ++shape) {
+      const std::string& name = robot.workcell()[shape].name;
+      const bool ignored = (link == 1 && name == "rim") || (link == 7 && name == "scanner_box") ||
+                           (link == 0 && name == "pedestal");
+      EXPECT_EQ(robot.Ignores(link, shape), ignored) << link << " " << name;
+    }
+  }
+}
+
 TEST(Load, NamesTheFileAndWhatIsMissing) {
   const auto file = std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "tests/data/missing.xml";
   try {
@@ -100,8 +197,7 @@ TEST(Load, NamesWhatIsWrongInTheFile) {
   for (const auto& [right, wrong, named] :
        {std::tuple("name=\"workspace\"", "name=\"elsewhere\"", "workspace"),
         std::tuple("name=\"stand\"", "name=\"q/hand\"", "twice"),
-        std::tuple("name=\"stand\"", "name=\"q/base\"", "twice"),
-        std::tuple("axis=\"0 0 1\" range=\"-180 180\"", "axis=\"0 0 1\"", "needs a range"),
+        std::tuple("objname=\"j3\"", "objname=\"passive\"", "does not move body \"hand\""),
         std::tuple("<joint name=\"j2\"", "<joint name=\"j2\" type=\"slide\"", "hinge")}) {
     std::string text = cell;
     const auto at = text.find(right);

@@ -21,6 +21,15 @@ inline std::filesystem::path Tabletop() {
 /// The test's own cell, and the real one.
 inline std::vector<std::filesystem::path> Cells() { return {SmallCell(), Tabletop()}; }
 
+/// Cells with arms of other makes: six joints with offsets, seven with continuous ones, on a
+/// pedestal, a wall, a ceiling.
+inline std::filesystem::path OwnArm(const std::string& name) {
+  return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "tests/data/arms" / (name + ".xml");
+}
+inline std::vector<std::filesystem::path> AllCells() {
+  return {SmallCell(), Tabletop(), OwnArm("six_on_wall"), OwnArm("seven_on_ceiling")};
+}
+
 inline std::string CellName(const std::filesystem::path& file) { return file.stem().string(); }
 
 inline Eigen::VectorXd RandomJoints(const robot::Robot& robot, core::Rng& rng,

@@ -119,18 +119,26 @@ Stage BranchBuilder::CarryStage() const {
   return stage;
 }
 
-bool BranchBuilder::Approach(Branch& branch) const {
+bool BranchBuilder::Approach(Branch& branch, std::string& why) const {
   const core::Pose X_WStart = Shifted(task_.X_WH, -task_.approach_m * task_.approach_W);
   auto up = robot::StraightLine(robot_, branch.q_grasp, X_WStart, options_.step_m);
-  if (!up) return false;
+  if (!up) {
+    why = "no straight way within the joints' limits";
+    return false;
+  }
   Stage stage = ReachStage();
-  if (!check_.Free(up->back(), stage)) return false;
+  const auto free = [&](const Eigen::VectorXd& q) {
+    if (check_.Free(q, stage)) return true;
+    why = check_.WhyNot(q, stage);
+    return false;
+  };
+  if (!free(up->back())) return false;
   stage.contacts.hand_margin = false;
   for (std::size_t i = 0; i < up->size(); ++i) {
     const double to_go =
         task_.approach_m * static_cast<double>(i) / static_cast<double>(up->size() - 1);
     stage.contacts.target = to_go <= options_.contact_m ? Target::kHandMayTouch : Target::kObstacle;
-    if (!check_.Free((*up)[i], stage)) return false;
+    if (!free((*up)[i])) return false;
   }
   branch.approach.assign(up->rbegin(), up->rend());
   return true;

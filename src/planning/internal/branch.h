@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "planning/internal/motion_check.h"
@@ -48,7 +49,8 @@ class BranchBuilder {
       : robot_(robot), options_(options), check_(check), task_(task) {}
 
   /// From approach_m above the grasp straight down to it.
-  bool Approach(Branch& branch) const;
+  /// @param why  where it is not free: what touches what
+  bool Approach(Branch& branch, std::string& why) const;
   bool Lift(Branch& branch) const;
   /// On an arc round the base at the lifted height, then down and away: the first yaw that works.
   bool CarryOnArc(Branch& branch) const;

@@ -24,6 +24,17 @@ bool MotionCheck::Free(const Eigen::VectorXd& q, const Stage& stage) {
   return !collider_.Hits(links_W, stage.contacts);
 }
 
+std::string MotionCheck::WhyNot(const Eigen::VectorXd& q, const Stage& stage) {
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    if (q[i] < robot_.lower[i] || q[i] > robot_.upper[i]) {
+      return "joint " + std::to_string(i + 1) + " is beyond its range";
+    }
+  }
+  const auto touch = collider_.FirstTouch(robot_.LinkPoses(q), stage.contacts);
+  if (touch) return collider_.TextOf(*touch);
+  return Free(q, stage) ? "" : "the hand leans too far";
+}
+
 bool MotionCheck::PathFree(const std::vector<Eigen::VectorXd>& path, const Stage& stage,
                            double resolution_rad) {
   if (path.empty() || !Free(path.front(), stage)) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "collision/robot_collider.h"
@@ -29,6 +30,8 @@ class MotionCheck {
 
   /// Whether q is within the limits, upright enough and touches nothing that the stage forbids.
   bool Free(const Eigen::VectorXd& q, const Stage& stage);
+  /// Why q is not free: what touches what, or which limit it leaves; empty where it is.
+  std::string WhyNot(const Eigen::VectorXd& q, const Stage& stage);
   /// The same for the joint lines between the path's points, at steps of resolution_rad.
   bool PathFree(const std::vector<Eigen::VectorXd>& path, const Stage& stage,
                 double resolution_rad);

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "core/units.h"
 #include "robot/internal/hand_sampling.h"
 #include "robot/internal/mjcf.h"
 #include "robot/robot.h"
@@ -11,13 +13,35 @@ namespace {
 
 using internal::Mjcf;
 
-/// Bodies from the base to the one that carries the hand.
-std::vector<int> ChainBodies(const Mjcf& mjcf, int base, int hand) {
+/// What an arm's continuous joint (one without limits) is given as its range to either side of
+/// zero, and at least half of it to either side of home: the drive turns on for ever, but no motion
+/// needs more.
+constexpr double kContinuous_rad = 2.0 * core::kPi;
+
+/// Bodies from the base (what the first joint turns on) to the one that carries the hand. The base
+/// is found as the hand's ancestor, whatever it is called; it may be the world itself.
+std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>& arm_joints) {
+  const mjModel& m = mjcf.model();
   std::vector<int> chain;
-  int body = mjcf.model().body_parentid[hand];
-  for (; body > base; body = mjcf.model().body_parentid[body]) chain.push_back(body);
-  if (body != base) mjcf.Fail("body \"hand\" is not below body \"base\"");
-  chain.push_back(base);
+  std::size_t base = 0;
+  for (int body = m.body_parentid[hand]; body > 0; body = m.body_parentid[body]) {
+    chain.push_back(body);
+    if (m.body_jntnum[body] > 0) base = chain.size();
+  }
+  if (base == 0) {
+    mjcf.Fail(
+        "no joint between the world and body \"hand\": attach the hand to the arm's last link");
+  }
+  for (std::size_t i = 0; i < arm_joints.size(); ++i) {
+    const int body = m.jnt_bodyid[arm_joints[i]];
+    if (std::find(chain.begin(), chain.end(), body) == chain.end()) {
+      mjcf.Fail(fmt::format("joint \"{}\" of tuple \"arm_joints\" does not move body \"hand\"",
+                            mjcf.Name(mjOBJ_JOINT, arm_joints[i])));
+    }
+  }
+  const int base_body = base < chain.size() ? chain[base] : 0;
+  chain.resize(base);
+  chain.push_back(base_body);
   std::reverse(chain.begin(), chain.end());
   return chain;
 }
@@ -56,22 +80,34 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   return link;
 }
 
-/// Gives each link the geoms of its body and of what hangs rigidly on it (not the hand).
+/// An arm on the world itself has its base's frame where its first link is: what turns about the
+/// arm turns about that.
+void StandAtTheFirstJoint(std::vector<Link>& links) {
+  links[0].X_PB.translation() = links[1].X_PB.translation();
+  links[1].X_PB.translation().setZero();
+}
+
+/// The position in the chain of the body that a body hangs rigidly on or is; nullopt of what is no
+/// part of the arm: another tree, the hand, and (where the world is the base) all that is fixed.
+std::optional<std::size_t> LinkOf(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+                                  int body) {
+  if (mjcf.InSubtree(body, hand)) return std::nullopt;
+  for (int b = body; b > 0; b = mjcf.model().body_parentid[b]) {
+    const auto found = std::find(chain.begin(), chain.end(), b);
+    if (found != chain.end()) return static_cast<std::size_t>(found - chain.begin());
+  }
+  return std::nullopt;
+}
+
+/// Gives each link the geoms of its body and of what hangs on it (not the hand).
 void AddShapes(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
                std::vector<Link>& links) {
   const mjModel& m = mjcf.model();
   for (int g = 0; g < m.ngeom; ++g) {
-    const int body = m.geom_bodyid[g];
-    if (!mjcf.Collides(g) || !mjcf.InSubtree(body, chain.front()) || mjcf.InSubtree(body, hand)) {
-      continue;
-    }
-    int link_body = body;
-    while (std::find(chain.begin(), chain.end(), link_body) == chain.end()) {
-      link_body = m.body_parentid[link_body];
-    }
-    const auto position = std::find(chain.begin(), chain.end(), link_body) - chain.begin();
-    const core::Pose X_BS = mjcf.BodyPose(link_body).inverse() * mjcf.GeomPose(g);
-    links[static_cast<std::size_t>(position)].shapes.push_back(mjcf.ShapeOf(g, X_BS));
+    const auto position = LinkOf(mjcf, chain, hand, m.geom_bodyid[g]);
+    if (!mjcf.Collides(g) || !position) continue;
+    const core::Pose X_BS = mjcf.BodyPose(chain[*position]).inverse() * mjcf.GeomPose(g);
+    links[*position].shapes.push_back(mjcf.ShapeOf(g, X_BS));
   }
 }
 
@@ -83,16 +119,61 @@ bool Excluded(const mjModel& m, int a, int b) {
   });
 }
 
+/// Whether the engine lets the geoms of two bodies collide: the bodies are not excluded from it,
+/// and one's type meets the other's affinity.
+bool GeomsMeet(const mjModel& m, int g, int h) {
+  const bool types = (m.geom_contype[g] & m.geom_conaffinity[h]) != 0 ||
+                     (m.geom_contype[h] & m.geom_conaffinity[g]) != 0;
+  return types && !Excluded(m, m.geom_bodyid[g], m.geom_bodyid[h]);
+}
+
+/// Geoms of each link, and last of the hand.
+std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<int>& chain,
+                                           int hand) {
+  const mjModel& m = mjcf.model();
+  std::vector<std::vector<int>> geoms(chain.size() + 1);
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (!mjcf.Collides(g)) continue;
+    if (mjcf.InSubtree(m.geom_bodyid[g], hand)) {
+      geoms.back().push_back(g);
+    } else if (const auto link = LinkOf(mjcf, chain, hand, m.geom_bodyid[g])) {
+      geoms[*link].push_back(g);
+    }
+  }
+  return geoms;
+}
+
+/// How many joints lie between the base and each link, and last the hand: what hangs rigidly
+/// together has one number, as in the engine's weld groups.
+std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
+  std::vector<int> groups;
+  int joints = 0;
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    if (i > 0 && mjcf.model().body_jntnum[chain[i]] > 0) ++joints;
+    groups.push_back(joints);
+  }
+  groups.push_back(joints);
+  return groups;
+}
+
+/// As the engine counts: what is rigidly joined, or neighbors across one joint, never collides. An
+/// exclusion of the hand's root body counts for its fingers, too.
 std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<int>& chain,
                                           int hand) {
+  const mjModel& m = mjcf.model();
   std::vector<int> bodies = chain;
   bodies.push_back(hand);
+  const std::vector<int> groups = WeldGroups(mjcf, chain);
+  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
   std::vector<std::array<int, 2>> pairs;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    for (std::size_t j = i + 2; j < bodies.size(); ++j) {
-      if (!Excluded(mjcf.model(), bodies[i], bodies[j])) {
-        pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
-      }
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      if (groups[j] - groups[i] < 2 || Excluded(m, bodies[i], bodies[j])) continue;
+      const bool meet = std::any_of(geoms[i].begin(), geoms[i].end(), [&](int g) {
+        return std::any_of(geoms[j].begin(), geoms[j].end(),
+                           [&](int h) { return GeomsMeet(m, g, h); });
+      });
+      if (meet) pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
     }
   }
   return pairs;
@@ -114,54 +195,65 @@ bool IsTableTop(const Mjcf& mjcf, int geom, const core::Pose& X_WWorkspace) {
          std::abs(p_S.y()) <= half.y();
 }
 
-std::vector<geometry::Shape> Workcell(const Mjcf& mjcf, int base, const core::Pose& X_WWorkspace) {
+/// Geoms of what is fixed beside the arm.
+struct FixedGeoms {
+  std::vector<int> tops;  ///< of the table
+  std::vector<int> others;
+};
+
+FixedGeoms FindFixed(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+                     const core::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
   // An open box with objects in it is part of what is to be seen, not of the work cell's drawing.
   const int container = mjcf.FindIfAny(mjOBJ_SITE, "container");
   const int container_body = container < 0 ? -1 : m.site_bodyid[container];
-  std::vector<geometry::Shape> shapes;
+  FixedGeoms fixed;
   for (int g = 0; g < m.ngeom; ++g) {
     const int body = m.geom_bodyid[g];
-    if (body == container_body) continue;
-    const bool fixed = m.body_weldid[body] == 0 && !mjcf.InSubtree(body, base);
-    if (fixed && mjcf.Collides(g) && !IsTableTop(mjcf, g, X_WWorkspace)) {
-      shapes.push_back(mjcf.ShapeOf(g, mjcf.GeomPose(g)));
-    }
+    if (body == container_body || m.body_weldid[body] != 0 || !mjcf.Collides(g)) continue;
+    if (LinkOf(mjcf, chain, hand, body)) continue;
+    (IsTableTop(mjcf, g, X_WWorkspace) ? fixed.tops : fixed.others).push_back(g);
   }
-  return shapes;
+  return fixed;
+}
+
+/// Whether the engine lets none of a link's geoms collide with a geom.
+bool NeverMeets(const mjModel& m, const std::vector<int>& geoms_of_link, int geom) {
+  return std::none_of(geoms_of_link.begin(), geoms_of_link.end(),
+                      [&](int g) { return GeomsMeet(m, g, geom); });
 }
 
 void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& robot) {
   const int dof = static_cast<int>(arm_joints.size());
   robot.lower.resize(dof);
   robot.upper.resize(dof);
+  robot.home = mjcf.Numeric("home", dof);
   for (int i = 0; i < dof; ++i) {
     const int id = arm_joints[static_cast<std::size_t>(i)];
-    if (!mjcf.model().jnt_limited[id]) {
-      mjcf.Fail(fmt::format("joint \"{}\" needs a range", mjcf.Name(mjOBJ_JOINT, id)));
-    }
-    robot.lower[i] = mjcf.model().jnt_range[2 * id];
-    robot.upper[i] = mjcf.model().jnt_range[2 * id + 1];
+    const bool limited = mjcf.model().jnt_limited[id] != 0;
+    const double* range = mjcf.model().jnt_range + 2 * id;
+    const double half = 0.5 * kContinuous_rad;
+    robot.lower[i] = limited ? range[0] : std::min(-kContinuous_rad, robot.home[i] - half);
+    robot.upper[i] = limited ? range[1] : std::max(kContinuous_rad, robot.home[i] + half);
   }
   robot.velocity = mjcf.Numeric("joint_velocity", dof);
   robot.acceleration = mjcf.Numeric("joint_acceleration", dof);
-  robot.home = mjcf.Numeric("home", dof);
 }
 
 }  // namespace
 
 Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   const Mjcf mjcf(scene_mjcf);
-  const int base = mjcf.Require(mjOBJ_BODY, "base");
   const int hand = mjcf.Require(mjOBJ_BODY, "hand");
   const std::vector<int> arm_joints = mjcf.Tuple("arm_joints", mjOBJ_JOINT);
-  const std::vector<int> chain = ChainBodies(mjcf, base, hand);
+  const std::vector<int> chain = ChainBodies(mjcf, hand, arm_joints);
 
   Robot robot;
   ReadLimits(mjcf, arm_joints, robot);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     robot.links_.push_back(MakeLink(mjcf, chain[i], static_cast<int>(i) - 1, arm_joints));
   }
+  if (chain.front() == 0) StandAtTheFirstJoint(robot.links_);
   AddShapes(mjcf, chain, hand, robot.links_);
   robot.self_pairs_ = SelfPairs(mjcf, chain, hand);
   const mjModel& m = mjcf.model();
@@ -171,7 +263,19 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   const int workspace = mjcf.Require(mjOBJ_SITE, "workspace");
   robot.X_WWorkspace = mjcf.SitePose(workspace);
   robot.workspace_radius_m = m.site_size[3 * workspace];
-  robot.workcell_ = Workcell(mjcf, base, robot.X_WWorkspace);
+  const FixedGeoms fixed = FindFixed(mjcf, chain, hand, robot.X_WWorkspace);
+  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
+  for (const int g : fixed.others) {
+    robot.workcell_.push_back(mjcf.ShapeOf(g, mjcf.GeomPose(g)));
+    robot.workcell_.back().name = mjcf.GeomTitle(g);
+  }
+  for (const std::vector<int>& of_link : geoms) {
+    std::vector<char>& ignored = robot.ignored_.emplace_back();
+    for (const int g : fixed.others) ignored.push_back(NeverMeets(m, of_link, g) ? 1 : 0);
+    robot.ignores_table_.push_back(!fixed.tops.empty() &&
+                                   std::all_of(fixed.tops.begin(), fixed.tops.end(),
+                                               [&](int g) { return NeverMeets(m, of_link, g); }));
+  }
   robot.hand_ = internal::SampleHand(mjcf, hand);
   return robot;
 }

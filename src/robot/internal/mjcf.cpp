@@ -107,6 +107,13 @@ std::string Mjcf::Name(mjtObj type, int id) const {
   return name ? name : "";
 }
 
+std::string Mjcf::GeomTitle(int geom) const {
+  const std::string name = Name(mjOBJ_GEOM, geom);
+  if (!name.empty()) return name;
+  const std::string body = Name(mjOBJ_BODY, model_->geom_bodyid[geom]);
+  return "a geom of " + (body.empty() ? "a body without a name" : body);
+}
+
 int Mjcf::Require(mjtObj type, std::string_view name) const {
   int found = -1;
   const std::string what = fmt::format("{} \"{}\"", mju_type2Str(type), name);

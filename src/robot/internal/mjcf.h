@@ -35,6 +35,7 @@ class Mjcf {
   Eigen::VectorXd Numeric(std::string_view name, int size) const;
 
   std::string Name(mjtObj type, int id) const;
+  std::string GeomTitle(int geom) const;  ///< its name, or else whose geom it is
   bool InSubtree(int body, int root) const;
   bool Collides(int geom) const;
   /// The geom as a shape in frame B, with its pose X_BS given.

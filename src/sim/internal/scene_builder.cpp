@@ -8,6 +8,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "sim/friction.h"
+#include "sim/internal/names.h"
 #include "sim/internal/visual.h"
 
 namespace rangegrasp::sim::internal {
@@ -62,6 +64,52 @@ std::vector<mjsElement*> Children(const mjsBody* body, mjtObj type, bool recurse
 bool ElementCollides(mjsElement* geom) {
   const mjsGeom* g = mjs_asGeom(geom);
   return g->contype != 0 || g->conaffinity != 0;
+}
+
+bool NamedSo(mjsElement* element, std::string_view suffix) {
+  return Suffix(mjs_getString(mjs_getName(element))) == suffix;
+}
+
+mjsElement* FindSo(mjSpec* spec, mjtObj type, std::string_view suffix) {
+  mjsElement* e = mjs_firstElement(spec, type);
+  while (e && !NamedSo(e, suffix)) e = mjs_nextElement(spec, e);
+  return e;
+}
+
+// What says so for itself stays as it is.
+void CompensateGravity(mjsBody* body) {
+  if (body->gravcomp == 0.0) {
+    body->gravcomp = 1.0;
+    for (mjsElement* joint : Children(body, mjOBJ_JOINT, false)) {
+      mjs_asJoint(joint)->actgravcomp = 1;
+    }
+  }
+  for (mjsElement* child : Children(body, mjOBJ_BODY, false)) {
+    CompensateGravity(mjs_asBody(child));
+  }
+}
+
+// The body that the arm's first joint moves: of the hand's ancestors with a joint the furthest.
+mjsBody* FirstMoving(mjSpec* spec) {
+  mjsElement* hand = FindSo(spec, mjOBJ_BODY, "hand");
+  if (!hand) return nullptr;
+  mjsBody* first = nullptr;
+  for (mjsBody* body = mjs_getParent(hand); body; body = mjs_getParent(body->element)) {
+    if (!Children(body, mjOBJ_JOINT, false).empty()) first = body;
+  }
+  return first;
+}
+
+// As the controllers of real arms do: their drives carry the arm and the hand, in all bodies from
+// the first joint on, where the numeric "gravity_compensation" is not 0. In MJCF each body would
+// have to say so for itself.
+void CompensateGravityIfAsked(mjSpec* spec) {
+  mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
+  if (!numeric) return;
+  int size = 0;
+  const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
+  if (size != 1 || data[0] == 0.0) return;
+  if (mjsBody* first = FirstMoving(spec)) CompensateGravity(first);
 }
 
 // The root body of an object's spec, after it has been checked to be an object.
@@ -165,6 +213,8 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   scene->option.timestep = options.timestep_s;
   // A bad state must not be hidden by a reset.
   scene->option.disableflags |= mjDSBL_AUTORESET;
+
+  CompensateGravityIfAsked(scene.get());
 
   BuiltScene built;
   std::vector<std::string> bodies;

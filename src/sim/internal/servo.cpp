@@ -77,14 +77,21 @@ Eigen::Matrix3Xd ArmServo::Jacobian(const mjModel* model, const mjData* data, in
   return J;
 }
 
+Eigen::VectorXd ArmServo::Lags(const mjModel* model, const mjData* data,
+                               const JointCommand& command) const {
+  Eigen::VectorXd lags(static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double ahead = command.velocity[k] * model->opt.timestep;
+    const double off = data->qpos[model->jnt_qposadr[joints_[i]]] - command.position[k];
+    lags[k] = std::abs(off - std::clamp(off, std::min(ahead, 0.0), std::max(ahead, 0.0)));
+  }
+  return lags;
+}
+
 double ArmServo::TrackingError(const mjModel* model, const mjData* data,
                                const JointCommand& command) const {
-  double error = 0.0;
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const double position = data->qpos[model->jnt_qposadr[joints_[i]]];
-    error = std::max(error, std::abs(position - command.position[static_cast<Eigen::Index>(i)]));
-  }
-  return error;
+  return Lags(model, data, command).maxCoeff();
 }
 
 }  // namespace rangegrasp::sim::internal

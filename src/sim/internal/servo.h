@@ -30,7 +30,11 @@ class ArmServo {
   /// Of a point that moves with a body, by the arm's joints: p_W' = J q'.
   Eigen::Matrix3Xd Jacobian(const mjModel* model, const mjData* data, int body,
                             const Eigen::Vector3d& point_W) const;
-  /// Maximum over the joints of how far each is from its command [rad, m].
+  /// How far each joint is from its command [rad, m]. The servo sees a joint where it was a time
+  /// step ago, and so keeps one that moves ahead of its command by up to what it moves in a step
+  /// (6 mrad of 3 rad/s): that is no error.
+  Eigen::VectorXd Lags(const mjModel* model, const mjData* data, const JointCommand& command) const;
+  /// Maximum over the joints of their lags.
   double TrackingError(const mjModel* model, const mjData* data, const JointCommand& command) const;
 
  private:

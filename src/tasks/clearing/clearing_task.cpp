@@ -102,21 +102,23 @@ std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Com
 }  // namespace
 
 const experiment::TaskKind& ClearingTask() {
-  static const experiment::TaskKind kind{.name = "clearing",
-                                         .description =
-                                             "Tables that are cleared object by object: one case "
-                                             "an arrangement. Beside the keys below it "
-                                             "has all of `task: grasping` but `trials_per_object`.",
-                                         .trials_key = "runs",
-                                         .uses_seed = true,
-                                         .success = kCleared,
-                                         .read = Read,
-                                         .read_keys =
-                                             [](core::YamlMap& map) {
-                                               ClearingOptions options;
-                                               ReadClearingKeys(map, options);
-                                             },
-                                         .report = ReportOf};
+  static const experiment::TaskKind kind{
+      .name = "clearing",
+      .description =
+          "Tables that are cleared object by object: one case "
+          "an arrangement. Beside the keys below it "
+          "has all of `task: grasping` but `trials_per_object`.",
+      .trials_key = "runs",
+      .uses_seed = true,
+      .success = kCleared,
+      .read = Read,
+      .check = [](core::YamlMap& map) { return grasping::CheckScene(ReadOptions(map).grasping); },
+      .read_keys =
+          [](core::YamlMap& map) {
+            ClearingOptions options;
+            ReadClearingKeys(map, options);
+          },
+      .report = ReportOf};
   return kind;
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/stopwatch.h"
+#include "core/words.h"
 #include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
 #include "tasks/grasping/stereo_calibration.h"
@@ -82,6 +83,13 @@ std::size_t MeasuredSamples(const geometry::Observation& observation) {
                       [](const Eigen::Vector3d& p) { return p.allFinite(); }));
   }
   return count;
+}
+
+/// What the log says of an execution that failed; may be empty.
+std::string WhyOf(const sim::ExecutionLog& log) {
+  if (!log.audit.failed.empty() || log.stopped_by_contact.empty()) return log.audit.failed;
+  return "the drives felt something in the way, or fell behind, in: " +
+         core::Join(log.stopped_by_contact);
 }
 
 std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
@@ -232,7 +240,8 @@ class AttemptRun {
     Timed("execute");
     Begin("score");
     result_.others = JudgeOthers(before_W_, world_, *result_.target);
-    End(JudgeExecution(*result_.log), result_.log->audit.failed);
+    const Outcome outcome = JudgeExecution(*result_.log);
+    End(outcome, outcome == Outcome::kDelivered ? "" : WhyOf(*result_.log));
   }
 
   const Cell& cell_;

@@ -86,6 +86,7 @@ const experiment::TaskKind& GraspingTask() {
       .uses_seed = true,
       .success = "delivered",
       .read = Read,
+      .check = [](core::YamlMap& map) { return CheckScene(ReadOptions(map)); },
       .read_keys = [](core::YamlMap& map) { ReadOptions(map); },
       .report = ReportOf};
   return kind;

@@ -97,7 +97,8 @@ class PlannedMover : public Mover {
         move.grasp = i;
         return move;
       }
-      ++failures[std::string(core::Word(planned.failure))];
+      ++failures[std::string(core::Word(planned.failure)) +
+                 (planned.blocked_by.empty() ? "" : " (" + planned.blocked_by + ")")];
     }
     for (const auto& [word, count] : failures) {
       move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);

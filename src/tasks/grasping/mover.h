@@ -19,7 +19,8 @@ struct Move {
   int tried = 0;          ///< grasps that were offered to the planner
   bool blind = false;     ///< the motion passes through space that was not seen
   bool brushes = false;   ///< the object may push its neighbors while it is lifted
-  std::string failures;   ///< "no_ik x3, ...", one word a grasp that was given up
+  std::string
+      failures;  ///< "no_ik x3, approach_blocked (link5 and the hand) x2", of what was given up
 };
 
 /// Stage 4: plans the arm's motions for the first object, its best grasps first.

@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "check/check.h"
 #include "core/additions.h"
 #include "core/data_folder.h"
 #include "core/error.h"
@@ -351,6 +352,10 @@ void CheckObjects(const YamlMap& map, const Options& options) {
              fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
                          core::NearestWord(object, KnownObjects(options))));
   }
+}
+
+std::vector<core::Finding> CheckScene(const Options& options) {
+  return check::CheckModel(options.scene, check::Kind::kScene);
 }
 
 std::string SceneHash(const Options& options) {

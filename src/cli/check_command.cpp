@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "check/check.h"
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "core/error.h"
+#include "core/finding.h"
+#include "core/words.h"
+#include "experiment/experiment.h"
+#include "sim/check_object.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using Findings = std::vector<core::Finding>;
+
+struct CheckArguments {
+  std::string file;
+  std::string as;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
+  const std::filesystem::path file = arguments.file;
+  if (file.extension() == ".yaml" || file.extension() == ".yml") {
+    kind = "experiment";
+    experiment::Changes changes;
+    changes.set = arguments.set;
+    Findings findings = experiment::CheckExperiment(file, tasks::AllKinds(), changes);
+    // What the checks do not look at: objects, sensor, published table.
+    if (!core::HasError(findings)) experiment::OpenExperiment(file, tasks::AllKinds(), changes);
+    return findings;
+  }
+  const check::Kind what = arguments.as.empty() ? check::KindOf(file)
+                                                : core::FromWord<check::Kind>(arguments.as, "--as");
+  kind = core::Word(what);
+  return what == check::Kind::kObject ? sim::CheckObject({file.stem().string(), file})
+                                      : check::CheckModel(file, what);
+}
+
+std::string JsonOf(const std::string& file, const std::string& kind, const Findings& findings) {
+  nlohmann::ordered_json json = {
+      {"file", file}, {"kind", kind}, {"findings", nlohmann::ordered_json::array()}};
+  for (const core::Finding& f : findings) {
+    json["findings"].push_back({{"severity", f.error ? "error" : "warning"},
+                                {"where", f.where},
+                                {"element", f.element},
+                                {"what", f.what},
+                                {"cure", f.cure}});
+  }
+  return json.dump(2) + "\n";
+}
+
+void Check(const CheckArguments& arguments) {
+  std::string kind;
+  const Findings findings = CheckFile(arguments, kind);
+  const auto errors =
+      std::count_if(findings.begin(), findings.end(), [](const auto& f) { return f.error; });
+  const auto warnings = static_cast<std::ptrdiff_t>(findings.size()) - errors;
+  if (arguments.json) {
+    WriteResult(JsonOf(arguments.file, kind, findings));
+  } else {
+    std::string text;
+    for (const core::Finding& finding : findings) text += core::TextOf(finding) + "\n";
+    text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
+                        kind.find_first_of("aeo") == 0 ? "an" : "a", kind,
+                        findings.empty() ? std::string("nothing is wrong")
+                                         : fmt::format("{} errors, {} warnings", errors, warnings));
+    WriteResult(text);
+  }
+  if (errors > 0) throw core::InputError(fmt::format("{}: cannot work as it is", arguments.file));
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "check",
+      "Look for what is wrong with a scene, an arm, a hand, an object (MJCF) or an experiment "
+      "(YAML), and say how one edit cures it.");
+  auto a = std::make_shared<CheckArguments>();
+  command->add_option("file", a->file, "MJCF or experiment file")->required();
+  command->add_option("--as", a->as, "what an MJCF file is (default: by what it holds)")
+      ->check(CLI::IsMember(core::WordList<check::Kind>()));
+  command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
+  command->add_flag("--json", a->json, "findings as JSON");
+  command->footer(
+      "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 nothing that keeps it from "
+      "working, 2 errors. `run` does the same before its first trial.");
+  command->callback([a] { Check(*a); });
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,64 @@
+// What `check` prints and how it ends, and that `run` refuses what cannot work.
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/own_cell.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::OwnCell;
+using testing_support::Replaced;
+using testing_support::RunProgram;
+
+TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
+  Write();
+  for (const char* file : {"scene.xml", "own.yaml"}) {
+    const auto ran = RunProgram({"check", (folder_ / file).string()});
+    EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("nothing is wrong"));
+  }
+}
+
+TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
+  BreakArmature();
+  const std::string experiment = Write();
+  for (const std::string& file : {(folder_ / "scene.xml").string(), experiment}) {
+    const auto ran = RunProgram({"check", file});
+    EXPECT_EQ(ran.code, 2);
+    EXPECT_THAT(ran.out, HasSubstr("arm.xml:"));
+    EXPECT_THAT(ran.out, HasSubstr("error: joints arm/joint1"));
+    EXPECT_THAT(ran.out, HasSubstr("cure: armature=\"0.1\""));
+    EXPECT_THAT(ran.out, HasSubstr("1 errors, 0 warnings"));
+  }
+  const auto json = RunProgram({"check", (folder_ / "scene.xml").string(), "--json"});
+  const auto findings = nlohmann::json::parse(json.out).at("findings");
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].at("severity"), "error");
+  EXPECT_THAT(std::string(findings[0].at("cure")), HasSubstr("armature"));
+}
+
+TEST_F(OwnCell, CheckTakesAFileForWhatItIsTold) {
+  Write();
+  const auto ran = RunProgram({"check", (folder_ / "arm.xml").string(), "--as", "scene"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.out, HasSubstr("site \"workspace\": is missing"));
+  EXPECT_EQ(RunProgram({"check", "no_such_file.xml"}).code, 2);
+}
+
+TEST_F(OwnCell, ARunThatCannotWorkIsRefusedWithAllFindings) {
+  BreakArmature();
+  arm_ = Replaced(arm_, "<numeric name=\"gravity_compensation\" data=\"1\"/>", "");
+  const auto ran = Run();
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("cannot work"));
+  EXPECT_THAT(ran.err, HasSubstr("armature"));
+  EXPECT_THAT(ran.err, HasSubstr("gravity_compensation"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+}  // namespace
+}  // namespace rangegrasp

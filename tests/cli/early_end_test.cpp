@@ -1,0 +1,48 @@
+// Runs that end early, and those in which cases crash.
+
+#include <gmock/gmock.h>
+
+#include "cli/own_cell.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing_support::OwnCell;
+using testing_support::RunProgram;
+
+TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
+  // Of a glove without friction everything slips.
+  const auto ran = Run({"--set", "stop_after=4", "--set", "physics.glove_friction=0.01"});
+  EXPECT_EQ(ran.code, 1) << ran.out << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("stopped after 4 of 6 cases, which all ended in not_lifted"));
+  EXPECT_THAT(ran.err, HasSubstr("2 cases were not run"));
+  EXPECT_THAT(ran.out, HasSubstr("2 of 6 cases are missing"));
+  const auto resumed =
+      Run({"--set", "stop_after=4", "--set", "physics.glove_friction=0.01", "--resume"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_THAT(resumed.out, Not(HasSubstr("missing")));
+}
+
+TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
+  const auto ran = Run({"--set", "stop_after=0", "--set", "physics.glove_friction=0.01"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, Not(HasSubstr("missing")));
+}
+
+TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {
+  testing_support::TempFolder folder;
+  // One draw is hardly ever a heap of objects that touch.
+  const auto ran =
+      RunProgram({"run", testing_support::kSource + "/experiments/laser_touching.yaml", "--objects",
+                  "salt_cuboid", "--trials", "2", "--set", "clutter.max_draws=1", "--jobs", "1",
+                  "--out", (folder / "out").string()});
+  EXPECT_EQ(ran.code, 1) << ran.out << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("cases crashed:"));
+  EXPECT_THAT(ran.err, HasSubstr("x arrange: no arrangement"));
+  EXPECT_THAT(ran.out, HasSubstr("Salt Shaker"));
+}
+
+}  // namespace
+}  // namespace rangegrasp
