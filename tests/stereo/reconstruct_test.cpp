@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/quantile.h"
+#include "core/rng.h"
 #include "synthetic_pair.h"
 
 namespace rangegrasp::stereo {
@@ -200,6 +203,155 @@ TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
       6, 1, {40, 60, 150, 10, 15, 38, 200, 200, 210, 200, 40, 40, 20, 20, 21, 0, 0, 0}};
   const Mask mask = WithoutBlue(picture, 0.15, 12, 1);
   EXPECT_EQ(mask.grey, (std::vector<std::uint8_t>{0, 0, 255, 255, 255, 0}));
+}
+
+TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
+  const Pair& pair = ThePair();
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const auto made_points = [&] {
+    const auto made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+    std::vector<std::pair<Eigen::Vector3d, double>> points;
+    for (std::size_t i = 0; i < made.view.noise_m.size(); ++i) {
+      if (made.view.noise_m[i] > 0.0F) {  // not by colour on the table
+        points.emplace_back(made.view.image.points_C[i], made.view.noise_m[i]);
+      }
+    }
+    return points;
+  };
+  const std::size_t without = made_points().size();
+  // Half of the printed box, and none of the other one.
+  options.volume = {core::MakePose(Eigen::Matrix3d::Identity(), {0.0, -0.11, 0.0}), 0.045, 0.2};
+  const auto within = made_points();
+  EXPECT_GT(within.size(), 300U);
+  EXPECT_LT(within.size(), without / 2);
+  for (const auto& [p_W, noise_m] : within) {
+    const Eigen::Vector3d p_V = options.volume->X_WV.inverse() * p_W;
+    // A sample's ray is that of its middle, half a sample (1 mm) off its pixels'.
+    EXPECT_LT(p_V.head<2>().norm(), options.volume->radius_m + 3.0 * noise_m + 0.001);
+    EXPECT_GT(p_V.z(), -3.0 * noise_m - 0.001);
+  }
+  options.volume->X_WV = core::MakePose(Eigen::Matrix3d::Identity(), {0.0, 3.0, 0.0});
+  EXPECT_THROW(made_points(), core::InputError);
+}
+
+TEST(Reconstruct, BluePrintOnABoxIsNoTable) {
+  const Pair& pair = ThePair();
+  image::Image left = pair.left;
+  // A dash of 12 x 6 pixels in the middle of the printed box's top.
+  const Eigen::Vector2d middle =
+      Project(pair.calibration.camera,
+              pair.calibration.X_WL.inverse() * Eigen::Vector3d(0.0, -0.065, 0.09));
+  const int x0 = static_cast<int>(middle.x()) - 6, y0 = static_cast<int>(middle.y()) - 3;
+  for (int y = y0; y < y0 + 6; ++y) {
+    for (int x = x0; x < x0 + 12; ++x) {
+      std::uint8_t* pixel = left.rgb.data() + 3 * (y * left.width + x);
+      pixel[0] = 40;
+      pixel[1] = 60;
+      pixel[2] = 150;
+    }
+  }
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const auto table_samples_in_it = [&] {
+    const auto made = Reconstruct(left, pair.right, pair.rectifier, options);
+    int count = 0;
+    for (std::size_t i = 0; i < made.left_pixel.size(); ++i) {
+      const Eigen::Vector2f& at = made.left_pixel[i];
+      const bool inside = at.x() > static_cast<float>(x0) && at.x() < static_cast<float>(x0 + 12) &&
+                          at.y() > static_cast<float>(y0) && at.y() < static_cast<float>(y0 + 6);
+      count += inside && made.view.noise_m[i] == 0.0F ? 1 : 0;
+    }
+    return count;
+  };
+  options.min_table_px = 200;
+  EXPECT_EQ(table_samples_in_it(), 0);
+  options.min_table_px = 0;
+  EXPECT_GT(table_samples_in_it(), 3);
+}
+
+// A printed square before a wall whose stains are hardly more than the noise: their disparities are
+// 24 and 12 px.
+struct SquareBeforeAWall {
+  static constexpr int kWidth = 320, kHeight = 160, kFirst = 140, kLast = 220, kDisparity = 24,
+                       kWallDisparity = 12;
+  image::Grey8 left{kWidth, kHeight, {}}, right{kWidth, kHeight, {}};
+  image::Image whole{kWidth, kHeight, {}};
+  Mask all{kWidth, kHeight, std::vector<std::uint8_t>(kWidth* kHeight, 255)};
+
+  static bool InSquare(int x, int y) { return x >= kFirst && x < kLast && y >= 40 && y < 120; }
+
+  SquareBeforeAWall() {
+    core::Rng rng(5);
+    std::vector<double> print(kWidth * kHeight);
+    for (double& level : print) level = rng.Uniform(0.0, 1.0);
+    const auto print_at = [&](int x, int y) {
+      return print[static_cast<std::size_t>(y * kWidth + std::min(x, kWidth - 1))];
+    };
+    const auto level = [&](int x, int y, double turn) {  // 0: the left picture, 1: the right one
+      const int on_square = x + static_cast<int>(turn * kDisparity);
+      const double clean =
+          InSquare(on_square, y)
+              ? 60.0 + 140.0 * print_at(on_square, y)
+              : 148.0 + 4.0 * print_at(x + static_cast<int>(turn * kWallDisparity), y);
+      return testing_support::Level(clean + 2.0 * rng.Normal());
+    };
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        left.grey.push_back(level(x, y, 0));
+        right.grey.push_back(level(x, y, 1));
+        whole.rgb.insert(whole.rgb.end(), 3, left.grey.back());
+      }
+    }
+  }
+
+  /// Shares of the square and of the wall that have a disparity of about the square's.
+  std::pair<double, double> SharesAsNear(const MatchOptions& options) const {
+    const Disparity found = Match(left, right, all, whole, 8.0, 40.0, options);
+    double square = 0.0, wall = 0.0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 60; x < kWidth; ++x) {  // further left nothing can be matched
+        const float d = found.grey[static_cast<std::size_t>(y * kWidth + x)];
+        const bool near = std::abs(d - kDisparity) < 4.0F;
+        (InSquare(x, y) ? square : wall) += near ? 1.0 : 0.0;
+      }
+    }
+    return {square / (80.0 * 80.0), wall / ((kWidth - 60.0) * kHeight - 80.0 * 80.0)};
+  }
+};
+
+TEST(Match, LessOfAWallTakesOnTheDisparityOfWhatStandsBeforeIt) {
+  const SquareBeforeAWall scene;
+  MatchOptions options;
+  const auto [square, wall] = scene.SharesAsNear(options);
+  EXPECT_GT(square, 0.85);
+  options.consensus_share = 0.0;
+  options.min_edges = 0.0;
+  const auto [square_before, wall_before] = scene.SharesAsNear(options);
+  // Where all of a neighborhood took it on, nothing tells; where only a part did, that part goes.
+  EXPECT_LT(wall, 0.85 * wall_before) << wall << " of the wall, " << wall_before << " before";
+  EXPECT_GT(square, square_before - 0.05);
+}
+
+TEST(Match, NoiseAloneIsNoTexture) {
+  const SquareBeforeAWall scene;
+  core::Rng rng(9);
+  image::Grey8 left{320, 160, {}}, right = left;
+  image::Image whole{320, 160, {}};
+  for (int i = 0; i < 320 * 160; ++i) {
+    left.grey.push_back(testing_support::Level(150.0 + 2.0 * rng.Normal()));
+    right.grey.push_back(testing_support::Level(150.0 + 2.0 * rng.Normal()));
+    whole.rgb.insert(whole.rgb.end(), 3, left.grey.back());
+  }
+  MatchOptions options;
+  options.uniqueness_percent = 0;
+  const auto matched = [&] {
+    const Disparity found = Match(left, right, scene.all, whole, 8.0, 40.0, options);
+    return std::ranges::count_if(found.grey, [](float d) { return !std::isnan(d); });
+  };
+  EXPECT_EQ(matched(), 0);
+  options.min_edges = 0.0;
+  options.consensus_share = 0.0;
+  options.min_patch_px = 0;
+  EXPECT_GT(matched(), 1000);
 }
 
 TEST(Match, RefusesOptionsThatAreOutOfRange) {
