@@ -140,7 +140,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> c
   if (total > 0) e.task->Prepare();
   int done = 0;
   const auto stop_after = static_cast<std::size_t>(e.common.stop_after);
-  if (stop_after > 0 && cases.size() > stop_after && !e.kind->success.empty()) {
+  if (stop_after > 0 && cases.size() > stop_after && e.kind->stops_when_hopeless) {
     auto first = experiment::InTurn(cases);
     first.resize(stop_after);
     const auto now = Missing(first, store);

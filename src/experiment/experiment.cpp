@@ -128,9 +128,10 @@ void ReadCommon(YamlMap& map, Common& common) {
   map.Read("seed", common.seed, "what every random stream is derived from");
   map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
            "wall time after which one trial, seam or model is killed");
-  map.Read("stop_after", common.stop_after, 0, kMaxStopAfter,
-           "the run ends early when its first so many trials, taken in turn from all objects, all "
-           "fail in the same way; 0: never");
+  map.Read(
+      "stop_after", common.stop_after, 0, kMaxStopAfter,
+      "task: grasping: the run ends early when its first so many trials, taken in turn from all "
+      "objects, all fail in the same way; 0: never");
 }
 
 std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,

@@ -61,6 +61,9 @@ struct TaskKind {
   std::string trials_key;   ///< the key that --trials sets
   bool uses_seed = true;    ///< whether anything is drawn
   std::string success;  ///< the outcome that counts as one where runs are compared; may be empty
+  /// Whether a run in which all first cases fail in the same way ends early (Common::stop_after):
+  /// not of kinds whose cases tell something even where none of them is a success.
+  bool stops_when_hopeless = false;
   /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
   /// @throws core::InputError
   std::unique_ptr<Task> (*read)(core::YamlMap& map, const Common& common) = nullptr;

@@ -85,6 +85,7 @@ const experiment::TaskKind& GraspingTask() {
       .trials_key = "trials_per_object",
       .uses_seed = true,
       .success = "delivered",
+      .stops_when_hopeless = true,
       .read = Read,
       .check = [](core::YamlMap& map) { return CheckScene(ReadOptions(map)); },
       .read_keys = [](core::YamlMap& map) { ReadOptions(map); },
