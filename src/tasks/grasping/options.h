@@ -93,10 +93,10 @@ struct ClutterOptions {
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
   std::filesystem::path scene;
-  std::filesystem::path sensor;         ///< a sensor's file
+  std::filesystem::path sensor;  ///< a sensor's file
   /// Each holds NAME/NAME.xml for objects; of two with the same name that of the first counts.
   std::vector<std::filesystem::path> object_folders;
-  std::filesystem::path reference;      ///< the published table; may be empty
+  std::filesystem::path reference;  ///< the published table; may be empty
   std::vector<std::string> objects;
   int trials_per_object = 10;
 
