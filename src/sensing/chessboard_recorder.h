@@ -47,7 +47,8 @@ class ChessboardRecorder {
 
 /// The whole of it: views, what is found of them, the calibration. A view in which the board is not
 /// found is taken again elsewhere, as a person would.
-/// @param views    that calibrate; if they are too much alike, up to twice as many do. So many at most
+/// @param views    that calibrate; if they are too much alike, up to twice as many do. So many at
+/// most
 ///                 may be refused.
 /// @param look_on  is given each view; may be empty.
 /// @throws core::InputError as stereo::FindBoard, if too many views are refused, and as
