@@ -21,7 +21,6 @@ double UnitFrom(const std::string& name) {
 }  // namespace
 
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
-  command.add_option("cloud", arguments.cloud, "PCD or PLY")->required();
   command.add_option(
       "--sensor-origin", arguments.origin,
       "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");

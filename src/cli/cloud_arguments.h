@@ -19,7 +19,7 @@ struct CloudArguments {
   std::vector<double> crop;
 };
 
-/// Adds the cloud, --sensor-origin, --crop, --up and --unit; `arguments` must live as long as the
+/// Adds --sensor-origin, --crop, --up and --unit; `arguments` must live as long as the
 /// command.
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 

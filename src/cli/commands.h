@@ -13,7 +13,8 @@ void AddAddObjectCommand(CLI::App& app);        ///< add-object
 void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
 void AddCheckCommand(CLI::App& app);            ///< check
 void AddCylindersCommand(CLI::App& app);        ///< cylinders
-void AddListCommand(CLI::App& app);             ///< list kinds, list keys
+void AddExportCommand(CLI::App& app);           ///< export
+void AddListCommand(CLI::App& app);             ///< list
 void AddPartsCommands(CLI::App& app);           ///< parts FILE
 void AddPerceiveCommand(CLI::App& app);         ///< perceive
 void AddPictureCommands(CLI::App& app);         ///< snapshot, scan

@@ -196,6 +196,7 @@ void AddCylindersCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "cylinders", "Poses of given cylinders among other things on a table, in any cloud.");
   auto arguments = std::make_shared<CylindersArguments>();
+  command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--cylinder", arguments->given,

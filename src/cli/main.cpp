@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "core/error.h"
+#include "core/version.h"
 #include "core/words.h"
 
 namespace {
@@ -38,15 +39,18 @@ void CheckCommand(const CLI::App& app, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   SetUpLog();
-  // A reader that goes away (`| head`) ends the program quietly through the failed write.
+  // A reader that goes away (`| head`) is a failed write, which WriteResult knows.
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app{"Grasping unknown objects from single-view range images, in simulation."};
   app.require_subcommand(1);
+  app.set_version_flag("--version", "rangegrasp " + rangegrasp::core::Version(),
+                       "version of the program (the command `version`: of its libraries, too)");
   app.footer(
       "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 a run that "
       "failed, 2 bad usage or input.");
   rangegrasp::cli::AddRunCommand(app);
   rangegrasp::cli::AddResultsCommands(app);
+  rangegrasp::cli::AddExportCommand(app);
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddAddObjectCommand(app);
   rangegrasp::cli::AddPerceiveCommand(app);

@@ -1,6 +1,10 @@
 #include "cli/output.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
 
 #include "core/error.h"
@@ -18,9 +22,17 @@ constexpr int kMaxSide_px = 8192;
 
 void WriteResult(const std::string& text, const std::filesystem::path& file) {
   if (!file.empty()) return core::WriteFile(file, text);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw core::RunError("stdout: the results could not be written");
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) {
+    return;
   }
+  if (errno == EPIPE) return;  // the reader has seen enough: `| head`
+  throw core::RunError("stdout: the results could not be written");
+}
+
+void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {
+  if (std::find(endings.begin(), endings.end(), core::EndingOf(file)) != endings.end()) return;
+  throw core::InputError(fmt::format("{}: its name must end with {}, which is what can be written",
+                                     file.string(), core::Join(endings, " or ")));
 }
 
 std::pair<int, int> ParseSize(const std::string& text) {

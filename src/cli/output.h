@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "experiment/format.h"
 
@@ -15,6 +16,11 @@ namespace rangegrasp::cli {
 /// Writes text to stdout, or whole to a file where one is named.
 /// @throws core::RunError naming the target if it cannot be written whole.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
+
+/// Before anything is computed for a file to be written.
+/// @param endings  what the command can write, e.g. {".pcd", ".ply"}
+/// @throws core::InputError naming the file and the endings.
+void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings);
 
 /// "1280x960" -> {1280, 960}. @throws core::InputError.
 std::pair<int, int> ParseSize(const std::string& text);

@@ -1,14 +1,21 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "cli/cloud_arguments.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "core/data_folder.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/units.h"
 #include "core/words.h"
 #include "draw/scene_view.h"
@@ -184,7 +191,22 @@ void WriteObject(const perception::Scene& scene, std::size_t object,
       std::vector<std::array<std::uint8_t, 3>>(cloud.vertices.size(), {160, 160, 160}));
 }
 
-void Perceive(const PerceiveArguments& arguments) {
+// What is printed of a cloud.
+struct Perceived {
+  ordered_json json;
+  std::string text;
+  std::vector<std::string> warnings;
+  std::string error;  // why there is nothing of the above; empty if there is
+};
+
+// The engine of pictures draws one at a time.
+void Draw(const std::filesystem::path& file, const draw::Canvas& canvas, const draw::View& view) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  image::WritePng(file, draw::Render(canvas, view, 1280, 960));
+}
+
+Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& hand) {
   const auto file = ReadCloud(arguments);
   geometry::Points points = file.points;
   std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
@@ -198,35 +220,139 @@ void Perceive(const PerceiveArguments& arguments) {
     throw core::InputError(arguments.cloud + ": " + e.what() +
                            Advice(points, origin, options, rng));
   }
-  const auto hand_file = arguments.scene.empty() ? core::DataFolder() / "scenes/tabletop.xml"
-                                                 : std::filesystem::path(arguments.scene);
-  const auto hand = robot::Robot::Load(hand_file).hand();
   std::vector<std::vector<grasp::Grasp>> grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
                                        grasp::GraspOptions{}));
   }
-  const std::string json = Json(arguments, scene, grasps).dump(2) + "\n";
-  for (const std::string& warning : Warnings(scene)) spdlog::warn("{}", warning);
-  WriteResult(arguments.json ? json : Text(scene, grasps));
-  if (arguments.out.empty()) return;
+  const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene),
+                            ""};
+  if (arguments.out.empty()) return perceived;
   const std::filesystem::path folder(arguments.out);
-  WriteResult(json, folder / "perceived.json");
+  WriteResult(perceived.json.dump(2) + "\n", folder / "perceived.json");
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
   }
-  const auto canvas = draw::DrawScene(points, scene, grasps, hand);
-  image::WritePng(folder / "perceived.png",
-                  draw::Render(canvas, draw::LookAtScene(scene, origin), 1280, 960));
-  spdlog::info("picture and clouds of the objects in {}", folder.string());
+  Draw(folder / "perceived.png", draw::DrawScene(points, scene, grasps, hand),
+       draw::LookAtScene(scene, origin));
+  return perceived;
+}
+
+robot::HandModel HandOf(const std::string& scene) {
+  const auto file =
+      scene.empty() ? core::DataFolder() / "scenes/tabletop.xml" : std::filesystem::path(scene);
+  return robot::Robot::Load(file).hand();
+}
+
+void PerceiveOne(const PerceiveArguments& arguments) {
+  const Perceived perceived = Perceive(arguments, HandOf(arguments.scene));
+  for (const std::string& warning : perceived.warnings) spdlog::warn("{}", warning);
+  WriteResult(arguments.json ? perceived.json.dump(2) + "\n" : perceived.text);
+  if (!arguments.out.empty()) {
+    spdlog::info("picture and clouds of the objects in {}", arguments.out);
+  }
+}
+
+// ---- several clouds ----
+
+// Files as they are named, and those of folders in the order of their names.
+std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
+  std::vector<std::string> clouds;
+  for (const std::string& name : named) {
+    if (!std::filesystem::is_directory(name)) {
+      clouds.push_back(name);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : std::filesystem::directory_iterator(name)) {
+      const std::string ending = core::EndingOf(entry.path());
+      if (ending == ".pcd" || ending == ".ply") inside.push_back(entry.path().string());
+    }
+    if (inside.empty()) throw core::InputError(name + ": a folder without a .pcd or .ply file");
+    std::sort(inside.begin(), inside.end());
+    clouds.insert(clouds.end(), inside.begin(), inside.end());
+  }
+  return clouds;
+}
+
+// Each cloud has a folder of its name below the one that is named.
+std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
+                                               const std::vector<std::string>& clouds) {
+  std::vector<PerceiveArguments> each;
+  std::map<std::string, std::string> cloud_of;
+  for (const std::string& cloud : clouds) {
+    each.push_back(all);
+    each.back().cloud = cloud;
+    if (all.out.empty()) continue;
+    const std::string stem = std::filesystem::path(cloud).stem().string();
+    each.back().out = (std::filesystem::path(all.out) / stem).string();
+    const auto [other, fresh] = cloud_of.try_emplace(stem, cloud);
+    if (fresh) continue;
+    throw core::InputError(
+        fmt::format("{} and {}: have the same name, so that both would be "
+                    "written to {}; perceive them into two folders",
+                    other->second, cloud, each.back().out));
+  }
+  return each;
+}
+
+void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
+  for (const std::string& warning : perceived.warnings) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
+  if (!perceived.error.empty()) spdlog::error(perceived.error);
+  if (arguments.json) {
+    const ordered_json failed = {{"cloud", arguments.cloud}, {"error", perceived.error}};
+    WriteResult((perceived.error.empty() ? perceived.json : failed).dump() + "\n");
+  } else if (perceived.error.empty()) {
+    WriteResult(arguments.cloud + "\n" + perceived.text + "\n");
+  }
+}
+
+// Several clouds at the same time, told in the order in which they are named. One that cannot be
+// perceived does not stop the others.
+void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
+  const robot::HandModel hand = HandOf(each.front().scene);
+  std::vector<std::promise<Perceived>> promises(each.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < each.size(); i = next++) {
+      Perceived perceived;
+      try {
+        perceived = Perceive(each[i], hand);
+      } catch (const std::exception& e) {
+        perceived.error = e.what();
+        if (perceived.error.find(each[i].cloud) == std::string::npos) {
+          perceived.error = each[i].cloud + ": " + perceived.error;
+        }
+      }
+      promises[i].set_value(std::move(perceived));
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < jobs; ++i) threads.emplace_back(work);
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    const Perceived perceived = promises[i].get_future().get();
+    PrintNext(each[i], perceived);
+    failed += perceived.error.empty() ? 0 : 1;
+  }
+  if (failed > 0) {
+    throw core::InputError(
+        fmt::format("{} of {} clouds could not be perceived", failed, each.size()));
+  }
 }
 
 }  // namespace
 
 void AddPerceiveCommand(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("perceive", "Objects and grasps of any cloud, a recorded one too.");
+  auto* command = app.add_subcommand(
+      "perceive", "Objects and grasps of any cloud, or of several; of recorded ones, too.");
   auto arguments = std::make_shared<PerceiveArguments>();
+  auto clouds = std::make_shared<std::vector<std::string>>();
+  auto jobs =
+      std::make_shared<int>(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  command->add_option("clouds", *clouds, "PCD or PLY files, or folders of them")->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--noise-mm", arguments->noise_mm,
@@ -240,12 +366,23 @@ void AddPerceiveCommand(CLI::App& app) {
                       "scene whose hand is to grasp (default: the installed tabletop.xml)");
   command->add_option("--seed", arguments->seed, "of the random draws")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", arguments->json, "everything as JSON");
+  command->add_flag("--json", arguments->json, "everything as JSON; of several clouds a line each");
   command->add_option("-o,--out", arguments->out,
-                      "folder for perceived.json, perceived.png and each object's object_<n>.ply");
+                      "folder for perceived.json, perceived.png and each object's object_<n>.ply; "
+                      "of several clouds a folder each below it");
+  command->add_option("--jobs", *jobs, "clouds at the same time (default: the number of cores)")
+      ->check(CLI::Range(1, 1024));
   command->footer(
       "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");
-  command->callback([arguments] { Perceive(*arguments); });
+  command->callback([arguments, clouds, jobs] {
+    const auto all = CloudsIn(*clouds);
+    if (all.size() == 1) {
+      arguments->cloud = all.front();
+      PerceiveOne(*arguments);
+    } else {
+      PerceiveAll(ArgumentsOfEach(*arguments, all), *jobs);
+    }
+  });
 }
 
 }  // namespace rangegrasp::cli

@@ -110,6 +110,7 @@ void AddSnapshot(CLI::App& app) {
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
+    CheckEnding(arguments->out, {".png"});
     const auto [width, height] = ParseSize(arguments->size);
     if (!IsExperiment(arguments->file) && sim::IsObjectFile(arguments->file)) {
       const std::filesystem::path file = arguments->file;
@@ -238,6 +239,8 @@ void AddScan(CLI::App& app) {
       "right.png, rectified.png, "
       "disparity.png, disparity16.png and calibration.yaml, as rangegrasp stereo takes them.");
   command->callback([arguments] {
+    CheckEnding(arguments->out, {".pcd", ".ply"});
+    if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
     if (const auto* sensor = StereoSensorOf(picked)) {
       ScanInStereo(picked, *sensor, *arguments);

@@ -7,6 +7,7 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/reopen.h"
 #include "core/error.h"
 #include "experiment/compare.h"
 #include "experiment/experiment.h"
@@ -51,22 +52,6 @@ struct TrialArguments {
   std::string folder, id, video, camera;
   bool snapshots = false;
 };
-
-// The experiment as it was run; what has changed since is told.
-experiment::Experiment ReopenExperiment(const Stamp& stamp, const std::string& folder) {
-  try {
-    auto e = experiment::OpenAgain(stamp, tasks::AllKinds());
-    for (const auto& [name, value] : e.stamp.identity) {
-      const auto was = stamp.identity.find(name);
-      if (was != stamp.identity.end() && was->second != value) {
-        spdlog::warn("the {} has changed since the run: results may differ", name);
-      }
-    }
-    return e;
-  } catch (const core::InputError& error) {
-    throw core::InputError(folder + ": " + error.what());
-  }
-}
 
 void Replay(const TrialArguments& arguments) {
   const Store store = Store::Open(arguments.folder);

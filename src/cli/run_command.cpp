@@ -1,15 +1,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <thread>
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/progress_bar.h"
 #include "core/data_folder.h"
 #include "core/error.h"
 #include "core/finding.h"
@@ -19,6 +18,7 @@
 #include "experiment/experiment.h"
 #include "experiment/hopeless.h"
 #include "experiment/results.h"
+#include "experiment/resume.h"
 #include "experiment/runner.h"
 #include "experiment/store.h"
 #include "tasks/kinds.h"
@@ -29,35 +29,6 @@ namespace {
 using experiment::Experiment;
 using experiment::Stamp;
 using experiment::Store;
-
-// Of the progress bar, in characters.
-constexpr int kBarWidth = 30;
-
-// A progress line on a terminal; nothing elsewhere.
-class ProgressBar {
- public:
-  /// @param before  cases that an earlier part of the run has done
-  ProgressBar(int before, int total) : before_(before), total_(total) {}
-  void operator()(int done_now, int, const experiment::Record& last) {
-    const int done = before_ + done_now;
-    const int total = total_;
-    ++outcomes_[last.result.outcome];
-    if (!isatty(STDERR_FILENO)) return;
-    const double left_s = watch_.Seconds() / done_now * (total - done);
-    const int filled = kBarWidth * done / total;
-    std::string counts;
-    for (const auto& [outcome, count] : outcomes_) counts += fmt::format(", {} {}", count, outcome);
-    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.0f} s left \033[K", "", filled, "",
-               kBarWidth - filled, done, total, counts, left_s);
-    if (done == total) fmt::print(stderr, "\n");
-    std::fflush(stderr);
-  }
-
- private:
-  int before_, total_;
-  core::Stopwatch watch_;
-  std::map<std::string, int> outcomes_;
-};
 
 struct RunArguments {
   std::string experiment;
@@ -82,35 +53,34 @@ std::pair<int, int> ParseShard(const std::string& text) {
   return {*shard, *shards};
 }
 
-// Rows that one commit made and rows of another must not look as if they were of one.
-Stamp Resumed(Stamp stored, const Stamp& now) {
-  const std::string& was = stored.build["commit"];
-  const std::string is = now.build.at("commit");
-  if (was == is) return stored;
-  spdlog::warn("the run was begun by commit {}, this program is {}: its rows may differ", was, is);
-  std::string& others = stored.build["resumed_with"];
-  if (others.find(is) == std::string::npos) others += (others.empty() ? "" : ",") + is;
-  return stored;
-}
-
+// A store to write to: a new one, or one that an earlier part of the run left.
 Store OpenForRun(const std::filesystem::path& folder, const RunArguments& arguments,
-                 const Stamp& stamp) {
-  Stamp wanted = stamp;
-  if (Store::Exists(folder)) {
-    if (arguments.overwrite) {
-      Store::Remove(folder);
-    } else if (!arguments.resume) {
+                 const Experiment& e) {
+  if (arguments.overwrite && Store::Exists(folder)) Store::Remove(folder);
+  Stamp stamp = e.stamp;
+  // What was killed or refused before its first case left nothing to go on with.
+  if (Store::Exists(folder) && Store::Open(folder).Count() > 0) {
+    if (!arguments.resume) {
       throw core::InputError(folder.string() +
                              ": holds results already; --resume goes on with them, "
                              "--overwrite starts anew, --out DIR writes elsewhere");
-    } else if (const Stamp stored = Store::Open(folder).ReadStamp(); !stored.identity.empty()) {
-      // A run killed before its stamp was written has no cases either.
-      CheckSameRun(stored, stamp, folder.string());
-      wanted = Resumed(stored, stamp);
+    }
+    Store store = Store::Create(folder);
+    const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
+    if (ParseShard(arguments.shard).second > 1 && before != e.stamp.identity.at("cases")) {
+      throw core::InputError(folder.string() + ": is a shard of " + before +
+                             " cases; more trials would be shared out otherwise: run them without "
+                             "--shard, or into new folders");
+    }
+    stamp = experiment::Resume(store, e.stamp, e.cases);
+    if (stamp.build.contains("resumed_with")) {
+      spdlog::warn("the run was begun by commit {}, other rows are of {}: they may differ",
+                   stamp.build.at("commit"), stamp.build.at("resumed_with"));
     }
   }
   Store store = Store::Create(folder);
-  store.WriteStamp(wanted);
+  store.WriteStamp(stamp);
+  WriteResult(experiment::FileAsRun(stamp), folder / "experiment.yaml");
   return store;
 }
 
@@ -165,7 +135,7 @@ std::string RunInto(const std::filesystem::path& folder, const Experiment& e,
                     const RunArguments& arguments) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
   const auto [shard, shards] = ParseShard(arguments.shard);
-  Store store = OpenForRun(folder, arguments, e.stamp);
+  Store store = OpenForRun(folder, arguments, e);
   const auto cases = ShardOf(e.cases, shard, shards);
   const auto before = Missing(cases, store).size();
   const core::Stopwatch watch;

@@ -157,7 +157,10 @@ void AddStereoCommand(CLI::App& app) {
   command->footer(
       "Example: rangegrasp stereo left.png right.png --calibration stereo.yaml --table-mm 0 -o "
       "pile.pcd");
-  command->callback([arguments] { Stereo(*arguments); });
+  command->callback([arguments] {
+    CheckEnding(arguments->out, {".pcd", ".ply"});
+    Stereo(*arguments);
+  });
 }
 
 }  // namespace rangegrasp::cli

@@ -171,6 +171,17 @@ Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
               core::Split(Need(stamp.identity, "groups"), ','));
 }
 
+std::string FileAsRun(const Stamp& stamp) {
+  const std::filesystem::path file = Need(stamp.data, "experiment_file");
+  std::string text = fmt::format("# The file of a run; its relative paths are those of {}.\n",
+                                 file.parent_path().string());
+  const std::string& set = Need(stamp.data, "set");
+  for (const std::string& one : set.empty() ? std::vector<std::string>() : core::Split(set, '\n')) {
+    text += "# On the command line: --set " + one + "\n";
+  }
+  return text + Need(stamp.data, "experiment_text");
+}
+
 const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds) {
   const std::string& word = Need(stamp.identity, "task");
   const TaskKind* kind = FindKind(word, kinds);

@@ -48,6 +48,10 @@ std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,
 /// @throws core::InputError also if the stamp is not whole.
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
 
+/// The experiment file that a stamp keeps, as it was run: what the command line changed stands in
+/// comments before it. @throws core::InputError if the stamp is not whole.
+std::string FileAsRun(const Stamp& stamp);
+
 /// The kind that made a store. @throws core::InputError if there is none of its name.
 const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds);
 

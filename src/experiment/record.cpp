@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <tuple>
+#include <unordered_map>
 
 #include "core/error.h"
 
@@ -26,6 +27,48 @@ std::string ToJson(const Record& record) {
   } catch (const ordered_json::parse_error& e) {
     throw core::RunError("case " + which.id + ": its record is damaged: " + e.what());
   }
+}
+
+namespace {
+
+// Text as it is, nothing for null, a list as JSON.
+std::string CellOf(const ordered_json& value) {
+  if (value.is_null()) return "";
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+void Flatten(const ordered_json& value, const std::string& name,
+             std::vector<std::pair<std::string, std::string>>& cells) {
+  if (!value.is_object()) {
+    cells.emplace_back(name, CellOf(value));
+    return;
+  }
+  for (const auto& [key, inner] : value.items()) {
+    Flatten(inner, name.empty() ? key : name + "." + key, cells);
+  }
+}
+
+}  // namespace
+
+Grid FlatGridOf(const std::vector<Record>& records) {
+  Grid grid;
+  std::unordered_map<std::string, std::size_t> column_of;
+  for (const Record& record : records) {
+    std::vector<std::pair<std::string, std::string>> cells;
+    Flatten(ordered_json::parse(ToJson(record)), "", cells);
+    auto& row = grid.rows.emplace_back(grid.header.size());
+    for (auto& [name, cell] : cells) {
+      const auto [column, fresh] = column_of.try_emplace(name, grid.header.size());
+      if (fresh) {
+        grid.header.push_back(name);
+        row.emplace_back();
+      }
+      row[column->second] = std::move(cell);
+    }
+  }
+  for (auto& row : grid.rows) row.resize(grid.header.size());
+  grid.left.assign(grid.header.size(), true);
+  return grid;
 }
 
 bool SameButTimes(const Record& a, const Record& b) {

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "experiment/grid.h"
+
 namespace rangegrasp::experiment {
 
 /// The smallest thing that is run, stored and repeated: one grasp trial, one seam, one method on
@@ -40,6 +42,11 @@ struct Record {
 /// As one JSON object for people and programs; `params` and `data` stand in it as objects, bytes
 /// that are no UTF-8 are replaced. @throws core::RunError if they are no JSON.
 std::string ToJson(const Record& record);
+
+/// A row a record, with the same names as in JSON: "id", "params.index", "data.log.lift_height_m",
+/// "seconds.scan"; a column for each name that any of them has, empty where a record has none.
+/// @throws core::RunError as ToJson.
+Grid FlatGridOf(const std::vector<Record>& records);
 
 /// Whether two records say the same but for their times.
 bool SameButTimes(const Record& a, const Record& b);

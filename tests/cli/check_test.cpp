@@ -10,6 +10,7 @@ namespace rangegrasp {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::kSource;
 using testing_support::OwnCell;
 using testing_support::Replaced;
 using testing_support::RunProgram;
@@ -58,6 +59,29 @@ TEST_F(OwnCell, ARunThatCannotWorkIsRefusedWithAllFindings) {
   EXPECT_THAT(ran.err, HasSubstr("armature"));
   EXPECT_THAT(ran.err, HasSubstr("gravity_compensation"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// The sphere of 0.4 m has a mass of a thousandth of its water's.
+TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
+  folder_.Write("objects/ball/ball.xml",
+                "<mujoco><worldbody><body name=\"ball\"><freejoint/><geom size=\".2\" "
+                "mass=\"0.03\"/></body></worldbody></mujoco>");
+  experiment_ = Replaced(experiment_, kSource + "/models/objects", "objects");
+  experiment_ = Replaced(experiment_, "salt_cylinder", "ball");
+  const auto ran = Run();
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("ball.xml"));
+  EXPECT_THAT(ran.err, HasSubstr("cure: "));
+}
+
+// The hand that this arm attaches has other options than the arm: the engine would print and log
+// it.
+TEST_F(OwnCell, TheEngineLeavesNoLogFile) {
+  Write();
+  const std::filesystem::path log = "MUJOCO_LOG.TXT";
+  std::filesystem::remove(log);
+  EXPECT_EQ(RunProgram({"check", (folder_ / "scene.xml").string()}).err, "");
+  EXPECT_FALSE(std::filesystem::exists(log));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "cli/command.h"
 #include "core/file.h"
 
@@ -15,6 +17,23 @@ TEST(List, NamesEveryKindOfExperiment) {
   EXPECT_EQ(ran.code, 0);
   for (const char* kind : {"grasping", "seam", "parts"}) EXPECT_THAT(ran.out, HasSubstr(kind));
   EXPECT_EQ(RunProgram({"list", "nothing"}).code, 2);
+}
+
+TEST(List, TellsWhatThereIsByItsWord) {
+  const std::string overview = RunProgram({"list"}).out;
+  for (const auto& [word, one] :
+       std::map<std::string, std::string>{{"kinds", "grasping"},
+                                          {"experiments", "laser_single "},
+                                          {"objects", "Coffee Cup"},
+                                          {"surfaces", "painted_metal"},
+                                          {"scenes", "tabletop_box"},
+                                          {"sensors", "stereo_camera"},
+                                          {"additions", "perception.robust_table"}}) {
+    const auto ran = RunProgram({"list", word});
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr(one)) << word;
+    EXPECT_EQ(overview.find(ran.out) != std::string::npos, word != "additions") << word;
+  }
 }
 
 TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {

@@ -9,6 +9,7 @@
 
 #include "cli/command.h"
 #include "core/rng.h"
+#include "core/words.h"
 
 namespace rangegrasp::testing_support {
 namespace {
@@ -42,8 +43,10 @@ std::vector<Point> TableWithBox(double a, double b) {
 
 class PerceiveTest : public testing::Test {
  protected:
-  std::string Write(const std::vector<Point>& points, double unit = 1.0) const {
-    const auto file = (folder_ / "cloud.ply").string();
+  std::string Write(const std::vector<Point>& points, double unit = 1.0,
+                    const std::string& name = "cloud.ply") const {
+    const auto file = (folder_ / name).string();
+    core::MakeFolderOf(file);
     std::ofstream out(file);
     out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
         << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
@@ -143,6 +146,45 @@ TEST_F(PerceiveTest, WarnsOfAnObjectThatNoHandCouldHold) {
   };
   EXPECT_THAT(Perceive(Write(with_wall(0.7))).err, HasSubstr("larger than what a hand"));
   EXPECT_THAT(Perceive(Write(with_wall(0.5))).err, Not(HasSubstr("larger than what a hand")));
+}
+
+// One line of JSON a cloud, in the order of their names whoever is ready first; a broken one does
+// not stop the others.
+TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
+  Write(TableWithBox(0.08, 0.06), 1.0, "all/b.ply");
+  Write(Table(), 1.0, "all/c.ply");
+  std::ofstream(folder_ / "all/a.ply") << "no cloud";
+  const std::string all = (folder_ / "all").string();
+  const std::string out = (folder_ / "out").string();
+  for (const char* jobs : {"1", "3"}) {
+    const Ran ran = Perceive(all, {"--json", "--jobs", jobs, "-o", out});
+    EXPECT_EQ(ran.code, 2);
+    EXPECT_THAT(ran.err, HasSubstr("1 of 3 clouds could not be perceived"));
+    const auto lines = core::Split(ran.out, '\n');
+    ASSERT_EQ(lines.size(), 4u);  // and what follows the last newline
+    EXPECT_THAT(nlohmann::json::parse(lines[0])["error"].get<std::string>(), HasSubstr("a.ply"));
+    EXPECT_EQ(nlohmann::json::parse(lines[1])["cloud"], all + "/b.ply");
+    EXPECT_EQ(nlohmann::json::parse(lines[1])["objects"].size(), 1u);
+    EXPECT_EQ(nlohmann::json::parse(lines[2])["objects"].size(), 0u);
+    const auto written = nlohmann::json::parse(core::ReadFile(out + "/b/perceived.json"));
+    EXPECT_EQ(written, nlohmann::json::parse(lines[1]));
+  }
+  // Alone it is perceived as it is among others.
+  auto alone = nlohmann::json::parse(Perceive(all + "/b.ply", {"--json"}).out);
+  auto among = nlohmann::json::parse(core::ReadFile(out + "/b/perceived.json"));
+  alone.erase("seconds");
+  among.erase("seconds");
+  EXPECT_EQ(alone, among);
+}
+
+TEST_F(PerceiveTest, CloudsOfTheSameNameAreNotWrittenOverEachOther) {
+  const std::string one = Write(Table(), 1.0, "one/cloud.ply");
+  const std::string two = Write(Table(), 1.0, "two/cloud.ply");
+  const Ran ran = Perceive(one, {two, "-o", (folder_ / "out").string()});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("have the same name"));
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_THAT(Perceive((folder_ / "empty").string()).err, HasSubstr("without a .pcd or .ply"));
 }
 
 }  // namespace

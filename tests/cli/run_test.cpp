@@ -150,6 +150,36 @@ TEST_F(RunTest, ResumingAFinishedRunPrintsItsTable) {
   EXPECT_EQ(ran.out, reference_run_->out);
 }
 
+// More trials go on with those that are there, and end as a run that had them all at once.
+TEST_F(RunTest, MoreTrialsAreAddedToARun) {
+  ASSERT_EQ(RunInto("more", {}).code, 0);
+  const auto with_two = [](const std::string& name, const std::string& flag) {
+    return RunProgram(Arguments(name, {flag}, "2"));
+  };
+  const Ran more = with_two("more", "--resume");
+  ASSERT_EQ(more.code, 0) << more.err;
+  EXPECT_THAT(more.err, HasSubstr("2 cases in"));
+  const Ran at_once = with_two("at_once", "--overwrite");
+  ASSERT_EQ(at_once.code, 0) << at_once.err;
+  EXPECT_EQ(Rows("more"), Rows("at_once"));
+  EXPECT_EQ(Store::Open(Folder("more")).ReadStamp(), Store::Open(Folder("at_once")).ReadStamp());
+  const Ran shard = RunProgram(Arguments("more", {"--resume", "--shard", "1/2"}, "3"));
+  EXPECT_EQ(shard.code, 2);
+  EXPECT_THAT(shard.err, HasSubstr("is a shard of 4 cases"));
+}
+
+TEST_F(RunTest, AFolderWithoutACaseHoldsNoResults) {
+  Store::Create(Folder("empty"));
+  EXPECT_EQ(RunInto("empty", {}).code, 0);
+  EXPECT_EQ(Rows("empty"), Rows("single"));
+}
+
+TEST_F(RunTest, TheFolderHoldsTheExperimentFile) {
+  const std::string text = core::ReadFile(Folder("single/experiment.yaml"));
+  EXPECT_THAT(text, testing::EndsWith(core::ReadFile(kExperiment)));
+  EXPECT_THAT(text, HasSubstr("--set trials_per_object=1\n"));
+}
+
 TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
   const auto json = TableOf("single");
   ASSERT_EQ(json["rows"].size(), 2u);

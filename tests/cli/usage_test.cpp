@@ -20,9 +20,9 @@ using testing_support::TempFolder;
 
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
-const std::vector<std::string> kCommands = {"run",      "table", "trial",      "compare",   "merge",
-                                            "snapshot", "scan",  "perceive",   "cylinders", "parts",
-                                            "seam",     "list",  "completion", "version"};
+const std::vector<std::string> kCommands = {
+    "run",      "table",     "trial", "compare", "merge", "export",     "snapshot", "scan",
+    "perceive", "cylinders", "parts", "seam",    "list",  "completion", "version"};
 // Those that do something when nothing is said.
 const std::set<std::string> kNeedNothing = {"version", "list"};
 
@@ -110,6 +110,30 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
   }
 }
 
+TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
+  const std::string scene = (kSource / "scenes/tabletop.xml").string();
+  ExpectRefused({"scan", scene, "-o", "s.xyz"}, "s.xyz: its name must end with .pcd or .ply");
+  ExpectRefused({"snapshot", scene, "-o", "s.jpg"}, "s.jpg: its name must end with .png");
+}
+
+// `rangegrasp list keys | true`: whoever reads has gone before the first line is written.
+TEST(Output, AReaderThatHasSeenEnoughIsNoError) {
+  const TempFolder folder;
+  const std::string script = "{ " RANGEGRASP_BINARY " list keys 2>" + (folder / "err").string() +
+                             "; echo $? >" + (folder / "code").string() + "; } | true";
+  ASSERT_EQ(std::system(script.c_str()), 0);
+  while (!std::filesystem::exists(folder / "code")) usleep(1000);
+  EXPECT_EQ(core::ReadFile(folder / "code"), "0\n");
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "err"));
+}
+
+TEST(Version, IsAnOptionToo) {
+  const Ran ran = RunProgram({"--version"});
+  EXPECT_EQ(ran.code, 0);
+  const auto json = nlohmann::json::parse(RunProgram({"version", "--json"}).out);
+  EXPECT_EQ(ran.out, "rangegrasp " + json["rangegrasp"].get<std::string>() + "\n");
+}
+
 TEST(Version, IsJsonThatNamesTheProgramAndItsLibraries) {
   const Ran ran = RunProgram({"version", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
@@ -147,12 +171,12 @@ TEST_F(BadInputTest, ABadExperimentIsNamedWithFileAndLine) {
   const std::string typo = Experiment(Tabletop());
   folder_.Write("experiments/e.yaml",
                 core::ReadFile(folder_ / "experiments/e.yaml") + "trails_per_object: 3\n");
-  for (const char* command : {"run", "scan", "snapshot"}) {
-    std::vector<std::string> arguments = {command, typo};
-    if (command != std::string("run")) arguments.insert(arguments.end(), {"-o", Out()});
-    ExpectRefused(arguments, typo + ":5: unknown key 'trails_per_object'");
+  for (const auto& [command, out] :
+       {std::pair{"run", "out"}, {"scan", "out.pcd"}, {"snapshot", "out.png"}}) {
+    ExpectRefused({command, typo, "-o", (folder_ / out).string()},
+                  typo + ":5: unknown key 'trails_per_object'");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / out));
   }
-  EXPECT_FALSE(std::filesystem::exists(Out()));
 }
 
 TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
@@ -166,7 +190,7 @@ TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
     ExpectRefused({"snapshot", scene, "-o", (folder_ / "a.png").string()}, scene);
     ExpectRefused({"scan", scene, "-o", (folder_ / "a.pcd").string()}, scene);
   }
-  ExpectRefused({"snapshot", (folder_ / "none.xml").string(), "-o", Out()}, "none.xml");
+  ExpectRefused({"snapshot", (folder_ / "none.xml").string(), "-o", "a.png"}, "none.xml");
 }
 
 TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {

@@ -32,6 +32,19 @@ int Count(const mjModel& m, mjtObj type) {
   }
 }
 
+// While one lives, the engine neither prints warnings nor leaves a log file: a scene's are told by
+// who compiles it to simulate it.
+class QuietEngine {
+ public:
+  QuietEngine() : before_(mju_setLogHandler([](const mjLogMessage*) {})) {}
+  ~QuietEngine() { mju_setLogHandler(before_); }
+  QuietEngine(const QuietEngine&) = delete;
+  QuietEngine& operator=(const QuietEngine&) = delete;
+
+ private:
+  mjfLogHandler before_;
+};
+
 geometry::Shape::Kind KindOf(int type) {
   using Kind = geometry::Shape::Kind;
   switch (type) {
@@ -92,7 +105,10 @@ Mjcf::Mjcf(const std::filesystem::path& file)
   std::array<char, 1000> text{};
   // Of a relative path the engine loses what an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
-  model_.reset(mj_loadXML(path.c_str(), nullptr, text.data(), static_cast<int>(text.size())));
+  {
+    const QuietEngine quiet;
+    model_.reset(mj_loadXML(path.c_str(), nullptr, text.data(), static_cast<int>(text.size())));
+  }
   if (!model_) throw core::InputError(file.string() + ": " + text.data());
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());

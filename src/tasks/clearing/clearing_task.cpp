@@ -112,7 +112,7 @@ const experiment::TaskKind& ClearingTask() {
       .uses_seed = true,
       .success = kCleared,
       .read = Read,
-      .check = [](core::YamlMap& map) { return grasping::CheckScene(ReadOptions(map).grasping); },
+      .check = [](core::YamlMap& map) { return grasping::CheckModels(ReadOptions(map).grasping); },
       .read_keys =
           [](core::YamlMap& map) {
             ClearingOptions options;

@@ -197,7 +197,7 @@ const experiment::TaskKind& DemoTask() {
       .uses_seed = true,
       .success = kHandedOver,
       .read = Read,
-      .check = [](core::YamlMap& map) { return grasping::CheckScene(ReadOptions(map).grasping); },
+      .check = [](core::YamlMap& map) { return grasping::CheckModels(ReadOptions(map).grasping); },
       .read_keys =
           [](core::YamlMap& map) {
             DemoOptions options;

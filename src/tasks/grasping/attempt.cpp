@@ -168,6 +168,7 @@ class AttemptRun {
       result_.blind = move.blind;
       result_.brushes = move.brushes;
       if (!move.plan) return End(Outcome::kNoPath, move.failures);
+      result_.executed.push_back(move.grasp);
       Execute(*move.plan, known.grasps[move.grasp], noise, last);
       const auto& met_W = result_.log->met_W;
       if (met_W.empty() || !result_.log->audit.failed.empty()) return;

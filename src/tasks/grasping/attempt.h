@@ -75,6 +75,9 @@ struct Attempt {
   bool blind = false;                         ///< Move
   bool brushes = false;                       ///< Move
   std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
+  /// Positions in the detection's grasps of those that were executed, in turn: all but the last met
+  /// something and went back.
+  std::vector<std::size_t> executed;
   std::optional<sim::ExecutionLog> log;
   OthersVerdict others;
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage

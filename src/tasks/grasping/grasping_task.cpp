@@ -87,7 +87,7 @@ const experiment::TaskKind& GraspingTask() {
       .success = "delivered",
       .stops_when_hopeless = true,
       .read = Read,
-      .check = [](core::YamlMap& map) { return CheckScene(ReadOptions(map)); },
+      .check = [](core::YamlMap& map) { return CheckModels(ReadOptions(map)); },
       .read_keys = [](core::YamlMap& map) { ReadOptions(map); },
       .report = ReportOf};
   return kind;

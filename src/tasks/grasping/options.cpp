@@ -14,6 +14,7 @@
 #include "core/hash.h"
 #include "core/units.h"
 #include "core/words.h"
+#include "sim/check_object.h"
 #include "sim/surfaces.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -354,8 +355,17 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   }
 }
 
-std::vector<core::Finding> CheckScene(const Options& options) {
-  return check::CheckModel(options.scene, check::Kind::kScene);
+std::vector<core::Finding> CheckModels(const Options& options) {
+  auto findings = check::CheckModel(options.scene, check::Kind::kScene);
+  sim::ObjectBounds bounds;
+  bounds.min_tipping_rad = options.min_tipping_rad;
+  for (const std::string& object : AllObjects(options)) {
+    const sim::ObjectModel model = ObjectModelOf(options, object);
+    if (!std::filesystem::is_regular_file(model.mjcf)) continue;  // CheckObjects names the nearest
+    const auto found = sim::CheckObject(model, bounds);
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return findings;
 }
 
 std::string SceneHash(const Options& options) {

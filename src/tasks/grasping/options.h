@@ -161,8 +161,8 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 /// Checks that every object is there. @throws core::InputError
 void CheckObjects(const core::YamlMap& map, const Options& options);
 
-/// What is wrong with the scene, its arm and its hand (check/check.h).
-std::vector<core::Finding> CheckScene(const Options& options);
+/// What is wrong with the scene, its arm and its hand (check/check.h), and with the objects.
+std::vector<core::Finding> CheckModels(const Options& options);
 
 /// A hash over the scene, the models that it and the objects refer to, and the sensor.
 std::string SceneHash(const Options& options);

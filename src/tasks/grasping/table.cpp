@@ -113,6 +113,16 @@ void AddPublished(const std::map<std::string, Published>& published, const std::
   row.published_delivered = Rounded(*row.published_grasp_rate * row.published_detected);
 }
 
+// The published overall is that of all published rows: a run of some of them is not compared with
+// it.
+bool HasAllRows(const std::map<std::string, Published>& published, const std::vector<Row>& rows) {
+  return std::all_of(published.begin(), published.end(), [&](const auto& one) {
+    return one.first == "overall" || std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
+             return row.title == one.first;
+           });
+  });
+}
+
 void Compare(Row& row) {
   if (!row.published_trials) return;
   row.detection_p_below = experiment::FisherExactLower(
@@ -177,7 +187,7 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
   for (const Record& record : records) Count(record, table.overall);
   table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
   table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
-  AddPublished(published, "overall", table.overall);
+  if (HasAllRows(published, table.rows)) AddPublished(published, "overall", table.overall);
   ComparePooled(table);
   table.pooled_detection_rate = RateOf(table.overall.detected, table.overall.trials);
   table.pooled_grasp_rate = RateOf(table.overall.delivered, table.overall.detected);
@@ -277,6 +287,13 @@ std::string TimesLine(const Table& table) {
   return line;
 }
 
+// Wilson's, of k of n; nothing for n = 0.
+std::pair<Rate, Rate> Interval(int k, int n) {
+  if (n == 0) return {};
+  const auto [low, high] = experiment::WilsonInterval(k, n);
+  return {low, high};
+}
+
 Grid CsvGridOf(const Table& table) {
   Grid grid;
   grid.header = {"object",
@@ -285,15 +302,23 @@ Grid CsvGridOf(const Table& table) {
                  "detected",
                  "delivered",
                  "detection_rate",
+                 "detection_low",
+                 "detection_high",
                  "grasp_rate",
+                 "grasp_low",
+                 "grasp_high",
                  "published_detection_rate",
-                 "published_grasp_rate"};
+                 "published_grasp_rate",
+                 "failures"};
   const auto cell = [](const Rate& rate) { return rate ? Fixed(*rate, 4) : std::string(); };
   const auto add = [&](const Row& row) {
-    grid.rows.push_back({row.object, row.title, fmt::format("{}", row.trials),
-                         fmt::format("{}", row.detected), fmt::format("{}", row.delivered),
-                         cell(row.detection_rate), cell(row.grasp_rate),
-                         cell(row.published_detection_rate), cell(row.published_grasp_rate)});
+    const auto [detection_low, detection_high] = Interval(row.detected, row.trials);
+    const auto [grasp_low, grasp_high] = Interval(row.delivered, row.detected);
+    grid.rows.push_back(
+        {row.object, row.title, fmt::format("{}", row.trials), fmt::format("{}", row.detected),
+         fmt::format("{}", row.delivered), cell(row.detection_rate), cell(detection_low),
+         cell(detection_high), cell(row.grasp_rate), cell(grasp_low), cell(grasp_high),
+         cell(row.published_detection_rate), cell(row.published_grasp_rate), Failures(row)});
   };
   for (const Row& row : table.rows) add(row);
   add(table.overall);
@@ -303,9 +328,8 @@ Grid CsvGridOf(const Table& table) {
 ordered_json Json(const Rate& rate) { return rate ? ordered_json(*rate) : ordered_json(nullptr); }
 
 ordered_json IntervalJson(int k, int n) {
-  if (n == 0) return nullptr;
-  const auto [low, high] = experiment::WilsonInterval(k, n);
-  return {low, high};
+  const auto [low, high] = Interval(k, n);
+  return low ? ordered_json{*low, *high} : ordered_json(nullptr);
 }
 
 ordered_json RowJson(const Table& table, const Row& row) {

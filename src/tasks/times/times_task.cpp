@@ -171,7 +171,7 @@ const experiment::TaskKind& TimesTask() {
       .uses_seed = true,
       .success = {},
       .read = Read,
-      .check = [](core::YamlMap& map) { return grasping::CheckScene(ReadOptions(map).grasping); },
+      .check = [](core::YamlMap& map) { return grasping::CheckModels(ReadOptions(map).grasping); },
       .read_keys =
           [](core::YamlMap& map) {
             Options options;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/csv.h"
 #include "core/error.h"
 #include "core/words.h"
 #include "experiment/format.h"
@@ -83,6 +84,27 @@ TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
   const auto [low, high] = experiment::WilsonInterval(2, 3);
   EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][0].get<double>(), low);
   EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][1].get<double>(), high);
+}
+
+// As numbers of their own columns, for who makes figures of them.
+TEST_F(TableTest, TheCsvHasIntervalsAndFailures) {
+  const auto csv = core::CsvTable::Parse(
+      experiment::Format(ReportOf(stamp_, results_), stamp_, experiment::TableFormat::kCsv), "csv");
+  const auto [low, high] = experiment::WilsonInterval(2, 3);
+  EXPECT_NEAR(csv.Number(0, csv.Column("grasp_low")), low, 5e-5);
+  EXPECT_NEAR(csv.Number(0, csv.Column("grasp_high")), high, 5e-5);
+  EXPECT_EQ(csv.Cell(0, csv.Column("failures")), "dropped 1, not_segmented 1");
+  EXPECT_EQ(csv.Cell(2, csv.Column("detection_low")), "");  // never tried
+}
+
+// The published overall is a mean over all published rows.
+TEST_F(TableTest, ARunOfSomeObjectsIsNotComparedWithTheOverallOfAll) {
+  auto some = stamp_;
+  some.data["reference"] += "2,Bowl,50,50\n";
+  const Table table = BuildTable(some, results_);
+  EXPECT_FALSE(table.overall.published_detection_rate);
+  EXPECT_FALSE(table.overall.published_grasp_rate);
+  EXPECT_TRUE(table.rows[0].published_detection_rate);
 }
 
 TEST_F(TableTest, TheAuditsFiguresAreTheLargestOfAllTrials) {

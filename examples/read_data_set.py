@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Reads what `rangegrasp export RESULTS -o FOLDER --clouds` wrote, with numpy and the standard library alone.
+
+    python3 examples/read_data_set.py FOLDER
+
+prints, for each cloud, how many samples each object has, and how the grasps that were tried ended.
+"""
+import json
+import pathlib
+import sys
+
+import numpy as np
+
+MEASURED = 0  # of the field "state"; the others are shadows, dropouts and what lies out of view
+DTYPES = {("F", "4"): "<f4", ("F", "8"): "<f8", ("U", "4"): "<u4", ("U", "1"): "u1", ("I", "4"): "<i4"}
+
+
+def read_pcd(file):
+    """A binary PCD as a structured array of rows x columns: x, y, z [m], label, state."""
+    data = pathlib.Path(file).read_bytes()
+    start = data.index(b"DATA binary\n") + len(b"DATA binary\n")
+    header = dict(line.split(" ", 1) for line in data[:start].decode().splitlines() if not line.startswith("#"))
+    kinds = zip(header["TYPE"].split(), header["SIZE"].split())
+    dtype = [(name, DTYPES[kind]) for name, kind in zip(header["FIELDS"].split(), kinds)]
+    points = np.frombuffer(data, dtype, count=int(header["POINTS"]), offset=start)
+    return points.reshape(int(header["HEIGHT"]), int(header["WIDTH"]))
+
+
+def pose(numbers):
+    """A pose X_AB of annotations.json as a 4 x 4 array: it takes points of B to A."""
+    return np.array(numbers).reshape(4, 4)
+
+
+def main(folder):
+    folder = pathlib.Path(folder)
+    data = json.loads((folder / "annotations.json").read_text())
+    for cloud in data["clouds"]:
+        points = read_pcd(folder / cloud["file_name"])
+        points = points[points["state"] == MEASURED]
+        print(f"{cloud['case']}: {cloud['outcome']}, {len(points)} samples")
+        for thing in (a for a in data["annotations"] if a["cloud_id"] == cloud["id"]):
+            mine = points[points["label"] == thing["label"]]
+            xyz_W = np.stack([mine["x"], mine["y"], mine["z"]], axis=1)
+            xyz_O = (xyz_W - pose(thing["X_WO"])[:3, 3]) @ pose(thing["X_WO"])[:3, :3]
+            size_mm = 1000 * np.ptp(xyz_O, axis=0) if len(mine) else np.zeros(3)
+            print(f"  {thing['name']}: {len(mine)} samples, seen {size_mm[0]:.0f} x {size_mm[1]:.0f} x "
+                  f"{size_mm[2]:.0f} mm" + (", the target" if thing["target"] else ""))
+        grasps = [g for g in data["grasps"] if g["cloud_id"] == cloud["id"]]
+        tried = [g["outcome"] for g in grasps if g["outcome"]]
+        print(f"  {len(grasps)} grasps, {sum(not g['collides'] for g in grasps)} free, tried: {', '.join(tried) or 'none'}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])
