@@ -22,6 +22,7 @@ void AddResultsCommands(CLI::App& app);         ///< table, trial, compare, merg
 void AddRunCommand(CLI::App& app);              ///< run
 void AddSeamCommands(CLI::App& app);            ///< seam generate, calibrate, detect
 void AddShellCommands(CLI::App& app);           ///< completion, man
+void AddSlurmCommands(CLI::App& app);           ///< submit, status
 void AddStereoCommand(CLI::App& app);           ///< stereo
 void AddVersionCommand(CLI::App& app);          ///< version
 

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <set>
 
 #include "cli/commands.h"
 #include "cli/output.h"
@@ -11,6 +10,7 @@
 #include "core/error.h"
 #include "experiment/compare.h"
 #include "experiment/experiment.h"
+#include "experiment/merge.h"
 #include "experiment/results.h"
 #include "experiment/store.h"
 #include "tasks/kinds.h"
@@ -121,46 +121,29 @@ void AddCompare(CLI::App& app) {
 
 // ---- merge ----
 
-void Merge(const std::vector<std::string>& folders, const std::string& out) {
-  if (Store::Exists(out)) {
-    throw core::InputError(out + ": holds results already; name a new folder");
-  }
-  const Stamp stamp = Store::Open(folders.front()).ReadStamp();
-  const auto expected = std::stoull(experiment::Need(stamp.identity, "cases"));
-  std::set<std::string> ids;
-  std::vector<Record> all;
-  for (const std::string& folder : folders) {
-    const Store shard = Store::Open(folder);
-    CheckSameRun(shard.ReadStamp(), stamp, folder);
-    for (Record& record : shard.ReadAll()) {
-      if (!ids.insert(record.which.id).second) {
-        throw core::InputError(folder + ": case " + record.which.id +
-                               " is in another of the folders too");
-      }
-      all.push_back(std::move(record));
-    }
-  }
+void Merge(const std::vector<std::string>& folders, const std::string& out, bool complete) {
+  const auto merged = experiment::Merge({folders.begin(), folders.end()}, out, complete);
+  const bool all = merged.cases == merged.expected;
+  if (all || !complete) spdlog::info("{} folders joined in {}", folders.size(), out);
+  if (all) return;
   // A shard that was forgotten, or whose run was killed.
-  if (all.size() < expected) {
-    spdlog::warn("{} of the experiment's {} cases are in these folders; is a shard missing?",
-                 all.size(), expected);
-  }
-  Store merged = Store::Create(out);
-  merged.WriteStamp(stamp);
-  for (const Record& record : all) merged.Write(record);
+  const std::string missing =
+      fmt::format("{} of the experiment's {} cases are in these folders; is a shard missing?",
+                  merged.cases, merged.expected);
+  if (complete) throw core::RunError(out + ": not written: " + missing);
+  spdlog::warn(missing);
 }
 
 void AddMerge(CLI::App& app) {
   auto* command = app.add_subcommand("merge", "Join the results of shards into one folder.");
   auto folders = std::make_shared<std::vector<std::string>>();
   auto out = std::make_shared<std::string>();
+  auto complete = std::make_shared<bool>(false);
   command->add_option("folders", *folders, "results folders")->required();
   command->add_option("-o,--out", *out, "new results folder")->required();
+  command->add_flag("--complete", *complete, "write nothing unless all cases are there");
   command->footer("Example: rangegrasp merge results/shard1 results/shard2 -o results/all");
-  command->callback([folders, out] {
-    Merge(*folders, *out);
-    spdlog::info("{} folders joined in {}", folders->size(), *out);
-  });
+  command->callback([folders, out, complete] { Merge(*folders, *out, *complete); });
 }
 
 }  // namespace

@@ -57,15 +57,15 @@ std::pair<int, int> ParseShard(const std::string& text) {
 Store OpenForRun(const std::filesystem::path& folder, const RunArguments& arguments,
                  const Experiment& e) {
   if (arguments.overwrite && Store::Exists(folder)) Store::Remove(folder);
+  Store store = Store::Create(folder);
   Stamp stamp = e.stamp;
   // What was killed or refused before its first case left nothing to go on with.
-  if (Store::Exists(folder) && Store::Open(folder).Count() > 0) {
+  if (store.Count() > 0) {
     if (!arguments.resume) {
       throw core::InputError(folder.string() +
                              ": holds results already; --resume goes on with them, "
                              "--overwrite starts anew, --out DIR writes elsewhere");
     }
-    Store store = Store::Create(folder);
     const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
     if (ParseShard(arguments.shard).second > 1 && before != e.stamp.identity.at("cases")) {
       throw core::InputError(folder.string() + ": is a shard of " + before +
@@ -78,7 +78,6 @@ Store OpenForRun(const std::filesystem::path& folder, const RunArguments& argume
                    stamp.build.at("commit"), stamp.build.at("resumed_with"));
     }
   }
-  Store store = Store::Create(folder);
   store.WriteStamp(stamp);
   WriteResult(experiment::FileAsRun(stamp), folder / "experiment.yaml");
   return store;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <set>
 
 #include "experiment/internal/worker.h"
 
@@ -22,8 +21,7 @@ std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards)
 }
 
 std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store) {
-  std::set<std::string> done;
-  for (const Record& record : store.ReadAll()) done.insert(record.which.id);
+  const auto done = store.Ids();
   std::vector<Case> missing;
   std::copy_if(cases.begin(), cases.end(), std::back_inserter(missing),
                [&](const Case& c) { return !done.contains(c.id); });

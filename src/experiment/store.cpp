@@ -3,7 +3,7 @@
 #include <sqlite3.h>
 
 #include <functional>
-#include <map>
+#include <unordered_map>
 #include <utility>
 
 #include "core/error.h"
@@ -22,6 +22,16 @@ constexpr const char* kSchema = R"(
     seconds REAL NOT NULL, PRIMARY KEY(id, position)) WITHOUT ROWID;
 )";
 constexpr const char* kFile = "results.sqlite";
+constexpr const char* kUnfinished = "results.sqlite.unfinished";  // of WriteWhole
+constexpr const char* kInsertCase = "INSERT OR REPLACE INTO cases VALUES(?,?,?,?,?,?,?,?,?)";
+constexpr const char* kInsertSeconds = "INSERT INTO seconds VALUES(?,?,?,?)";
+constexpr const char* kSelectCases =
+    "SELECT id, case_group, seed, params, position, outcome, stage, detail, data FROM cases ";
+// While a run writes a row at a time, every page that a row touches goes to the log.
+constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
+// What is written at once needs no log. A row holds about 3 KB: in pages of the default 4 KB each
+// would need an overflow page of its own.
+constexpr const char* kWritten = "PRAGMA page_size=32768; PRAGMA journal_mode=OFF";
 // Parts of a stamp.
 constexpr const char* kIdentity = "identity";
 constexpr const char* kBuild = "build";
@@ -77,6 +87,11 @@ class Statement {
     return *this;
   }
   int Step() { return sqlite3_step(statement_); }
+  /// To be bound and run again.
+  void Reset() {
+    sqlite3_reset(statement_);
+    bound_ = 0;
+  }
   std::string Text(int column) const {
     const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
     if (!text) return "";
@@ -90,6 +105,12 @@ class Statement {
   int bound_ = 0;
   bool ok_ = false;
 };
+
+// A row of kSelectCases, without times.
+Record RecordFrom(const Statement& row) {
+  return {{row.Text(0), row.Text(1), std::stoull(row.Text(2)), row.Text(3), row.Int(4)},
+          {row.Text(5), row.Text(6), row.Text(7), row.Text(8), {}}};
+}
 
 std::filesystem::path FileIn(const std::filesystem::path& folder) { return folder / kFile; }
 
@@ -107,6 +128,11 @@ bool Store::Exists(const std::filesystem::path& folder) {
 }
 
 Store Store::Create(const std::filesystem::path& folder) {
+  return CreateFile(folder, kFile, kGrowing);
+}
+
+Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
+                        const char* pragmas) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -114,13 +140,13 @@ Store Store::Create(const std::filesystem::path& folder) {
                            ": the output folder cannot be made: " + error.message());
   }
   auto impl = std::make_unique<Impl>();
-  impl->file = FileIn(folder);
+  impl->file = folder / name;
   if (sqlite3_open(impl->file.c_str(), &impl->db) != SQLITE_OK) {
     throw core::InputError(impl->file.string() +
                            ": cannot be written: " + sqlite3_errmsg(impl->db));
   }
   sqlite3_busy_timeout(impl->db, kBusy_ms);
-  for (const char* sql : {"PRAGMA journal_mode=WAL", "PRAGMA synchronous=NORMAL", kSchema}) {
+  for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
     if (sqlite3_exec(impl->db, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
     throw core::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->db) +
                            " (a writable folder with free space is needed)");
@@ -148,6 +174,16 @@ void Store::Remove(const std::filesystem::path& folder) {
     std::filesystem::remove(folder / (std::string(kFile) + ending));
   }
 }
+
+namespace {
+
+void BindCase(const Record& record, Statement& insert) {
+  const auto& [c, r] = record;
+  insert.Bind(c.id).Bind(c.position).Bind(c.group).Bind(std::to_string(c.seed)).Bind(c.params);
+  insert.Bind(r.outcome).Bind(r.stage).Bind(r.detail).Bind(r.data);
+}
+
+}  // namespace
 
 void Store::Impl::Transaction(const std::function<void()>& write) const {
   Run("BEGIN IMMEDIATE");
@@ -195,30 +231,25 @@ Stamp Store::ReadStamp() const {
 void Store::Write(const Record& record) {
   const auto& [c, r] = record;
   impl_->Transaction([&] {
-    impl_->Insert("INSERT OR REPLACE INTO cases VALUES(?,?,?,?,?,?,?,?,?)", c.id, c.position,
-                  c.group, std::to_string(c.seed), c.params, r.outcome, r.stage, r.detail, r.data);
+    impl_->Insert(kInsertCase, c.id, c.position, c.group, std::to_string(c.seed), c.params,
+                  r.outcome, r.stage, r.detail, r.data);
     impl_->Insert("DELETE FROM seconds WHERE id = ?", c.id);
     for (std::size_t i = 0; i < r.seconds.size(); ++i) {
-      impl_->Insert("INSERT INTO seconds VALUES(?,?,?,?)", c.id, static_cast<int>(i),
-                    r.seconds[i].first, r.seconds[i].second);
+      impl_->Insert(kInsertSeconds, c.id, static_cast<int>(i), r.seconds[i].first,
+                    r.seconds[i].second);
     }
   });
 }
 
 std::vector<Record> Store::ReadAll() const {
   std::vector<Record> records;
-  std::map<std::string, std::size_t> by_id;
-  Statement select(
-      impl_->db,
-      "SELECT id, case_group, seed, params, position, outcome, stage, detail, data FROM cases "
-      "ORDER BY position, id");
+  std::unordered_map<std::string, std::size_t> by_id;
+  Statement select(impl_->db, (std::string(kSelectCases) + "ORDER BY position, id").c_str());
   if (!select.ok()) impl_->Fail();
   int code = SQLITE_DONE;
   while ((code = select.Step()) == SQLITE_ROW) {
     by_id.emplace(select.Text(0), records.size());
-    records.push_back({{select.Text(0), select.Text(1), std::stoull(select.Text(2)), select.Text(3),
-                        select.Int(4)},
-                       {select.Text(5), select.Text(6), select.Text(7), select.Text(8), {}}});
+    records.push_back(RecordFrom(select));
   }
   if (code != SQLITE_DONE) impl_->Fail();
   Statement times(impl_->db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position");
@@ -232,10 +263,83 @@ std::vector<Record> Store::ReadAll() const {
   return records;
 }
 
+struct Store::Cursor::Impl {
+  const Store::Impl& store;
+  Statement cases, times;
+  bool times_left = false;
+
+  explicit Impl(const Store::Impl& s)
+      : store(s),
+        cases(s.db, (std::string(kSelectCases) + "ORDER BY id").c_str()),
+        times(s.db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position") {
+    if (!cases.ok() || !times.ok()) store.Fail();
+    times_left = times.Step() == SQLITE_ROW;
+  }
+};
+
+Store::Cursor::Cursor(const Store& store) : impl_(std::make_unique<Impl>(*store.impl_)) {}
+Store::Cursor::~Cursor() = default;
+Store::Cursor::Cursor(Cursor&&) noexcept = default;
+
+std::optional<Record> Store::Cursor::Next() {
+  auto& [store, cases, times, times_left] = *impl_;
+  const int code = cases.Step();
+  if (code == SQLITE_DONE) return std::nullopt;
+  if (code != SQLITE_ROW) store.Fail();
+  Record record = RecordFrom(cases);
+  while (times_left && times.Text(0) <= record.which.id) {
+    if (times.Text(0) == record.which.id) {
+      record.result.seconds.emplace_back(times.Text(1), times.Double(2));
+    }
+    times_left = times.Step() == SQLITE_ROW;
+  }
+  return record;
+}
+
+void Store::WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
+                       const std::function<std::optional<Record>()>& next) {
+  const auto unfinished = folder / kUnfinished;
+  try {
+    Store store = CreateFile(folder, kUnfinished, kWritten);
+    store.WriteStamp(stamp);
+    sqlite3* const db = store.impl_->db;
+    store.impl_->Run("BEGIN");
+    Statement insert_case(db, kInsertCase);
+    Statement insert_seconds(db, kInsertSeconds);
+    if (!insert_case.ok() || !insert_seconds.ok()) store.impl_->Fail();
+    while (const auto record = next()) {
+      insert_case.Reset();
+      BindCase(*record, insert_case);
+      if (insert_case.Step() != SQLITE_DONE) store.impl_->Fail();
+      for (std::size_t i = 0; i < record->result.seconds.size(); ++i) {
+        const auto& [stage, seconds] = record->result.seconds[i];
+        insert_seconds.Reset();
+        insert_seconds.Bind(record->which.id).Bind(static_cast<int>(i)).Bind(stage).Bind(seconds);
+        if (insert_seconds.Step() != SQLITE_DONE) store.impl_->Fail();
+      }
+    }
+    store.impl_->Run("COMMIT");
+  } catch (...) {
+    std::error_code error;
+    std::filesystem::remove(unfinished, error);
+    std::filesystem::remove(folder, error);  // where nothing else is in it
+    throw;
+  }
+  std::filesystem::rename(unfinished, FileIn(folder));
+}
+
 int Store::Count() const {
   Statement select(impl_->db, "SELECT COUNT(*) FROM cases");
   if (!select.ok() || select.Step() != SQLITE_ROW) impl_->Fail();
   return select.Int(0);
+}
+
+std::unordered_set<std::string> Store::Ids() const {
+  std::unordered_set<std::string> ids;
+  Statement select(impl_->db, "SELECT id FROM cases");
+  if (!select.ok()) impl_->Fail();
+  while (select.Step() == SQLITE_ROW) ids.insert(select.Text(0));
+  return ids;
 }
 
 }  // namespace rangegrasp::experiment

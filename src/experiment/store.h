@@ -1,7 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "experiment/record.h"
@@ -37,11 +41,34 @@ class Store {
   void Write(const Record& record);
   /// All records, in the order of their cases' positions.
   std::vector<Record> ReadAll() const;
-  /// How many there are.
+  /// How many there are, and the ids of their cases.
   int Count() const;
+  std::unordered_set<std::string> Ids() const;
+
+  /// All records in the ascending order of their ids, one at a time: for more than memory holds.
+  class Cursor {
+   public:
+    explicit Cursor(const Store& store);  ///< which must outlive it
+    ~Cursor();
+    Cursor(Cursor&&) noexcept;
+    std::optional<Record> Next();
+
+   private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+  };
+
+  /// Writes results of which all records are there already into a folder without results, in one
+  /// step: a program that is killed meanwhile leaves none.
+  /// @param next  gives a record each time it is called, in the ascending order of their ids; then
+  ///              nullopt. What it throws is passed on, and nothing is written.
+  static void WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
+                         const std::function<std::optional<Record>()>& next);
 
  private:
   struct Impl;
+  static Store CreateFile(const std::filesystem::path& folder, const char* name,
+                          const char* pragmas);
   explicit Store(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

@@ -21,8 +21,9 @@ using testing_support::TempFolder;
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
 const std::vector<std::string> kCommands = {
-    "run",      "table",     "trial", "compare", "merge", "export",     "snapshot", "scan",
-    "perceive", "cylinders", "parts", "seam",    "list",  "completion", "version"};
+    "run",    "table",  "trial",    "compare",    "merge",    "export",
+    "submit", "status", "snapshot", "scan",       "perceive", "cylinders",
+    "parts",  "seam",   "list",     "completion", "version"};
 // Those that do something when nothing is said.
 const std::set<std::string> kNeedNothing = {"version", "list"};
 

@@ -1,0 +1,304 @@
+// `submit` and `status`: a run shared out over a Slurm cluster.
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "core/data_folder.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/words.h"
+#include "experiment/experiment.h"
+#include "experiment/runner.h"
+#include "experiment/slurm.h"
+#include "experiment/store.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Case;
+using experiment::Queue;
+using experiment::Store;
+using experiment::Submission;
+
+struct SubmitArguments {
+  std::string experiment, out, groups;
+  experiment::Changes changes;
+  int tasks = 0;
+};
+
+struct Printed {
+  int code = 0;
+  std::string out;
+};
+
+// Of a program that is looked for on the PATH; what it says on stderr goes to ours.
+Printed Call(const std::vector<std::string>& words) {
+  std::string command;
+  for (const std::string& word : words) command += experiment::ShellQuoted(word) + " ";
+  FILE* const pipe = popen(command.c_str(), "r");
+  if (!pipe) throw core::RunError(words.front() + ": could not be started");
+  Printed printed;
+  char buffer[4096];
+  for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof(buffer), pipe)) > 0;) {
+    printed.out.append(buffer, n);
+  }
+  const int status = pclose(pipe);
+  printed.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return printed;
+}
+
+bool HasSlurm() { return std::system("command -v sbatch >/dev/null 2>&1") == 0; }
+
+// The arrays of a folder that wait or run.
+Queue QueueOf(const std::string& job_name) {
+  const Printed printed =
+      Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"});
+  if (printed.code != 0) {
+    throw core::RunError("squeue ended with code " + std::to_string(printed.code) +
+                         ": does Slurm run here?");
+  }
+  return experiment::ParseQueue(printed.out);
+}
+
+// @return the job's id
+std::string Sbatch(std::vector<std::string> words) {
+  words.insert(words.begin(), {"sbatch", "--parsable"});
+  const Printed printed = Call(words);
+  if (printed.code != 0) {
+    throw core::RunError("sbatch ended with code " + std::to_string(printed.code) +
+                         "; nothing more was submitted");
+  }
+  const std::string id = printed.out.substr(0, printed.out.find_first_of(";\n"));
+  return id;
+}
+
+// How far a shard is.
+struct Shard {
+  int task = 0;
+  std::size_t done = 0, cases = 0;
+  std::string queued;  // its state in the queue; empty if it is not there
+
+  bool Complete() const { return done == cases; }
+};
+
+experiment::Changes ChangesOf(const Submission& submission) {
+  experiment::Changes changes;
+  for (std::size_t i = 0; i + 1 < submission.run.size(); i += 2) {
+    const std::string& option = submission.run[i];
+    const std::string& value = submission.run[i + 1];
+    if (option == "--set") changes.set.push_back(value);
+    if (option == "--trials") changes.trials = std::stoi(value);
+    if (option == "--seed") changes.seed = std::stoull(value);
+    if (option == "--objects") changes.groups = core::Split(value, ',');
+  }
+  return changes;
+}
+
+// A store that a full disk left unfinished holds none: `run` begins it anew.
+std::size_t CasesIn(const std::filesystem::path& folder) {
+  try {
+    return static_cast<std::size_t>(Store::Open(folder).Count());
+  } catch (const core::InputError&) {
+    return 0;
+  }
+}
+
+std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
+  const auto e =
+      experiment::OpenExperiment(submission.experiment, tasks::AllKinds(), ChangesOf(submission));
+  std::vector<Shard> shards;
+  for (int task = 1; task <= submission.tasks; ++task) {
+    Shard shard{task, 0, ShardOf(e.cases, task, submission.tasks).size(), ""};
+    const auto folder = submission.ShardFolder(task);
+    if (Store::Exists(folder)) shard.done = CasesIn(folder);
+    const auto queued = queue.state_of_task.find(task);
+    if (queued != queue.state_of_task.end()) shard.queued = queued->second;
+    shards.push_back(shard);
+  }
+  return shards;
+}
+
+// The same submission as before, or a folder in which there was none.
+void CheckSame(const Submission& submission) {
+  if (!experiment::HasSubmission(submission.folder)) {
+    if (!Store::Exists(submission.folder)) return;
+    throw core::InputError(submission.folder.string() +
+                           ": holds results already; --out DIR names another folder");
+  }
+  const Submission before = experiment::ReadSubmission(submission.folder);
+  if (before.experiment == submission.experiment && before.run == submission.run &&
+      before.tasks == submission.tasks) {
+    return;
+  }
+  throw core::InputError(fmt::format(
+      "{}: was submitted as {} {} --tasks {}; the same again submits what is missing, --out DIR "
+      "names another folder",
+      submission.folder.string(), before.experiment.string(), core::Join(before.run, " "),
+      before.tasks));
+}
+
+Submission SubmissionFrom(const SubmitArguments& arguments) {
+  const auto& changes = arguments.changes;
+  Submission submission;
+  submission.experiment = std::filesystem::weakly_canonical(
+      std::filesystem::absolute(core::FindExperiment(arguments.experiment)));
+  submission.tasks = arguments.tasks;
+  const auto add = [&](const char* option, const std::string& value) {
+    submission.run.insert(submission.run.end(), {option, value});
+  };
+  if (changes.trials) add("--trials", std::to_string(*changes.trials));
+  if (changes.seed) add("--seed", std::to_string(*changes.seed));
+  if (!arguments.groups.empty()) add("--objects", arguments.groups);
+  for (const std::string& set : changes.set) add("--set", set);
+  const auto e =
+      experiment::OpenExperiment(submission.experiment, tasks::AllKinds(), ChangesOf(submission));
+  const std::filesystem::path folder =
+      arguments.out.empty() ? "results/" + e.common.name : arguments.out;
+  submission.folder = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
+  return submission;
+}
+
+void WriteScripts(const Submission& submission) {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");
+  experiment::WriteSubmission(submission);
+  core::WriteFile(submission.ArrayScript(), ArrayScriptText(submission, program));
+  core::WriteFile(submission.MergeScript(), MergeScriptText(submission, program));
+}
+
+void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sbatch) {
+  const Submission submission = SubmissionFrom(arguments);
+  CheckSame(submission);
+  WriteScripts(submission);
+  if (!HasSlurm()) {
+    throw core::InputError(fmt::format(
+        "no sbatch on the PATH: this is no machine of a Slurm cluster. What would have been "
+        "submitted stands in {}: `sbatch --array=1-{} {}`, then {}",
+        submission.ArrayScript().parent_path().string(), submission.tasks,
+        submission.ArrayScript().string(), submission.MergeScript().string()));
+  }
+  if (Store::Exists(submission.folder)) {
+    return spdlog::info("all shards are done and joined in {}", submission.folder.string());
+  }
+  const Queue queue = QueueOf(submission.JobName());
+  std::vector<int> missing;
+  for (const Shard& shard : ShardsOf(submission, queue)) {
+    if (!shard.Complete() && shard.queued.empty()) missing.push_back(shard.task);
+  }
+  std::vector<std::string> after = queue.job_ids;
+  if (!missing.empty()) {
+    std::vector<std::string> words = sbatch;
+    words.insert(words.end(),
+                 {"--array=" + experiment::ArrayText(missing),
+                  "--output=" + (submission.ArrayScript().parent_path() / "shard-%a.log").string(),
+                  submission.ArrayScript().string()});
+    after.push_back(Sbatch(words));
+    spdlog::info("job {}: {} of {} shards", after.back(), missing.size(), submission.tasks);
+  }
+  // One that waits for an earlier array would look before the new one has ended.
+  for (const std::string& id : QueueOf(submission.MergeJobName()).job_ids) Call({"scancel", id});
+  std::vector<std::string> words = sbatch;
+  if (!after.empty()) words.push_back("--dependency=afterany:" + core::Join(after, ":"));
+  words.insert(words.end(), {"--output=" + submission.MergeLogFile().string(),
+                             submission.MergeScript().string()});
+  spdlog::info("job {}: joins them in {}; `rangegrasp status {}` tells how far it is",
+               Sbatch(words), submission.folder.string(), submission.folder.string());
+}
+
+// The last line of a log that says anything.
+std::string LastLine(const std::filesystem::path& log) {
+  if (!std::filesystem::exists(log)) return "";
+  std::string last;
+  for (const std::string& line : core::Split(core::ReadFile(log), '\n')) {
+    if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
+  }
+  return last;
+}
+
+void Status(const std::string& folder) {
+  const Submission submission = experiment::ReadSubmission(folder);
+  const bool slurm = HasSlurm();
+  if (!slurm) spdlog::warn("no squeue on the PATH: what waits and runs is not known here");
+  const Queue queue = slurm ? QueueOf(submission.JobName()) : Queue();
+  std::string text;
+  std::size_t done = 0;
+  std::size_t cases = 0;
+  int failed = 0;
+  for (const Shard& shard : ShardsOf(submission, queue)) {
+    done += shard.done;
+    cases += shard.cases;
+    const auto log = submission.LogFile(shard.task);
+    const bool began = std::filesystem::exists(log);
+    std::string state = "done";
+    if (!shard.Complete()) {
+      state = !shard.queued.empty() ? shard.queued : began ? "failed" : "not submitted";
+    }
+    text +=
+        fmt::format("shard {:>4}  {:>6} of {:>6}  {}", shard.task, shard.done, shard.cases, state);
+    if (state == "failed") {
+      ++failed;
+      text += fmt::format(": {} ({})", LastLine(log), log.string());
+    }
+    text += "\n";
+  }
+  text += fmt::format("{} of {} cases done", done, cases);
+  if (failed > 0) text += fmt::format("; {} shards failed: the same `submit` goes on", failed);
+  if (Store::Exists(submission.folder)) {
+    text += "; joined in " + submission.folder.string();
+  } else if (slurm && !QueueOf(submission.MergeJobName()).job_ids.empty()) {
+    text += "; the job that joins them waits or runs";
+  } else if (const std::string last = LastLine(submission.MergeLogFile()); !last.empty()) {
+    text += "\nnot joined: " + last;
+  }
+  WriteResult(text + "\n");
+}
+
+void AddSubmit(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "submit",
+      "Run an experiment on a Slurm cluster: an array job of shards, and a job that joins them. "
+      "The same command again submits what failed.");
+  auto a = std::make_shared<SubmitArguments>();
+  command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
+  command->add_option("--tasks", a->tasks, "shards, each a task of the array job")
+      ->required()
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("-o,--out", a->out,
+                      "results folder that all nodes share (results/<experiment name>)");
+  command->add_option("--trials", a->changes.trials, "as for run")->check(CLI::Range(1, 1'000'000));
+  command->add_option("--seed", a->changes.seed, "as for run")->check(CLI::NonNegativeNumber);
+  command->add_option("--objects", a->groups, "as for run");
+  command->add_option("--set", a->changes.set, "as for run")->allow_extra_args(false);
+  command->allow_extras();
+  command->footer(
+      "Every other option is sbatch's, with its value behind '='.\n"
+      "Example: rangegrasp submit experiments/laser_single.yaml --trials 1000 --tasks 100 "
+      "--cpus-per-task=2 --time=01:00:00");
+  command->callback([a, command] { Submit(*a, command->remaining()); });
+}
+
+void AddStatus(CLI::App& app) {
+  auto* command =
+      app.add_subcommand("status", "How far the shards are that `submit` gave to Slurm.");
+  auto folder = std::make_shared<std::string>();
+  command->add_option("folder", *folder, "results folder")->required();
+  command->footer("Example: rangegrasp status results/laser_single");
+  command->callback([folder] { Status(*folder); });
+}
+
+}  // namespace
+
+void AddSlurmCommands(CLI::App& app) {
+  AddSubmit(app);
+  AddStatus(app);
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,133 @@
+#include "experiment/slurm.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/number.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+constexpr const char* kFile = "submission.json";
+
+std::filesystem::path SlurmFolder(const std::filesystem::path& folder) { return folder / "slurm"; }
+
+std::string Quoted(const std::filesystem::path& path) { return ShellQuoted(path.string()); }
+
+}  // namespace
+
+std::filesystem::path Submission::ShardFolder(int task) const {
+  return folder / "shards" / std::to_string(task);
+}
+std::filesystem::path Submission::LogFile(int task) const {
+  return SlurmFolder(folder) / fmt::format("shard-{}.log", task);
+}
+std::filesystem::path Submission::MergeLogFile() const { return SlurmFolder(folder) / "merge.log"; }
+std::filesystem::path Submission::ArrayScript() const { return SlurmFolder(folder) / "shard.sh"; }
+std::filesystem::path Submission::MergeScript() const { return SlurmFolder(folder) / "merge.sh"; }
+
+std::string Submission::JobName() const {
+  return "rangegrasp-" + core::Hex(core::Fnv1a(folder.string()));
+}
+
+std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program) {
+  std::string run;
+  for (const std::string& argument : submission.run) run += " " + ShellQuoted(argument);
+  return fmt::format(
+      R"(#!/bin/bash
+# One shard of {experiment}; what it has done already is kept.
+#SBATCH --job-name={name}
+#SBATCH --open-mode=append
+set -u
+echo "$(date -Is) shard $SLURM_ARRAY_TASK_ID on $(hostname), job ${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID"
+exec {program} run {experiment}{run} --shard "$SLURM_ARRAY_TASK_ID/{tasks}" --resume \
+  --jobs "${{SLURM_CPUS_PER_TASK:-1}}" --out {folder}/shards/"$SLURM_ARRAY_TASK_ID"
+)",
+      fmt::arg("experiment", Quoted(submission.experiment)), fmt::arg("name", submission.JobName()),
+      fmt::arg("program", Quoted(program)), fmt::arg("run", run),
+      fmt::arg("tasks", submission.tasks), fmt::arg("folder", Quoted(submission.folder)));
+}
+
+std::string MergeScriptText(const Submission& submission, const std::filesystem::path& program) {
+  return fmt::format(
+      R"(#!/bin/bash
+# Joins the shards when all of them have ended; where cases are missing, nothing is written.
+#SBATCH --job-name={name}
+#SBATCH --open-mode=append
+set -eu
+cd {folder}
+{program} merge --complete $(for i in $(seq {tasks}); do echo "shards/$i"; done) --out .
+{program} table . --files --out table.txt
+)",
+      fmt::arg("name", submission.MergeJobName()), fmt::arg("program", Quoted(program)),
+      fmt::arg("tasks", submission.tasks), fmt::arg("folder", Quoted(submission.folder)));
+}
+
+void WriteSubmission(const Submission& submission) {
+  const nlohmann::ordered_json json = {{"experiment", submission.experiment.string()},
+                                       {"run", submission.run},
+                                       {"tasks", submission.tasks}};
+  core::WriteFile(SlurmFolder(submission.folder) / kFile, json.dump(2) + "\n");
+}
+
+bool HasSubmission(const std::filesystem::path& folder) {
+  return std::filesystem::exists(SlurmFolder(folder) / kFile);
+}
+
+Submission ReadSubmission(const std::filesystem::path& folder) {
+  const auto file = SlurmFolder(folder) / kFile;
+  if (!HasSubmission(folder)) {
+    throw core::InputError(folder.string() + ": nothing was submitted here (no slurm/" + kFile +
+                           "); give the folder that `submit` named");
+  }
+  Submission submission;
+  try {
+    const auto json = nlohmann::json::parse(core::ReadFile(file));
+    submission.experiment = json.at("experiment").get<std::string>();
+    submission.run = json.at("run").get<std::vector<std::string>>();
+    submission.tasks = json.at("tasks");
+  } catch (const nlohmann::json::exception& e) {
+    throw core::InputError(file.string() + ": " + e.what());
+  }
+  submission.folder = std::filesystem::weakly_canonical(folder);
+  return submission;
+}
+
+Queue ParseQueue(const std::string& printed) {
+  Queue queue;
+  std::istringstream lines(printed);
+  std::string job, task, state;
+  while (lines >> job >> task >> state) {
+    if (const auto number = core::NumberFrom<int>(task)) queue.state_of_task[*number] = state;
+    if (std::find(queue.job_ids.begin(), queue.job_ids.end(), job) == queue.job_ids.end()) {
+      queue.job_ids.push_back(job);
+    }
+  }
+  return queue;
+}
+
+std::string ArrayText(const std::vector<int>& tasks) {
+  std::string text;
+  for (std::size_t i = 0; i < tasks.size();) {
+    std::size_t last = i;
+    while (last + 1 < tasks.size() && tasks[last + 1] == tasks[last] + 1) ++last;
+    text += (text.empty() ? "" : ",") + std::to_string(tasks[i]);
+    if (last > i) text += "-" + std::to_string(tasks[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
+std::string ShellQuoted(const std::string& word) {
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace rangegrasp::experiment

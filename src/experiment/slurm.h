@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace rangegrasp::experiment {
+
+/// A run that is shared out over a Slurm array job: task i runs shard i, a job after them joins the
+/// shards. All of it stands below the results folder: `slurm/` has scripts, logs and this,
+/// `shards/` the shards' results.
+struct Submission {
+  std::filesystem::path experiment;  ///< absolute
+  std::vector<std::string> run;      ///< further arguments of `rangegrasp run`
+  int tasks = 1;
+  std::filesystem::path
+      folder;  ///< results folder, absolute, on a file system that all nodes share
+
+  std::filesystem::path ShardFolder(int task) const;  ///< from 1
+  std::filesystem::path LogFile(int task) const;
+  std::filesystem::path MergeLogFile() const;
+  std::filesystem::path ArrayScript() const;
+  std::filesystem::path MergeScript() const;
+  /// The jobs' name, unique to the folder, so that they are found again in the queue by nothing
+  /// else.
+  std::string JobName() const;
+  std::string MergeJobName() const { return JobName() + "-merge"; }
+};
+
+/// The text of the two scripts. @param program  the `rangegrasp` that nodes call, absolute
+std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program);
+std::string MergeScriptText(const Submission& submission, const std::filesystem::path& program);
+
+/// Keeps a submission in its folder, and finds it there again.
+/// @throws core::InputError naming the folder if there is none, or what is wrong with its file.
+void WriteSubmission(const Submission& submission);
+bool HasSubmission(const std::filesystem::path& folder);
+Submission ReadSubmission(const std::filesystem::path& folder);
+
+/// What `squeue --noheader --array --format "%F %K %T"` printed of an array: the state of each of
+/// its tasks that is in the queue, and the ids of the jobs that they belong to.
+struct Queue {
+  std::map<int, std::string> state_of_task;
+  std::vector<std::string> job_ids;  ///< each once
+};
+Queue ParseQueue(const std::string& printed);
+
+/// "1-3,7": what `sbatch --array` takes. @param tasks  ascending
+std::string ArrayText(const std::vector<int>& tasks);
+
+/// A word of a shell command that stays one word, whatever it holds.
+std::string ShellQuoted(const std::string& word);
+
+}  // namespace rangegrasp::experiment

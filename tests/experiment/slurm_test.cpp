@@ -1,0 +1,58 @@
+#include "experiment/slurm.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "error_of.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+TEST(ArrayText, JoinsNeighborsToRanges) {
+  EXPECT_EQ(ArrayText({1}), "1");
+  EXPECT_EQ(ArrayText({1, 2, 3, 4}), "1-4");
+  EXPECT_EQ(ArrayText({2, 4, 5, 9, 11, 12}), "2,4-5,9,11-12");
+}
+
+TEST(ParseQueue, KnowsTasksAndTheirJobs) {
+  const Queue queue = ParseQueue("17 1 RUNNING\n17 3 PENDING\n21 2 CONFIGURING\n22 N/A PENDING\n");
+  EXPECT_EQ(queue.state_of_task,
+            (std::map<int, std::string>{{1, "RUNNING"}, {2, "CONFIGURING"}, {3, "PENDING"}}));
+  EXPECT_EQ(queue.job_ids, (std::vector<std::string>{"17", "21", "22"}));
+  EXPECT_TRUE(ParseQueue("").state_of_task.empty());
+}
+
+// As the shell itself takes it.
+TEST(ShellQuoted, AnyWordStaysOneWordAsItIs) {
+  const TempFolder folder;
+  const std::string word = "a 'b' \"c\" $HOME `id` \\ ;\n*";
+  const std::string file = (folder / "out").string();
+  ASSERT_EQ(std::system(("printf %s " + ShellQuoted(word) + " > " + ShellQuoted(file)).c_str()), 0);
+  EXPECT_EQ(core::ReadFile(file), word);
+}
+
+TEST(Submission, IsFoundAgainInItsFolder) {
+  const TempFolder folder;
+  const Submission written{"/x/e.yaml", {"--set", "a=b c"}, 7, folder.path()};
+  EXPECT_FALSE(HasSubmission(folder.path()));
+  WriteSubmission(written);
+  const Submission read = ReadSubmission(folder.path());
+  EXPECT_EQ(read.experiment, written.experiment);
+  EXPECT_EQ(read.run, written.run);
+  EXPECT_EQ(read.tasks, 7);
+  EXPECT_EQ(read.JobName(), written.JobName());
+  core::WriteFile(folder / "slurm/submission.json", "{\"run\": []}");
+  EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder.path()); }),
+              HasSubstr("submission.json"));
+  EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder / "none"); }),
+              HasSubstr("nothing was submitted"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::experiment
