@@ -25,13 +25,15 @@ enum class Stop {
   kMaxGrasps,
   kEmpty,          ///< truth: no object is left; the program still sees something
   kBrokenPhysics,  ///< the engine lost the state of the world
-  kCrashed,        ///< an attempt did
+  kDetectorFailed,  ///< one that is another program
+  kCrashed,         ///< an attempt did
 };
-constexpr std::array<std::string_view, 8> WordsOf(Stop) {
+constexpr std::array<std::string_view, 9> WordsOf(Stop) {
   return {"nothing_perceived", "nothing_graspable",
           "no_path",           "tries_used_up",
           "max_grasps",        "empty",
-          "broken_physics",    "crashed"};
+          "broken_physics",    "detector_failed",
+          "crashed"};
 }
 
 /// Where an object is at the end, by truth.

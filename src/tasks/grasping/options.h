@@ -90,6 +90,17 @@ struct ClutterOptions {
   double max_penetration_m = 0.001;
 };
 
+/// A detector that is another program; empty command: there is none.
+struct OutsideOptions {
+  std::vector<std::string> command;  ///< the program's file, and its arguments
+  std::vector<std::filesystem::path> files;  ///< those and folders that the command names as such
+  double limit_s = 20.0;             ///< from its start to its answer
+  bool sandbox = false;
+  int memory_mb = 4096;  ///< address space of each of its processes; 0: no limit
+  int file_mb = 256;     ///< of each file that it writes; 0: no limit
+  std::vector<std::filesystem::path> hidden;  ///< from a program in a sandbox: results lie there
+};
+
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.
 struct Options {
   std::filesystem::path scene;
@@ -103,6 +114,7 @@ struct Options {
   ArrangerKind arranger = ArrangerKind::kSingle;
   SensorKind sensor_kind = SensorKind::kLineScanner;  ///< as the sensor's file says
   DetectorKind detector = DetectorKind::kDissertation;
+  OutsideOptions outside;  ///< goes before it
   MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
 
