@@ -78,7 +78,9 @@ TEST_F(OutsideRun, TheExampleInPythonIsUnderstood) {
   EXPECT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("salt_cylinder: 1 objects"));
   EXPECT_THAT(ran.out, HasSubstr("the first object is the right one"));
-  if (!process::WhyNoSandbox()) EXPECT_THAT(ran.out, HasSubstr("the same answer"));
+  if (!process::WhyNoSandbox()) {
+    EXPECT_THAT(ran.out, HasSubstr("the same answer"));
+  }
 }
 
 TEST_F(OutsideRun, FailuresStayInTheDenominators) {

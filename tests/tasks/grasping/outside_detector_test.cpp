@@ -57,7 +57,7 @@ class Outside : public ::testing::Test {
   std::string FailureOf(const std::string& script) {
     return testing_support::ErrorOf<DetectorFailed>([&] { Ask(script); });
   }
-  std::string FailureOf(const json& answer) {
+  std::string FailureOfAnswer(const json& answer) {
     return testing_support::ErrorOf<DetectorFailed>([&] { Answer(answer); });
   }
 
@@ -228,29 +228,29 @@ TEST_F(Outside, WhatIsWrongInAnAnswerIsNamed) {
     grasp[key] = value;
     return json{{"grasps", {GraspAtTarget(), grasp}}};
   };
-  EXPECT_THAT(FailureOf(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}})),
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}})),
               HasSubstr("grasps[1].rotation is [[1,0,0],[0,1,0],[0,0,2]]: must be a rotation"));
-  EXPECT_THAT(FailureOf(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}})),
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}})),
               HasSubstr("reflection"));
-  EXPECT_THAT(FailureOf(with("rotation", {1, 0, 0})), HasSubstr("must be three numbers"));
-  EXPECT_THAT(FailureOf(with("rotation", {1, 0, 0, 0})), HasSubstr("must be a rotation"));
-  EXPECT_THAT(FailureOf(with("width_m", -0.01)), HasSubstr("from 0 to 100"));
-  EXPECT_THAT(FailureOf(with("width_m", "wide")), HasSubstr("is \"wide\""));
-  EXPECT_THAT(FailureOf(with("position_m", {0, 0, 1e30})), HasSubstr("position_m[2] is 1e+30"));
-  EXPECT_THAT(FailureOf(with("approach", {0, 0, -3})), HasSubstr("must be of length 1"));
-  EXPECT_THAT(FailureOf(with("score", json::object())), HasSubstr("grasps[1].score is {}"));
-  EXPECT_THAT(FailureOf(json{{"grasps", 3}}), HasSubstr("grasps is 3: must be a list"));
-  EXPECT_THAT(FailureOf(json{{"grasps", {3}}}), HasSubstr("grasps[0] is 3"));
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {1, 0, 0})), HasSubstr("must be three numbers"));
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {1, 0, 0, 0})), HasSubstr("must be a rotation"));
+  EXPECT_THAT(FailureOfAnswer(with("width_m", -0.01)), HasSubstr("from 0 to 100"));
+  EXPECT_THAT(FailureOfAnswer(with("width_m", "wide")), HasSubstr("is \"wide\""));
+  EXPECT_THAT(FailureOfAnswer(with("position_m", {0, 0, 1e30})), HasSubstr("position_m[2] is 1e+30"));
+  EXPECT_THAT(FailureOfAnswer(with("approach", {0, 0, -3})), HasSubstr("must be of length 1"));
+  EXPECT_THAT(FailureOfAnswer(with("score", json::object())), HasSubstr("grasps[1].score is {}"));
+  EXPECT_THAT(FailureOfAnswer(json{{"grasps", 3}}), HasSubstr("grasps is 3: must be a list"));
+  EXPECT_THAT(FailureOfAnswer(json{{"grasps", {3}}}), HasSubstr("grasps[0] is 3"));
   const auto objects = [](const json& object) {
     return json{{"objects", {object}}, {"grasps", json::array()}};
   };
   for (const json& sample : {json(10'000'000), json(-1), json(1.5), json("1"), json()}) {
-    EXPECT_THAT(FailureOf(objects({{"samples", {sample}}})), HasSubstr("objects[0].samples[0] is "));
+    EXPECT_THAT(FailureOfAnswer(objects({{"samples", {sample}}})), HasSubstr("objects[0].samples[0] is "));
   }
-  EXPECT_THAT(FailureOf(objects(json::object())), HasSubstr("'samples' is missing"));
+  EXPECT_THAT(FailureOfAnswer(objects(json::object())), HasSubstr("'samples' is missing"));
   json grasp = GraspAtTarget();
   grasp["object"] = 1;
-  EXPECT_THAT(FailureOf(json{{"objects", {{{"samples", {0}}}}}, {"grasps", {grasp}}}),
+  EXPECT_THAT(FailureOfAnswer(json{{"objects", {{{"samples", {0}}}}}, {"grasps", {grasp}}}),
               HasSubstr("from 0 to below 1"));
 }
 
@@ -328,7 +328,9 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   EXPECT_FALSE(empty.failed);
   EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 objects; 0 grasps"));
   EXPECT_THAT(empty.text, HasSubstr("sandbox: "));
-  if (!process::WhyNoSandbox()) EXPECT_THAT(empty.text, HasSubstr("the same answer"));
+  if (!process::WhyNoSandbox()) {
+    EXPECT_THAT(empty.text, HasSubstr("the same answer"));
+  }
   const auto broken = check("echo '{}'");
   EXPECT_TRUE(broken.failed);
   EXPECT_THAT(broken.text, HasSubstr("'grasps' is missing"));
