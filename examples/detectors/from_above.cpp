@@ -23,7 +23,8 @@ using Vec = std::array<double, 3>;
 constexpr double kClearance_m = 0.008;  // lower points are the table's
 constexpr double kCell_m = 0.006;       // wider gaps, seen from above, part two things
 constexpr double kFingers_m = 0.018;    // half of the hand's breadth
-constexpr double kMinHeight_m = 0.022;  // of the pads' middle above the table
+constexpr double kMinHeight_m = 0.010;  // of the pads' middle; whether the hand has room is checked later
+constexpr double kRoom_m = 0.004;       // between the open pads and the widest thing
 
 Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -110,7 +111,7 @@ int main() {
   const std::vector<Vec> thing = HighestThing(on_table);
 
   json grasps = json::array();
-  constexpr int kDirections = 36;
+  constexpr int kDirections = 72;
   for (int k = 0; k < kDirections && thing.size() > 40; ++k) {
     const double angle = 2.0 * M_PI * k / kDirections;
     const Vec x = {std::cos(angle), std::sin(angle), 0.0};
@@ -128,9 +129,9 @@ int main() {
       top = std::max(top, p[2]);
     }
     const double width_m = high - low;
-    if (width_m <= 0.0 || width_m > opening_m - 0.01) continue;
+    if (width_m <= 0.0 || width_m > opening_m - kRoom_m) continue;
     for (const double depth_m : {0.030, 0.020, 0.012}) {
-      const double height_m = std::max(top - depth_m, kMinHeight_m);
+      const double height_m = std::max(top - depth_m, std::min(kMinHeight_m, 0.5 * top));
       const Vec at = 0.5 * (low + high) * x + middle * y;
       const Vec position = center + at[0] * east + at[1] * north + height_m * up;
       const Vec x_W = x[0] * east + x[1] * north;
