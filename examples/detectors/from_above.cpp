@@ -23,8 +23,9 @@ using Vec = std::array<double, 3>;
 constexpr double kClearance_m = 0.008;  // lower points are the table's
 constexpr double kCell_m = 0.006;       // wider gaps, seen from above, part two things
 constexpr double kFingers_m = 0.018;    // half of the hand's breadth
-constexpr double kMinHeight_m = 0.010;  // of the pads' middle; whether the hand has room is checked later
-constexpr double kRoom_m = 0.004;       // between the open pads and the widest thing
+constexpr double kMinHeight_m =
+    0.010;  // of the pads' middle; whether the hand has room is checked later
+constexpr double kRoom_m = 0.004;  // between the open pads and the widest thing
 
 Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -137,11 +138,12 @@ int main() {
       const Vec x_W = x[0] * east + x[1] * north;
       const Vec y_W = y[0] * east + y[1] * north;
       const Vec z_W = -1.0 * up;
-      grasps.push_back({{"position_m", position},
-                        {"rotation",
-                         {{x_W[0], y_W[0], z_W[0]}, {x_W[1], y_W[1], z_W[1]}, {x_W[2], y_W[2], z_W[2]}}},
-                        {"width_m", width_m},
-                        {"score", -width_m + 0.2 * depth_m}});
+      grasps.push_back(
+          {{"position_m", position},
+           {"rotation",
+            {{x_W[0], y_W[0], z_W[0]}, {x_W[1], y_W[1], z_W[1]}, {x_W[2], y_W[2], z_W[2]}}},
+           {"width_m", width_m},
+           {"score", -width_m + 0.2 * depth_m}});
     }
   }
   std::cout << json{{"grasps", grasps}} << std::endl;

@@ -57,8 +57,8 @@ void CheckDetectorAlone(const CheckArguments& arguments) {
   changes.set = arguments.set;
   changes.set.insert(changes.set.begin(),
                      "detector={command: " + nlohmann::json(words).dump() + "}");
-  CheckDetectorOf(experiment::OpenExperiment(core::FindExperiment("laser_single"),
-                                             tasks::AllKinds(), changes));
+  CheckDetectorOf(
+      experiment::OpenExperiment(core::FindExperiment("laser_single"), tasks::AllKinds(), changes));
 }
 
 Findings CheckFile(const CheckArguments& arguments, std::string& kind) {

@@ -62,10 +62,10 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
                     std::span<const geometry::TriangleMesh> obstacles_C,
                     std::vector<Grasp>& grasps) {
   if (object >= scene.objects.size()) throw std::invalid_argument("CheckProposals: no such object");
-  const collision::HandCollider collider(
-      hand, internal::Others(scene, object, obstacles_C),
-      internal::SurfaceOf(scene.objects[object]), scene.table.plane,
-      {options.object_clearance_m, options.table_clearance_m});
+  const collision::HandCollider collider(hand, internal::Others(scene, object, obstacles_C),
+                                         internal::SurfaceOf(scene.objects[object]),
+                                         scene.table.plane,
+                                         {options.object_clearance_m, options.table_clearance_m});
   for (Grasp& grasp : grasps) {
     if (grasp.collides) continue;
     const internal::Openings openings{

@@ -214,8 +214,7 @@ Begun Begin(const geometry::Observation& observation, const PerceptionOptions& g
     throw core::InputError(fmt::format("a scan needs at least {} points, this one has {}",
                                        kMinPoints, measured.points_C.size()));
   }
-  Begun begun{
-      {}, given, std::move(measured.places_C), std::move(measured.place_of), {}};
+  Begun begun{{}, given, std::move(measured.places_C), std::move(measured.place_of), {}};
   Scene& scene = begun.scene;
   PerceptionOptions& options = begun.options;
   scene.points_C = std::move(measured.points_C);
@@ -233,8 +232,7 @@ Begun Begin(const geometry::Observation& observation, const PerceptionOptions& g
   if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
   if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
-  begun.above =
-      AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
+  begun.above = AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());
   return begun;
 }
@@ -278,7 +276,8 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   if (options.segment.method == SegmentMethod::kConvexity) {
     options.features.merge.cut_m = options.segment.convexity.link_m;
   }
-  const internal::SensorViews views{ViewsFrom(begun.places_C, begun.place_of, scene.points_C), std::move(place_of)};
+  const internal::SensorViews views{ViewsFrom(begun.places_C, begun.place_of, scene.points_C),
+                                    std::move(place_of)};
   scene.objects = internal::BuildObjects(scene.cloud, scene.segments, scene.table.plane, views,
                                          options.features, rng, scene.seconds);
   return scene;

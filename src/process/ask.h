@@ -30,11 +30,11 @@ struct Reply {
   std::string last_words;           ///< the end of what it wrote to stderr: one line of plain ASCII
 };
 
-/// Starts the program, writes the question and an end of line to its stdin, closes it, and waits for
-/// one line on its stdout (or what is there when it ends with code 0). Then the program is killed,
-/// with all processes that it started, also those that left its process group. If this process is
-/// killed, they die too. Whatever else it prints is taken off it and forgotten, so that it cannot
-/// block.
+/// Starts the program, writes the question and an end of line to its stdin, closes it, and waits
+/// for one line on its stdout (or what is there when it ends with code 0). Then the program is
+/// killed, with all processes that it started, also those that left its process group. If this
+/// process is killed, they die too. Whatever else it prints is taken off it and forgotten, so that
+/// it cannot block.
 /// @throws core::RunError if no process or pipe can be made.
 Reply Ask(const Program& program, std::string_view question);
 
@@ -42,8 +42,8 @@ Reply Ask(const Program& program, std::string_view question);
 /// if there is none.
 std::optional<std::filesystem::path> Find(const std::string& name);
 
-/// One line of plain ASCII of at most so many characters, the end of the text: what is not printable
-/// becomes '?', lines are joined by " | ".
+/// One line of plain ASCII of at most so many characters, the end of the text: what is not
+/// printable becomes '?', lines are joined by " | ".
 std::string LastWords(std::string_view text, std::size_t max_characters);
 
 }  // namespace rangegrasp::process

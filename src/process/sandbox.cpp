@@ -41,9 +41,19 @@ std::vector<fs::path> HiddenBy(const Box& box) {
 
 std::vector<std::string> InSandbox(const std::vector<std::string>& command, const Box& box) {
   const auto bwrap = Find(kProgram);
-  std::vector<std::string> boxed = {
-      bwrap ? bwrap->string() : kProgram, "--unshare-all", "--die-with-parent", "--new-session",
-      "--cap-drop", "ALL", "--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc"};
+  std::vector<std::string> boxed = {bwrap ? bwrap->string() : kProgram,
+                                    "--unshare-all",
+                                    "--die-with-parent",
+                                    "--new-session",
+                                    "--cap-drop",
+                                    "ALL",
+                                    "--ro-bind",
+                                    "/",
+                                    "/",
+                                    "--dev",
+                                    "/dev",
+                                    "--proc",
+                                    "/proc"};
   const auto add = [&](std::initializer_list<std::string> words) {
     boxed.insert(boxed.end(), words);
   };
@@ -51,8 +61,8 @@ std::vector<std::string> InSandbox(const std::vector<std::string>& command, cons
   for (const fs::path& path : hidden) add({"--tmpfs", path.string()});
   for (const fs::path& path : box.shown) {
     const fs::path real = fs::weakly_canonical(path);
-    const bool holds_hidden = std::any_of(hidden.begin(), hidden.end(),
-                                          [&](const fs::path& h) { return IsIn(h, real); });
+    const bool holds_hidden =
+        std::any_of(hidden.begin(), hidden.end(), [&](const fs::path& h) { return IsIn(h, real); });
     if (!holds_hidden) add({"--ro-bind-try", real.string(), path.string()});
   }
   add({"--bind", fs::canonical(box.folder).string(), box.folder.string()});

@@ -16,8 +16,9 @@ struct Box {
   std::vector<std::filesystem::path> shown;
 };
 
-/// The command that runs another in a sandbox (bubblewrap): files as the box says, temporary folders
-/// and /run hidden, no network, no other processes in sight, no privileges; dies with its parent.
+/// The command that runs another in a sandbox (bubblewrap): files as the box says, temporary
+/// folders and /run hidden, no network, no other processes in sight, no privileges; dies with its
+/// parent.
 std::vector<std::string> InSandbox(const std::vector<std::string>& command, const Box& box);
 
 /// Why no sandbox can be made here, and the cure; nullopt if one can. Starts one to find out.

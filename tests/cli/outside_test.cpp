@@ -31,8 +31,11 @@ class OutsideRun : public testing::Test {
   std::vector<std::string> Arguments(const std::string& name, const json& command,
                                      const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments = {
-        "run",      kExperiment, "--objects", "spread,salt_cuboid", "--trials", "2", "--out",
-        Folder(name), "--set", "detector={command: " + command.dump() + "}"};
+        "run",       kExperiment,
+        "--objects", "spread,salt_cuboid",
+        "--trials",  "2",
+        "--out",     Folder(name),
+        "--set",     "detector={command: " + command.dump() + "}"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -137,8 +140,8 @@ TEST_F(OutsideRun, InTheSandboxResultsAreOutOfSight) {
 TEST_F(OutsideRun, WithoutBubblewrapARunThatAsksForASandboxDoesNotBegin) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/no/such/folder", 1);
-  const Ran ran = RunProgram(
-      Arguments("boxed", {"/bin/sh", "-c", "true"}, {"--set", "detector.sandbox=true"}));
+  const Ran ran =
+      RunProgram(Arguments("boxed", {"/bin/sh", "-c", "true"}, {"--set", "detector.sandbox=true"}));
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("apt-get install bubblewrap"));

@@ -86,8 +86,9 @@ TEST_F(AskShell, IsNotHeldUpByAQuestionThatNobodyReads) {
 }
 
 TEST_F(AskShell, LeavesNoProcessBehindEvenIfItLeftItsGroup) {
-  AskFor("setsid sh -c 'echo $$ > a; sleep 1000' & sh -c 'echo $$ > b; sleep 1000' & "
-         "while [ ! -s a ] || [ ! -s b ]; do sleep 0.01; done; echo done");
+  AskFor(
+      "setsid sh -c 'echo $$ > a; sleep 1000' & sh -c 'echo $$ > b; sleep 1000' & "
+      "while [ ! -s a ] || [ ! -s b ]; do sleep 0.01; done; echo done");
   EXPECT_TRUE(Ends(folder_ / "a"));
   EXPECT_TRUE(Ends(folder_ / "b"));
 }

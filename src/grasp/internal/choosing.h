@@ -25,7 +25,8 @@ struct Openings {
 /// The wide opening, then the narrow one, that clears obstacles and the object itself.
 std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
                                        const core::Pose& X_CH, const Openings& openings);
-/// Whether the hand meets the table at an opening from the wide one to the one just beyond the held.
+/// Whether the hand meets the table at an opening from the wide one to the one just beyond the
+/// held.
 bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
                       const core::Pose& X_CH, const Openings& openings);
 

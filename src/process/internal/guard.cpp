@@ -62,9 +62,8 @@ struct Start {
     for (const std::string& word : p.command) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     const auto is_replaced = [&](std::string_view entry) {
-      return std::any_of(p.environment.begin(), p.environment.end(), [&](const auto& one) {
-        return entry.starts_with(one.first + "=");
-      });
+      return std::any_of(p.environment.begin(), p.environment.end(),
+                         [&](const auto& one) { return entry.starts_with(one.first + "="); });
     };
     for (char** entry = environ; *entry; ++entry) {
       if (!is_replaced(*entry)) envp.push_back(*entry);

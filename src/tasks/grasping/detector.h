@@ -55,7 +55,8 @@ using SceneObserver = std::function<void(const perception::Scene&, const std::ve
 geometry::Points PlacesOf(const geometry::Observation& observation);
 
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object; or the
-/// program that the options name (outside_detector.h). The arguments must outlive it. @param observer  may be empty
+/// program that the options name (outside_detector.h). The arguments must outlive it. @param
+/// observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer = {});
 

@@ -49,10 +49,10 @@ double SecondsOf(const Detected& detected) {
 
 std::string TargetText(const Cell& cell, const Scene& scene, const grasp::Detection& detection) {
   if (detection.objects.empty()) return "no object";
-  const auto verdict = JudgeDetection(detection, scene.sensed,
-                                      {static_cast<std::uint32_t>(scene.target) + 1,
-                                       cell.TablePlane(),
-                                       cell.options.perception.preprocess.table_clearance_m});
+  const auto verdict =
+      JudgeDetection(detection, scene.sensed,
+                     {static_cast<std::uint32_t>(scene.target) + 1, cell.TablePlane(),
+                      cell.options.perception.preprocess.table_clearance_m});
   if (!verdict.right_target) return "the first object is not the one that should be taken";
   return verdict.segmented ? "the first object is the right one"
                            : "the first object is a part of the right one";
@@ -87,7 +87,8 @@ bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
 
 std::string DescribeSandbox(const Cell& cell, const Scene& scene, const Detected& before,
                             bool& failed) {
-  if (const auto why = process::WhyNoSandbox()) return "sandbox: does not work here: " + *why + "\n";
+  if (const auto why = process::WhyNoSandbox())
+    return "sandbox: does not work here: " + *why + "\n";
   Options boxed = cell.options;
   boxed.outside.sandbox = true;
   try {

@@ -30,9 +30,9 @@ enum class Outcome {
   kCrashed,
 };
 constexpr std::array<std::string_view, 11> WordsOf(Outcome) {
-  return {"delivered",  "not_segmented", "wrong_target", "no_grasp",        "no_path",
-          "not_lifted", "dropped",       "misplaced",    "invalid_physics", "detector_failed",
-          "crashed"};
+  return {"delivered",       "not_segmented",   "wrong_target", "no_grasp",
+          "no_path",         "not_lifted",      "dropped",      "misplaced",
+          "invalid_physics", "detector_failed", "crashed"};
 }
 
 /// What the judge makes of a detection, from the labels that it alone knows.

@@ -14,7 +14,6 @@
 #include "core/hash.h"
 #include "core/units.h"
 #include "core/words.h"
-#include "process/ask.h"
 #include "sim/surfaces.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -126,46 +125,6 @@ SensorKind KindOfSensor(const std::filesystem::path& file) {
   return kind;
 }
 
-// Words that name a file beside the experiment's become paths; a program's name is looked for in
-// PATH.
-void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
-  auto& command = options.command;
-  const auto folder = std::filesystem::absolute(map.file()).parent_path();
-  for (std::string& word : command) {
-    const bool is_name = &word == &command.front() && word.find('/') == std::string::npos;
-    const auto beside = (folder / word).lexically_normal();
-    if (is_name || word.empty() || !std::filesystem::exists(beside)) {
-      if (word.ends_with(".py")) map.Fail("command", fmt::format("no file {}", beside.string()));
-      continue;
-    }
-    word = beside.string();
-    options.files.push_back(beside);
-  }
-  const auto program = process::Find(command.front());
-  if (!program) {
-    map.Fail("command", fmt::format("no program '{}' that can be executed (a name is looked for in "
-                                    "PATH, a path from the experiment's folder)",
-                                    command.front()));
-  }
-  command.front() = program->string();
-}
-
-void ReadOutside(YamlMap map, OutsideOptions& options) {
-  map.Read("command", options.command,
-           "a program of your own that finds objects and grasps, with its arguments, e.g. [python3, "
-           "my_detector.py]; files are looked for from the experiment's folder");
-  map.Read("time_limit_s", options.limit_s, 0.1, 86400.0,
-           "from its start to its answer; less than trial_limit_s");
-  map.Read("sandbox", options.sandbox,
-           "it runs without network, writes its own folder only and sees no results (bubblewrap)");
-  map.Read("memory_mb", options.memory_mb, 0, 10'000'000,
-           "address space of each of its processes; 0: no limit");
-  map.Read("file_mb", options.file_mb, 0, 10'000'000,
-           "size of each file that it writes; 0: no limit");
-  map.Finish();
-  if (!options.command.empty()) ResolveCommand(map, options);
-}
-
 // A word, or a map that says how to start another program.
 void ReadDetector(YamlMap& map, Options& o) {
   const bool is_outside = map.HoldsMap("detector");
@@ -174,7 +133,9 @@ void ReadDetector(YamlMap& map, Options& o) {
     if (is_outside) child.Require("command");
     ReadOutside(std::move(child), o.outside);
   }
-  if (!is_outside) map.Read("detector", o.detector, "what finds objects and grasps; or keys below");
+  if (!is_outside)
+    map.Read("detector", o.detector,
+             "what finds objects and grasps: a word, or a map with the keys below");
 }
 
 void ReadStereo(YamlMap map, Options& o) {

@@ -17,6 +17,7 @@
 #include "sim/execute.h"
 #include "sim/world.h"
 #include "stereo/reconstruct_options.h"
+#include "tasks/grasping/outside_options.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -88,17 +89,6 @@ struct ClutterOptions {
   double rest_time_s = 0.3;
   /// Deepest overlap of two things at rest.
   double max_penetration_m = 0.001;
-};
-
-/// A detector that is another program; empty command: there is none.
-struct OutsideOptions {
-  std::vector<std::string> command;  ///< the program's file, and its arguments
-  std::vector<std::filesystem::path> files;  ///< those and folders that the command names as such
-  double limit_s = 20.0;             ///< from its start to its answer
-  bool sandbox = false;
-  int memory_mb = 4096;  ///< address space of each of its processes; 0: no limit
-  int file_mb = 256;     ///< of each file that it writes; 0: no limit
-  std::vector<std::filesystem::path> hidden;  ///< from a program in a sandbox: results lie there
 };
 
 /// A grasping experiment, as its file states it. Defaults are those of the option structs.

@@ -36,8 +36,10 @@ constexpr std::size_t kDetail = 600;
 // Seeds below 2^53 are whole numbers in every language's floating point.
 constexpr int kSeedShift = 11;
 constexpr double kMega_bytes = 1024.0 * 1024.0;
-// Larger surfaces are refused: what a scan shows of an object has a hundred times fewer triangles.
+// Larger surfaces are refused: what a scan shows of an object has ten times fewer triangles, and
+// hulls and collision trees of more take longer than a trial.
 constexpr std::uintmax_t kMaxSurface_bytes = 64 * 1024 * 1024;
+constexpr std::size_t kMaxTriangles = 100'000;
 // Of so many grasps the best are looked at: each costs a collision check.
 constexpr std::size_t kMaxChecked = 200;
 // Grid of the specks that stand for objects that come without a surface.
@@ -86,6 +88,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   } catch (const core::InputError& e) {
     fail(e.what());
   }
+  if (mesh.triangles.size() > kMaxTriangles) fail("has more than 100,000 triangles");
   for (const Eigen::Vector3d& p : mesh.vertices) {
     if (!(p.norm() < 100.0)) fail("has a vertex that is nowhere near the table");
   }

@@ -124,9 +124,8 @@ TEST_F(Outside, ObjectsAndGraspsAreUnderstood) {
   json elsewhere = GraspAtTarget();
   elsewhere["object"] = 1;
   const auto target = SamplesOfTarget();
-  const Detected detected =
-      Answer({{"objects", {{{"samples", target}}, {{"samples", {0, 1, 2}}}}},
-              {"grasps", {GraspAtTarget(), second, elsewhere}}});
+  const Detected detected = Answer({{"objects", {{{"samples", target}}, {{"samples", {0, 1, 2}}}}},
+                                    {"grasps", {GraspAtTarget(), second, elsewhere}}});
   const grasp::Detection& detection = detected.detection;
   ASSERT_EQ(detection.objects.size(), 2u);
   EXPECT_EQ(detection.objects.front().samples.size(), target.size());
@@ -136,8 +135,8 @@ TEST_F(Outside, ObjectsAndGraspsAreUnderstood) {
   EXPECT_TRUE(detection.grasps[0].approach_C.isApprox(Eigen::Vector3d(0.0, 0.6, -0.8)));
   EXPECT_TRUE(detection.grasps[1].approach_C.isApprox(Eigen::Vector3d(0.0, 0.0, -1.0)));
   EXPECT_NEAR(detection.table_C.offset_m, 0.0, 0.003);
-  const auto verdict = JudgeDetection(detection, TheLook().sensed,
-                                      {1, TheLook().cell.TablePlane(), 0.006});
+  const auto verdict =
+      JudgeDetection(detection, TheLook().sensed, {1, TheLook().cell.TablePlane(), 0.006});
   EXPECT_TRUE(verdict.right_target && verdict.segmented);
 }
 
@@ -167,8 +166,8 @@ TEST_F(Outside, WithoutObjectsTheObjectIsWhatLiesBetweenTheFingers) {
     return std::ranges::binary_search(target, id.sample);
   });
   EXPECT_GT(static_cast<double>(hits), 0.9 * static_cast<double>(samples.size()));
-  const auto verdict = JudgeDetection(detection, TheLook().sensed,
-                                      {1, TheLook().cell.TablePlane(), 0.006});
+  const auto verdict =
+      JudgeDetection(detection, TheLook().sensed, {1, TheLook().cell.TablePlane(), 0.006});
   EXPECT_TRUE(verdict.right_target && verdict.segmented);
   // A hand in the air holds nothing.
   EXPECT_TRUE(Answer({{"grasps", {far}}}).detection.objects.empty());
@@ -236,7 +235,8 @@ TEST_F(Outside, WhatIsWrongInAnAnswerIsNamed) {
   EXPECT_THAT(FailureOfAnswer(with("rotation", {1, 0, 0, 0})), HasSubstr("must be a rotation"));
   EXPECT_THAT(FailureOfAnswer(with("width_m", -0.01)), HasSubstr("from 0 to 100"));
   EXPECT_THAT(FailureOfAnswer(with("width_m", "wide")), HasSubstr("is \"wide\""));
-  EXPECT_THAT(FailureOfAnswer(with("position_m", {0, 0, 1e30})), HasSubstr("position_m[2] is 1e+30"));
+  EXPECT_THAT(FailureOfAnswer(with("position_m", {0, 0, 1e30})),
+              HasSubstr("position_m[2] is 1e+30"));
   EXPECT_THAT(FailureOfAnswer(with("approach", {0, 0, -3})), HasSubstr("must be of length 1"));
   EXPECT_THAT(FailureOfAnswer(with("score", json::object())), HasSubstr("grasps[1].score is {}"));
   EXPECT_THAT(FailureOfAnswer(json{{"grasps", 3}}), HasSubstr("grasps is 3: must be a list"));
@@ -245,7 +245,8 @@ TEST_F(Outside, WhatIsWrongInAnAnswerIsNamed) {
     return json{{"objects", {object}}, {"grasps", json::array()}};
   };
   for (const json& sample : {json(10'000'000), json(-1), json(1.5), json("1"), json()}) {
-    EXPECT_THAT(FailureOfAnswer(objects({{"samples", {sample}}})), HasSubstr("objects[0].samples[0] is "));
+    EXPECT_THAT(FailureOfAnswer(objects({{"samples", {sample}}})),
+                HasSubstr("objects[0].samples[0] is "));
   }
   EXPECT_THAT(FailureOfAnswer(objects(json::object())), HasSubstr("'samples' is missing"));
   json grasp = GraspAtTarget();
@@ -255,11 +256,12 @@ TEST_F(Outside, WhatIsWrongInAnAnswerIsNamed) {
 }
 
 TEST_F(Outside, ASurfaceComesFromTheDetectorsFolderAlone) {
-  const auto cube = files_.Write("cube.ply",
-                                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
-                                 "property float y\nproperty float z\nelement face 4\nproperty list "
-                                 "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
-                                 "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  const auto cube =
+      files_.Write("cube.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                   "property float y\nproperty float z\nelement face 4\nproperty list "
+                   "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                   "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
   const auto answer = [&](const std::string& name) {
     json object = {{"samples", SamplesOfTarget()}, {"surface", name}};
     return "cat " +
@@ -270,9 +272,9 @@ TEST_F(Outside, ASurfaceComesFromTheDetectorsFolderAlone) {
   EXPECT_EQ(Ask(copy + answer("own.ply")).detection.objects.front().surface_C.triangles.size(), 4u);
   EXPECT_THAT(FailureOf(answer("own.ply")), HasSubstr("does not exist"));
   EXPECT_THAT(FailureOf(answer(cube.string())), HasSubstr("outside the detector's folder"));
-  EXPECT_THAT(FailureOf("mkdir a; " + answer("a/../../" + files_.path().filename().string() +
-                                             "/cube.ply")),
-              HasSubstr("outside the detector's folder"));
+  EXPECT_THAT(
+      FailureOf("mkdir a; " + answer("a/../../" + files_.path().filename().string() + "/cube.ply")),
+      HasSubstr("outside the detector's folder"));
   EXPECT_THAT(FailureOf("ln -s " + cube.string() + " own.ply; " + answer("own.ply")),
               HasSubstr("outside the detector's folder"));
   EXPECT_THAT(FailureOf("mkfifo own.ply; " + answer("own.ply")), HasSubstr("is no file"));
@@ -303,8 +305,8 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
     experiment::Changes changes;
     changes.set = {"detector=" + detector};
     return testing_support::MessageOf<core::InputError>([&] {
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
-                                 AllKinds(), changes);
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", AllKinds(),
+                                 changes);
     });
   };
   EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
@@ -320,8 +322,8 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   const auto check = [&](const std::string& script) {
     experiment::Changes changes;
     changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}"};
-    const auto e = experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
-                                              AllKinds(), changes);
+    const auto e = experiment::OpenExperiment(
+        RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", AllKinds(), changes);
     return CheckDetector(CellOf(*e.task));
   };
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");

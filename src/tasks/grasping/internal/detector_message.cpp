@@ -73,8 +73,8 @@ struct Place {
   Place At(const std::string& key) const {
     const auto found = value.find(key);
     if (found != value.end()) return {*found, path.empty() ? key : path + "." + key};
-    throw DetectorFailed(fmt::format("answer: {}'{}' is missing",
-                                     path.empty() ? std::string() : path + ": ", key));
+    throw DetectorFailed(
+        fmt::format("answer: {}'{}' is missing", path.empty() ? std::string() : path + ": ", key));
   }
   Place At(std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }
 
@@ -184,9 +184,10 @@ json ParseLine(const std::string& line) {
     return json::parse(line, shallow);
   } catch (const json::exception& e) {
     std::string begin = line.substr(0, kShown);
-    throw DetectorFailed(fmt::format("answer: no JSON ({}); it begins with: {} (print nothing else "
-                                     "on stdout: what is for people goes to stderr)",
-                                     e.what(), begin));
+    throw DetectorFailed(
+        fmt::format("answer: no JSON ({}); it begins with: {} (print nothing else "
+                    "on stdout: what is for people goes to stderr)",
+                    e.what(), begin));
   }
 }
 
