@@ -25,7 +25,7 @@ if(EXISTS "${coacd}/lib_coacd.so")
 endif()
 
 # core/data_folder.h finds these; experiments name scenes and models relative to themselves.
-install(DIRECTORY models scenes experiments DESTINATION share/rangegrasp COMPONENT Runtime)
+install(DIRECTORY models scenes experiments examples DESTINATION share/rangegrasp COMPONENT Runtime)
 
 set(cli_folder "${PROJECT_BINARY_DIR}/src/cli")
 install(FILES "${cli_folder}/rangegrasp.1.gz" DESTINATION share/man/man1 COMPONENT Runtime)

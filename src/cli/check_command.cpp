@@ -8,11 +8,14 @@
 #include "check/check.h"
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "core/data_folder.h"
 #include "core/error.h"
 #include "core/finding.h"
 #include "core/words.h"
 #include "experiment/experiment.h"
 #include "sim/check_object.h"
+#include "tasks/grasping/detector_check.h"
+#include "tasks/grasping/grasping_task.h"
 #include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
@@ -23,9 +26,40 @@ using Findings = std::vector<core::Finding>;
 struct CheckArguments {
   std::string file;
   std::string as;
+  std::string detector;
   std::vector<std::string> set;
   bool json = false;
 };
+
+// What its answers on a few scans were understood as. @throws core::InputError if one is wrong
+void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
+  const auto& cell = tasks::grasping::CellOf(*e.task);
+  if (cell.options.outside.command.empty()) return;
+  const auto check = tasks::grasping::CheckDetector(cell);
+  if (!quiet) WriteResult(check.text);
+  if (check.failed) {
+    throw core::InputError("the detector '" + core::Join(cell.options.outside.command, " ") +
+                           "' cannot be used as it is");
+  }
+}
+
+// The detector of a command line in place of the shipped experiment's.
+void CheckDetectorAlone(const CheckArguments& arguments) {
+  std::vector<std::string> words = core::Split(arguments.detector, ' ');
+  std::erase(words, "");
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (std::filesystem::exists(words[i])) words[i] = std::filesystem::absolute(words[i]).string();
+  }
+  if (!words.empty() && words.front().find('/') != std::string::npos) {
+    words.front() = std::filesystem::absolute(words.front()).string();
+  }
+  experiment::Changes changes;
+  changes.set = arguments.set;
+  changes.set.insert(changes.set.begin(),
+                     "detector={command: " + nlohmann::json(words).dump() + "}");
+  CheckDetectorOf(
+      experiment::OpenExperiment(core::FindExperiment("laser_single"), tasks::AllKinds(), changes));
+}
 
 Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
   const std::filesystem::path file = arguments.file;
@@ -35,7 +69,11 @@ Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
     changes.set = arguments.set;
     Findings findings = experiment::CheckExperiment(file, tasks::AllKinds(), changes);
     // What the checks do not look at: objects, sensor, published table.
-    if (!core::HasError(findings)) experiment::OpenExperiment(file, tasks::AllKinds(), changes);
+    if (core::HasError(findings)) return findings;
+    const auto e = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
+    if (e.kind->name == tasks::grasping::GraspingTask().name) {
+      CheckDetectorOf(e, arguments.json);
+    }
     return findings;
   }
   const check::Kind what = arguments.as.empty() ? check::KindOf(file)
@@ -59,6 +97,10 @@ std::string JsonOf(const std::string& file, const std::string& kind, const Findi
 }
 
 void Check(const CheckArguments& arguments) {
+  if (arguments.file.empty() == arguments.detector.empty()) {
+    throw core::InputError("check needs either a file or --detector");
+  }
+  if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
   std::string kind;
   const Findings findings = CheckFile(arguments, kind);
   const auto errors =
@@ -83,12 +125,15 @@ void Check(const CheckArguments& arguments) {
 void AddCheckCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "check",
-      "Look for what is wrong with a scene, an arm, a hand, an object (MJCF) or an experiment "
-      "(YAML), and say how one edit cures it.");
+      "Look for what is wrong with a scene, an arm, a hand, an object (MJCF), an experiment "
+      "(YAML) or a detector of your own, and say how one edit cures it.");
   auto a = std::make_shared<CheckArguments>();
-  command->add_option("file", a->file, "MJCF or experiment file")->required();
+  command->add_option("file", a->file, "MJCF or experiment file");
   command->add_option("--as", a->as, "what an MJCF file is (default: by what it holds)")
       ->check(CLI::IsMember(core::WordList<check::Kind>()));
+  command->add_option("--detector", a->detector,
+                      "in place of a file: a grasp detector of your own, e.g. \"python3 "
+                      "my_detector.py\"; it is asked about a few scans");
   command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
   command->add_flag("--json", a->json, "findings as JSON");
   command->footer(

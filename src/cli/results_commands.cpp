@@ -62,6 +62,7 @@ void Replay(const TrialArguments& arguments) {
   options.snapshots = arguments.snapshots;
   options.video = arguments.video;
   options.camera = arguments.camera;
+  e.task->Hide(arguments.folder);
   const Record replayed{which, e.task->Replay(which, options)};
   WriteResult(experiment::ToJson(replayed) + "\n");
   for (const Record& stored : store.ReadAll()) {

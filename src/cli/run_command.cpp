@@ -199,12 +199,14 @@ void Run(RunArguments arguments) {
   if (arguments.seeds.empty()) {
     const Experiment e = open();
     folder = folder_of(e);
+    e.task->Hide(folder);
     failed = RunInto(folder, e, arguments);
   } else {
     for (const std::uint64_t seed : ParseSeeds(arguments.seeds)) {
       arguments.changes.seed = seed;
       const Experiment e = open();
       folder = folder_of(e);
+      e.task->Hide(folder);
       if (Store::Exists(folder)) {
         throw core::InputError(folder.string() +
                                ": holds results of one seed; --out DIR writes those of several "

@@ -149,6 +149,11 @@ bool YamlMap::Has(const std::string& key) const {
   return node.IsMap() && node[key].IsDefined();
 }
 
+bool YamlMap::HoldsMap(const std::string& key) const {
+  const YAML::Node& node = impl_->node;  // what is not const makes keys that are absent
+  return Has(key) && node[key].IsMap();
+}
+
 std::vector<std::string> YamlMap::Names() const {
   std::vector<std::string> names;
   if (!impl_->node.IsMap()) return names;

@@ -50,6 +50,8 @@ class YamlMap {
 
   const std::filesystem::path& file() const;
   bool Has(const std::string& key) const;
+  /// Whether the key holds keys of its own.
+  bool HoldsMap(const std::string& key) const;
   /// The keys that stand there, in the file's order.
   std::vector<std::string> Names() const;
   /// The mapping under a key; an empty one if the key is absent.

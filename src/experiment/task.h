@@ -32,6 +32,9 @@ class Task {
   /// What takes long and is done once before cases are run, beside what all cases share: a case
   /// that finds it undone does it for itself. @throws core::InputError
   virtual void Prepare() const {}
+  /// Results lie in this folder: a program that a case starts must not see them, for they hold the
+  /// truth.
+  virtual void Hide(const std::filesystem::path& /*folder*/) {}
   /// Runs a case, in a process of its own. What a case may run into is an outcome; an exception
   /// counts as kCrashed.
   virtual Result Run(const Case& which) const = 0;

@@ -155,6 +155,21 @@ TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) { return Read(f
 
 TriangleMesh ReadMesh(const std::filesystem::path& file) { return Read(file, false).mesh; }
 
+void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh) {
+  constexpr std::size_t kHeader_bytes = 80;  // of the format; its text means nothing
+  std::string bytes(kHeader_bytes, ' ');
+  internal::AppendRaw(static_cast<std::uint32_t>(mesh.triangles.size()), bytes);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& p = mesh.vertices[a];
+    internal::AppendPoint((mesh.vertices[b] - p).cross(mesh.vertices[c] - p).normalized(), bytes);
+    for (const std::uint32_t vertex : {a, b, c}) {
+      internal::AppendPoint(mesh.vertices[vertex], bytes);
+    }
+    internal::AppendRaw(std::uint16_t{0}, bytes);
+  }
+  core::WriteFile(file, bytes);
+}
+
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors) {
   if (colors.size() != mesh.vertices.size()) {

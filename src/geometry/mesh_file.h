@@ -26,6 +26,10 @@ TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 /// @throws core::InputError if its header is broken or the file cannot be read.
 bool PlyHoldsMesh(const std::filesystem::path& file);
 
+/// Binary STL, coordinates in single precision.
+/// @throws core::RunError naming the file if it cannot be written whole.
+void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh);
+
 /// A mesh with one colour a vertex (r, g, b in 0..255), as binary PLY.
 /// @throws core::RunError naming the file if it cannot be written whole.
 /// @throws std::invalid_argument if there is not one colour a vertex.

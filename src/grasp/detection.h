@@ -22,6 +22,9 @@ struct DetectedObject {
   geometry::TriangleMesh surface_C;         ///< completed; may be empty
   bool rotational = false;
   bool open = false;  ///< a container
+  /// The samples are meant to be all of it; false: those between the fingers of a grasp, of a
+  /// detector that names no objects.
+  bool whole = true;
 };
 
 struct DetectedGrasp {

@@ -5,6 +5,7 @@
 
 #include "grasp/internal/choosing.h"
 #include "grasp/internal/cylindrical_candidates.h"
+#include "grasp/internal/object_surfaces.h"
 #include "grasp/internal/power_candidates.h"
 #include "grasp/internal/rim_candidates.h"
 
@@ -12,6 +13,8 @@ namespace rangegrasp::grasp {
 namespace {
 
 using internal::Candidate;
+using internal::Others;
+using internal::SurfaceOf;
 using internal::Task;
 
 /// Of an object's surface: neighbors about 2 mm apart on objects of the size of a cup, as in a
@@ -19,24 +22,9 @@ using internal::Task;
 constexpr std::size_t kSamples = 10000;
 /// Every such sample where extents are enough: neighbors about 4 mm apart.
 constexpr std::size_t kThinned = 5;
-/// Grids of the specks that stand for objects whose surface is not known, and, finer than a wall is
-/// thick, for the points of a container that is gripped at its rim (its surface closes the cavity).
-constexpr double kSpeckCell_m = 0.002;
+/// Grid of the specks, finer than a wall is thick, that stand for the points of a container that is
+/// gripped at its rim (its surface closes the cavity).
 constexpr double kWallSpeckCell_m = 0.003;
-
-geometry::TriangleMesh SurfaceOf(const perception::PerceivedObject& object) {
-  if (!object.surface_C.triangles.empty()) return object.surface_C;
-  return SpeckMesh(object.completed_C, kSpeckCell_m);
-}
-
-std::vector<geometry::TriangleMesh> Others(const perception::Scene& scene, std::size_t own,
-                                           std::span<const geometry::TriangleMesh> obstacles_C) {
-  std::vector<geometry::TriangleMesh> surfaces(obstacles_C.begin(), obstacles_C.end());
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    if (i != own) surfaces.push_back(SurfaceOf(scene.objects[i]));
-  }
-  return surfaces;
-}
 
 SurfaceSamples Thinned(const SurfaceSamples& samples) {
   SurfaceSamples thin;

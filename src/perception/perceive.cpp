@@ -137,15 +137,13 @@ std::optional<double> StatedNoise(const geometry::Observation& observation,
 }
 
 /// One view of all that was measured from each place.
-std::vector<internal::SensorView> ViewsFrom(const internal::MeasuredPoints& measured,
+std::vector<internal::SensorView> ViewsFrom(geometry::PointSpan places_C, const Indices& place_of,
                                             geometry::PointSpan points_C) {
-  std::vector<geometry::Points> seen_from(measured.places_C.size());
-  for (std::size_t i = 0; i < points_C.size(); ++i) {
-    seen_from[measured.place_of[i]].push_back(points_C[i]);
-  }
+  std::vector<geometry::Points> seen_from(places_C.size());
+  for (std::size_t i = 0; i < points_C.size(); ++i) seen_from[place_of[i]].push_back(points_C[i]);
   std::vector<internal::SensorView> views;
   for (std::size_t place = 0; place < seen_from.size(); ++place) {
-    views.emplace_back(seen_from[place], measured.places_C[place]);
+    views.emplace_back(seen_from[place], places_C[place]);
   }
   return views;
 }
@@ -197,18 +195,30 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
   s.min_points.AdaptTo(sampling);
 }
 
-Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& given,
-               core::Rng& rng, const std::optional<Workspace>& workspace) {
+namespace {
+
+/// What all later steps start from.
+struct Begun {
+  Scene scene;                ///< with its points, sampling and table
+  PerceptionOptions options;  ///< with lengths that suit the sampling
+  geometry::Points places_C;  ///< of the sensors
+  Indices place_of;           ///< one a point of the scene
+  Indices above;              ///< the table; positions in the scene's points
+};
+
+Begun Begin(const geometry::Observation& observation, const PerceptionOptions& given,
+            core::Rng& rng, const std::optional<Workspace>& workspace) {
   core::Stopwatch watch;
   internal::MeasuredPoints measured = internal::Gather(observation, workspace);
   if (measured.points_C.size() < kMinPoints) {
     throw core::InputError(fmt::format("a scan needs at least {} points, this one has {}",
                                        kMinPoints, measured.points_C.size()));
   }
-  Scene scene;
+  Begun begun{{}, given, std::move(measured.places_C), std::move(measured.place_of), {}};
+  Scene& scene = begun.scene;
+  PerceptionOptions& options = begun.options;
   scene.points_C = std::move(measured.points_C);
   scene.samples = std::move(measured.samples);
-  PerceptionOptions options = given;
   if (options.stated_noise) options.noise_m = StatedNoise(observation, scene.samples);
   if (options.preprocess.adapt_lengths) {
     scene.sampling = MeasureSampling(scene.points_C, options.sampling);
@@ -218,15 +228,33 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.seconds.emplace_back("sampling", watch.Restart());
   // All sensors stand on one side of the table, and so does their middle.
   auto table =
-      FindTable(scene.points_C, geometry::Centroid(measured.places_C), options.preprocess, rng);
+      FindTable(scene.points_C, geometry::Centroid(begun.places_C), options.preprocess, rng);
   if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
   if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
-  const Indices above =
-      AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
+  begun.above = AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
   scene.seconds.emplace_back("table", watch.Restart());
+  return begun;
+}
 
-  FilterPoints(above, options.preprocess, scene);
+}  // namespace
+
+Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
+                    core::Rng& rng, const std::optional<Workspace>& workspace) {
+  Begun begun = Begin(observation, options, rng, workspace);
+  begun.scene.source = std::move(begun.above);
+  begun.scene.cloud.points = geometry::Select(begun.scene.points_C, begun.scene.source);
+  return std::move(begun.scene);
+}
+
+Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& given,
+               core::Rng& rng, const std::optional<Workspace>& workspace) {
+  Begun begun = Begin(observation, given, rng, workspace);
+  Scene scene = std::move(begun.scene);
+  PerceptionOptions& options = begun.options;
+  core::Stopwatch watch;
+
+  FilterPoints(begun.above, options.preprocess, scene);
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
   scene.seconds.emplace_back("filter", watch.Restart());
 
@@ -236,9 +264,9 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   scene.seconds.emplace_back("smooth", watch.Restart());
 
   Indices place_of;
-  for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
+  for (const auto i : scene.source) place_of.push_back(begun.place_of[i]);
   if (!scene.source.empty()) {
-    scene.cloud.normals = NormalsOf(scene.cloud.points, options, measured.places_C, place_of);
+    scene.cloud.normals = NormalsOf(scene.cloud.points, options, begun.places_C, place_of);
   }
   scene.seconds.emplace_back("normals", watch.Restart());
 
@@ -248,7 +276,8 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   if (options.segment.method == SegmentMethod::kConvexity) {
     options.features.merge.cut_m = options.segment.convexity.link_m;
   }
-  const internal::SensorViews views{ViewsFrom(measured, scene.points_C), std::move(place_of)};
+  const internal::SensorViews views{ViewsFrom(begun.places_C, begun.place_of, scene.points_C),
+                                    std::move(place_of)};
   scene.objects = internal::BuildObjects(scene.cloud, scene.segments, scene.table.plane, views,
                                          options.features, rng, scene.seconds);
   return scene;

@@ -55,7 +55,13 @@ class Workspace {
 Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& options,
                core::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
 
-/// The same of a plain cloud, e.g. a recorded one, seen from one place; Scene::samples are
+/// What comes before any object, for what finds objects in another way: the points, their sampling,
+/// the table; the cloud is what lies above the table, neither filtered nor smoothed, without
+/// normals. @throws as Perceive
+Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
+                    core::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
+
+/// Perceive of a plain cloud, e.g. a recorded one, seen from one place; Scene::samples are
 /// positions in it.
 /// @param points_C  n points [m]; those that are not finite are left out
 /// @param sensor_origin_C  [m]

@@ -10,26 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The wide opening, then the narrow one, that clears obstacles and the object itself.
-std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
-                                       const core::Pose& X_CH, const Candidate& candidate) {
-  const bool one = candidate.narrow_state == candidate.open_state;
-  for (const std::size_t s : {candidate.open_state, candidate.narrow_state}) {
-    if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
-    if (one) break;
-  }
-  return std::nullopt;
-}
-
-bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
-                      const core::Pose& X_CH, const Candidate& candidate) {
-  const std::size_t last = std::min(candidate.held_state + 1, hand.states.size() - 1);
-  for (std::size_t s = candidate.open_state; s <= last; ++s) {
-    if (collider.HitsTable(X_CH, s)) return true;
-  }
-  return false;
-}
-
 /// How far up a candidate is tried.
 std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
   const PlacingOptions& options = task.options.placing;
@@ -45,15 +25,16 @@ std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
 /// opening is set.
 bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
+  const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
   for (const double lift : LiftsOf(task, candidate)) {
     core::Pose X_CH = candidate.grasp.X_CH;
     X_CH.translation() -= lift * approach;
-    if (HitsTableClosing(collider, task.hand, X_CH, candidate)) {
+    if (HitsTableClosing(collider, task.hand, X_CH, openings)) {
       if (candidate.to_contact) continue;
       return false;
     }
     if (collider.HitsObstacle(X_CH, candidate.held_state)) return false;
-    const auto opening = FreeOpening(collider, X_CH, candidate);
+    const auto opening = FreeOpening(collider, X_CH, openings);
     if (!opening) continue;
     candidate.grasp.opening_m = task.hand.states[*opening].gap_m;
     candidate.grasp.X_CH = X_CH;
@@ -64,6 +45,25 @@ bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate
 }
 
 }  // namespace
+
+std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
+                                       const core::Pose& X_CH, const Openings& openings) {
+  const bool one = openings.narrow == openings.wide;
+  for (const std::size_t s : {openings.wide, openings.narrow}) {
+    if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
+    if (one) break;
+  }
+  return std::nullopt;
+}
+
+bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
+                      const core::Pose& X_CH, const Openings& openings) {
+  const std::size_t last = std::min(openings.held + 1, hand.states.size() - 1);
+  for (std::size_t s = openings.wide; s <= last; ++s) {
+    if (collider.HitsTable(X_CH, s)) return true;
+  }
+  return false;
+}
 
 void ChooseFree(const collision::HandCollider& collider, const Task& task,
                 std::vector<Candidate> candidates, const Quota& quota, std::vector<Grasp>& accepted,

@@ -69,10 +69,11 @@ class Run {
     step.scan = result_.scans;
     step.attempt = Try();
     const Attempt& attempt = step.attempt;
-    if (attempt.outcome == Outcome::kCrashed) {
+    const bool detector_failed = attempt.outcome == Outcome::kDetectorFailed;
+    if (detector_failed || attempt.outcome == Outcome::kCrashed) {
       result_.detail = attempt.stage + ": " + attempt.detail;
       result_.steps.push_back(std::move(step));
-      return Stop::kCrashed;
+      return detector_failed ? Stop::kDetectorFailed : Stop::kCrashed;
     }
     last_ = attempt.detected.detection;
     result_.perceived = last_.objects.size();

@@ -23,15 +23,15 @@ enum class Stop {
   kNoPath,            ///< some have one, none is reached
   kTriesUsedUp,       ///< what is left has been tried as often as allowed
   kMaxGrasps,
-  kEmpty,          ///< truth: no object is left; the program still sees something
-  kBrokenPhysics,  ///< the engine lost the state of the world
-  kCrashed,        ///< an attempt did
+  kEmpty,           ///< truth: no object is left; the program still sees something
+  kBrokenPhysics,   ///< the engine lost the state of the world
+  kDetectorFailed,  ///< one that is another program
+  kCrashed,         ///< an attempt did
 };
-constexpr std::array<std::string_view, 8> WordsOf(Stop) {
-  return {"nothing_perceived", "nothing_graspable",
-          "no_path",           "tries_used_up",
-          "max_grasps",        "empty",
-          "broken_physics",    "crashed"};
+constexpr std::array<std::string_view, 9> WordsOf(Stop) {
+  return {"nothing_perceived", "nothing_graspable", "no_path",
+          "tries_used_up",     "max_grasps",        "empty",
+          "broken_physics",    "detector_failed",   "crashed"};
 }
 
 /// Where an object is at the end, by truth.

@@ -10,6 +10,7 @@
 #include "tasks/clearing/clearing_record.h"
 #include "tasks/clearing/clearing_replay.h"
 #include "tasks/clearing/clearing_report.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/trial.h"
 
 namespace rangegrasp::tasks::clearing {
@@ -43,6 +44,8 @@ class ClearingExperiment : public experiment::Task {
     return cases;
   }
 
+  void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
+
   experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
 
   experiment::Result Replay(const Case& which,
@@ -54,6 +57,7 @@ class ClearingExperiment : public experiment::Task {
 
   void AddTo(experiment::Stamp& stamp) const override {
     stamp.identity["scene_hash"] = grasping::SceneHash(cell_.options);
+    grasping::AddDetector(cell_.options.outside, stamp);
     stamp.identity["mujoco"] = sim::EngineVersion();
     for (const std::string& object : cell_.options.objects) {
       stamp.data[kTitlePrefix + object] =
@@ -96,6 +100,7 @@ class ClearingExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
+  grasping::CheckOutside(map, options.grasping.outside, common.case_limit_s);
   return std::make_unique<ClearingExperiment>(options, common);
 }
 

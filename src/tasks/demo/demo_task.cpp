@@ -181,6 +181,9 @@ class DemoExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
+  if (!options.grasping.outside.command.empty()) {
+    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
+  }
   return std::make_unique<DemoExperiment>(options, common);
 }
 

@@ -106,6 +106,8 @@ class AttemptRun {
   Attempt Run() {
     try {
       RunStages();
+    } catch (const DetectorFailed& e) {
+      End(Outcome::kDetectorFailed, e.what());
     } catch (const std::exception& e) {
       End(Outcome::kCrashed, e.what());
     }
@@ -298,6 +300,10 @@ Cell::Cell(Options o)
       sensor(SensorOf(*this)),
       detector(MakeDetector(options, robot)),
       mover(MakeMover(options, robot)) {}
+
+void Cell::Hide(const std::filesystem::path& folder) {
+  options.outside.hidden.push_back(std::filesystem::absolute(folder));
+}
 
 geometry::Plane Cell::TablePlane() const {
   const Eigen::Vector3d up_W = robot.X_WWorkspace.linear().col(2);

@@ -28,6 +28,9 @@ struct Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
+  /// Results lie there: no program in a sandbox sees them.
+  void Hide(const std::filesystem::path& folder);
+
   geometry::Plane TablePlane() const;  ///< in W, as the scene's model has it
 
   Options options;

@@ -5,6 +5,7 @@
 #include "core/stopwatch.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -77,6 +78,9 @@ geometry::Points PlacesOf(const geometry::Observation& observation) {
 
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer) {
+  if (!options.outside.command.empty()) {
+    return MakeOutsideDetector(options, robot, std::move(observer));
+  }
   switch (options.detector) {
     case DetectorKind::kDissertation:
       break;

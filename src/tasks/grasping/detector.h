@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,12 @@ struct Detected {
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };
 
+/// A detector that is another program gave no answer, or none that can be used: an outcome.
+class DetectorFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// When an object is to be taken, by its samples: lower ones first, those of one turn in the
 /// detector's own order; nullopt: not at all. Empty: the detector's own order.
 using Turn = std::function<std::optional<int>(const std::vector<geometry::SampleId>&)>;
@@ -35,7 +42,7 @@ class Detector {
  public:
   virtual ~Detector() = default;
   /// @param turn  decides which object is taken first, and is the one with grasps
-  /// @throws core::InputError for an observation in which it finds no table.
+  /// @throws core::InputError for an observation in which it finds no table, DetectorFailed.
   virtual Detected Detect(const geometry::Observation& observation, core::Rng& rng,
                           const Turn& turn = {}) const = 0;
 };
@@ -47,8 +54,9 @@ using SceneObserver = std::function<void(const perception::Scene&, const std::ve
 /// Where the sensors stood, one a view.
 geometry::Points PlacesOf(const geometry::Observation& observation);
 
-/// The dissertation's method (chapter 5): perception, then grasps for the topmost object.
-/// The arguments must outlive it. @param observer  may be empty
+/// The dissertation's method (chapter 5): perception, then grasps for the topmost object; or the
+/// program that the options name (outside_detector.h). The arguments must outlive it. @param
+/// observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer = {});
 

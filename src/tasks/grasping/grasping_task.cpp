@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "sim/info.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/replay.h"
 #include "tasks/grasping/table.h"
 
@@ -32,6 +33,8 @@ class Grasping : public experiment::Task {
 
   void Prepare() const override { cell_.sensor->Prepare(); }
 
+  void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
+
   experiment::Result Run(const Case& which) const override {
     return RunTrial(cell_, SpecOf(which));
   }
@@ -44,6 +47,7 @@ class Grasping : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     const Options& o = cell_.options;
     stamp.identity["scene_hash"] = SceneHash(o);
+    AddDetector(o.outside, stamp);
     stamp.identity["mujoco"] = sim::EngineVersion();
     for (const std::string& object : o.objects) {
       stamp.data[kTitlePrefix + object] = sim::ObjectTitle(ObjectModelOf(o, object));
@@ -61,6 +65,7 @@ class Grasping : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
   CheckObjects(map, options);
+  CheckOutside(map, options.outside, common.case_limit_s);
   options.seed = common.seed;
   return std::make_unique<Grasping>(std::move(options), common);
 }

@@ -44,7 +44,8 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
   verdict.share_of_object = static_cast<double>(hits) / static_cast<double>(samples.size());
   verdict.share_of_target = static_cast<double>(hits) / static_cast<double>(visible);
   verdict.right_target = verdict.share_of_object > kHalf;
-  verdict.segmented = verdict.share_of_target > kHalf;
+  const double needed = detection.objects.front().whole ? kHalf : 0.0;
+  verdict.segmented = verdict.share_of_target > needed;
   return verdict;
 }
 

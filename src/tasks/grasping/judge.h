@@ -26,18 +26,20 @@ enum class Outcome {
   kDropped,
   kMisplaced,
   kInvalidPhysics,
+  kDetectorFailed,
   kCrashed,
 };
-constexpr std::array<std::string_view, 10> WordsOf(Outcome) {
-  return {"delivered",  "not_segmented", "wrong_target", "no_grasp",        "no_path",
-          "not_lifted", "dropped",       "misplaced",    "invalid_physics", "crashed"};
+constexpr std::array<std::string_view, 11> WordsOf(Outcome) {
+  return {"delivered",       "not_segmented",   "wrong_target", "no_grasp",
+          "no_path",         "not_lifted",      "dropped",      "misplaced",
+          "invalid_physics", "detector_failed", "crashed"};
 }
 
 /// What the judge makes of a detection, from the labels that it alone knows.
 struct DetectionVerdict {
   /// The first object holds more than half of the target's samples that a detector could use:
   /// those of the raw observation that lie clear of the table. What a filter eats counts against
-  /// the detection.
+  /// the detection. Of an object that is not meant whole one is enough.
   bool segmented = false;
   bool right_target = false;  ///< more than half of the first object's samples are the target's
   double share_of_object = 0.0;

@@ -126,6 +126,19 @@ SensorKind KindOfSensor(const std::filesystem::path& file) {
   return kind;
 }
 
+// A word, or a map that says how to start another program.
+void ReadDetector(YamlMap& map, Options& o) {
+  const bool is_outside = map.HoldsMap("detector");
+  if (is_outside || !map.Has("detector")) {
+    YamlMap child = map.Child("detector");
+    if (is_outside) child.Require("command");
+    ReadOutside(std::move(child), o.outside);
+  }
+  if (!is_outside)
+    map.Read("detector", o.detector,
+             "what finds objects and grasps: a word, or a map with the keys below");
+}
+
 void ReadStereo(YamlMap map, Options& o) {
   map.ReadPath("calibration", o.stereo_calibration,
                "of the camera; without it, it is calibrated before the first trial");
@@ -292,7 +305,7 @@ Options ReadOptions(YamlMap& map) {
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
   map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner or a stereo camera");
   o.sensor_kind = KindOfSensor(o.sensor);
-  map.Read("detector", o.detector, "what finds objects and grasps");
+  ReadDetector(map, o);
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
   SetMethod(o.method, o);

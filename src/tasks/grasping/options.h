@@ -17,6 +17,7 @@
 #include "sim/execute.h"
 #include "sim/world.h"
 #include "stereo/reconstruct_options.h"
+#include "tasks/grasping/outside_options.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -103,6 +104,7 @@ struct Options {
   ArrangerKind arranger = ArrangerKind::kSingle;
   SensorKind sensor_kind = SensorKind::kLineScanner;  ///< as the sensor's file says
   DetectorKind detector = DetectorKind::kDissertation;
+  OutsideOptions outside;  ///< goes before it
   MethodKind method = MethodKind::kImproved;
   MoverKind mover = MoverKind::kPlanned;
 
