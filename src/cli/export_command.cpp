@@ -67,6 +67,8 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
                   const std::filesystem::path& out) {
   const auto stamp = store.ReadStamp();
   const auto e = ReopenExperiment(stamp, folder);
+  e.task->Hide(folder);
+  e.task->Hide(out);
   const grasping::Cell& cell = grasping::CellOf(*e.task);
   const auto records = store.ReadAll();
   const auto cases = CasesOf(e, records);
