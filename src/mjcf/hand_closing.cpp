@@ -18,9 +18,9 @@ struct Deleter {
 
 constexpr int kPoints = 97;           // 1 mm of gap each of a hand that opens 100 mm
 constexpr int kFirstSteps = 600;      // 1.2 s: from where the model is drawn to the open hand
-constexpr int kStepsAPoint = 15;      // 30 ms; drives settle in 20
+constexpr int kStepsAPoint = 15;      // 30 ms: servos come within a hundredth of the step
 constexpr double kStep_s = 0.002;     // as in scenes
-constexpr double kServo_1_s = 60.0;   // of drives: 12 % of what the step allows
+constexpr double kServo_1_s = 150.0;  // of drives: a third of what the step allows
 constexpr double kDrag = 0.95;        // of speed kept from step to step: springs swing out
 constexpr double kArmature = 1000.0;  // of all but the hand, which so stands still
 constexpr double kFarApart_m = 1.0;
