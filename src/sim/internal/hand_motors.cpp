@@ -65,26 +65,26 @@ void HandMotors::ServePlainMotor(Drive& drive, double strongest_N) {
 }
 
 double HandMotors::Share(const mjData* data) const {
-  double sum = 0.0;
-  int moving = 0;
+  double along = 0.0;
+  double whole = 0.0;
   for (const Drive& drive : drives_) {
-    if (!drive.motor.Moves()) continue;
+    const double way = drive.motor.Travel();
     const double at = mjcf::DriveLength(model_, data, drive.motor.actuator);
-    sum += (at - drive.motor.open) / drive.motor.Travel();
-    ++moving;
+    along += way * (at - drive.motor.open);
+    whole += way * way;
   }
-  return sum / moving;
+  return along / whole;
 }
 
 double HandMotors::Speed(const mjData* data) const {
-  double sum = 0.0;
-  int moving = 0;
+  double along = 0.0;
+  double whole = 0.0;
   for (const Drive& drive : drives_) {
-    if (!drive.motor.Moves()) continue;
-    sum += mjcf::DriveSpeed(model_, data, drive.motor.actuator) / drive.motor.Travel();
-    ++moving;
+    const double way = drive.motor.Travel();
+    along += way * mjcf::DriveSpeed(model_, data, drive.motor.actuator);
+    whole += way * way;
   }
-  return sum / moving;
+  return along / whole;
 }
 
 double HandMotors::Wanted(const Drive& drive, const mjData* data, double share) const {

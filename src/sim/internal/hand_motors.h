@@ -18,7 +18,8 @@ class HandMotors {
   HandMotors(mjModel* model, double strongest_N);
 
   const mjcf::HandClosing& closing() const { return closing_; }
-  double Share(const mjData* data) const;  ///< mean over the drives that move
+  /// The share that explains best where the drives stand: their least squares.
+  double Share(const mjData* data) const;
   double Speed(const mjData* data) const;  ///< [1/s]
 
   /// Servos go to a share of closing.
