@@ -65,9 +65,11 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
   return drive;
 }
 
-// Speeds of a hand with "hand_motors" are shares of its way.
+// Speeds of a hand with "hand_motors" are shares of its way: faster and slower as a geared one.
 HandControlOptions OptionsOf(const mjModel* model, HandControlOptions options) {
-  if (mjcf::HasMotors(model)) options.closing_speed_rad_s = 1.0 / kClosing_s;
+  if (mjcf::HasMotors(model)) {
+    options.closing_speed_rad_s /= HandControlOptions().closing_speed_rad_s * kClosing_s;
+  }
   return options;
 }
 
@@ -78,7 +80,8 @@ HandController::HandController(World& world, const HandGeoms& hand,
     : world_(&world),
       hand_(&hand),
       drive_(DriveOf(world.model(), options)),
-      control_(OptionsOf(world.model(), options), drive_, world.physics().timestep_s) {
+      options_(OptionsOf(world.model(), options)),
+      control_(options_, drive_, world.physics().timestep_s) {
   mjModel* model = world.model();
   if (mjcf::HasMotors(model)) {
     motors_.emplace(model, drive_.max_force_N);
@@ -203,7 +206,7 @@ void HandController::Tick(bool slips) {
 // no more than what a moving hand may shove with, or the grip's force.
 void HandController::DriveMotors() {
   mjData* data = world_->data();
-  const double step = world_->physics().timestep_s / kClosing_s;
+  const double step = world_->physics().timestep_s * options_.closing_speed_rad_s;
   switch (control_.mode()) {
     case GripControl::Mode::kPreshape:
       set_share_ = control_.commanded_rad();

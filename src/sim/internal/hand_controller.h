@@ -55,6 +55,7 @@ class HandController {
   World* world_;
   const HandGeoms* hand_;
   HandDrive drive_;
+  HandControlOptions options_;
   std::optional<HandMotors> motors_;
   std::vector<int> joints_;         // of one geared motor
   std::vector<double> open_limit_;  // lower ends of the joints' ranges, before any ratchet
