@@ -204,7 +204,8 @@ void CheckHandNames(Model& model) {
                                  : attach;
   if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", rename.c_str()},
                 model.HasArm() ? model.ArmFile() : file)) {
-    return;
+    if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
+    model.hand = 1;  // what else it lacks is said at once
   }
   IsGeared(model) ? CheckGearedNames(model, file) : CheckMotorNames(model, file);
   CheckToolSites(model, file);
