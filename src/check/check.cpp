@@ -26,7 +26,7 @@ Kind KindOf(const std::filesystem::path& mjcf) {
   if (has("site workspace")) return Kind::kScene;
   if (has("tuple arm_joints")) return Kind::kArm;
   if (has("freejoint")) return Kind::kObject;
-  if (has("tuple hand_joints")) return Kind::kHand;
+  if (has("tuple hand_joints") || has("tuple hand_motors")) return Kind::kHand;
   if (lines.longest_chain() >= kFewestOfAnArm) return Kind::kArm;
   return lines.longest_chain() > 0 ? Kind::kHand : Kind::kScene;
 }

@@ -73,6 +73,12 @@ bool HasNormals(const perception::Scene& scene, const perception::PerceivedObjec
   return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
 }
 
+/// A level hand is not pitched.
+GraspOptions FittedTo(const robot::HandModel& hand, GraspOptions options) {
+  options.pitches = options.pitches && !hand.level;
+  return options;
+}
+
 void CollectRotational(Task& task, collision::HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
@@ -89,8 +95,9 @@ void CollectRotational(Task& task, collision::HandCollider& collider, Collected&
 
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
-                              const GraspOptions& options,
+                              const GraspOptions& given,
                               std::span<const geometry::TriangleMesh> obstacles_C) {
+  const GraspOptions options = FittedTo(hand, given);
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
   if (options.max_candidates < 1) {
     throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");

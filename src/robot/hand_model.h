@@ -13,7 +13,7 @@ namespace rangegrasp::robot {
 struct HandModel {
   /// One state of the hand, in its root body's frame H.
   struct State {
-    double closing = 0.0;  ///< 0 open (joints at their lower limits) .. 1 closed (pads touch)
+    double closing = 0.0;  ///< 0 open .. 1 closed (pads touch, or the end of the drives' way)
     double gap_m = 0.0;    ///< shortest distance from the thumb's to the fingers' last segments
     std::vector<geometry::Shape> shapes;  ///< all collision shapes of the hand (X_BS is X_HS here)
     std::vector<char>
@@ -31,6 +31,8 @@ struct HandModel {
   /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
   core::Pose X_HG_tip = core::Pose::Identity();
   core::Pose X_HG_power = core::Pose::Identity();  ///< the same of the power grasp
+  /// Held level, its approach straight: a hand without a pitch at which it was measured to hold best.
+  bool level = false;
   double depth_m = 0.0;  ///< from the palm's front to the line of the tips
 
   double MaxGap() const { return states.front().gap_m; }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mjcf/hand_file.h"
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
 #include "sim/internal/engine.h"
@@ -279,10 +280,15 @@ class Execution {
   Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
     const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
     const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(),
-                                               world_.SitePose("tcp_tip").translation());
+                                               ToolCenter_W());
     const Eigen::Matrix3d levers =
         J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
     return -levers.ldlt().solve(J * change);
+  }
+
+  Eigen::Vector3d ToolCenter_W() const {
+    return internal::SitePose(world_.data(), mjcf::ToolSite(world_.model(), "tcp_tip"))
+        .translation();
   }
 
   void LetGo() {

@@ -1,11 +1,11 @@
 // What the hand's drives move.
 
+#include "check/internal/hand.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
-
-#include "check/internal/model.h"
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -46,9 +46,7 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
   return roots;
 }
 
-}  // namespace
-
-void CheckHand(Model& model) {
+void CheckGearedHand(Model& model) {
   const auto joints = model.Tuple("hand_joints", mjOBJ_JOINT);
   const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
   if (model.hand < 0 || joints.empty() || tips.empty()) return;
@@ -77,6 +75,13 @@ void CheckHand(Model& model) {
                 "list the joint that moves it in \"hand_joints\", or take the geom out of "
                 "\"fingertips\"");
   }
+}
+
+}  // namespace
+
+void CheckHand(Model& model) {
+  if (model.hand < 0) return;
+  model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 ? CheckClosing(model) : CheckGearedHand(model);
 }
 
 }  // namespace rangegrasp::check::internal

@@ -10,6 +10,7 @@
 #include "check/internal/model.h"
 #include "collision/robot_collider.h"
 #include "core/units.h"
+#include "mjcf/hand_file.h"
 #include "robot/ik.h"
 #include "robot/robot.h"
 #include "robot/timing.h"
@@ -145,7 +146,7 @@ Eigen::VectorXd Weight(Model& model, const Eigen::VectorXd& q, double load_kg) {
     mj_jacBodyCom(&m, &d, J.data(), nullptr, body);
     add(m.body_mass[body]);
   }
-  const int tool = model.Find(mjOBJ_SITE, "tcp_tip");
+  const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
   if (tool >= 0) {
     mj_jacSite(&m, &d, J.data(), nullptr, tool);
     add(load_kg);

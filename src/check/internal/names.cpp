@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "check/internal/hand.h"
 #include "check/internal/model.h"
 #include "check/internal/view.h"
 #include "core/words.h"
@@ -135,6 +136,57 @@ void CheckArmNames(Model& model) {
                n, false);
 }
 
+// Which of the two kinds of hands it is to be: one geared motor on hinges, or drives that say how
+// they close it.
+bool IsGeared(const Model& model) {
+  return model.Find(mjOBJ_TUPLE, "hand_motors") < 0 &&
+         (model.Find(mjOBJ_TUPLE, "hand_motor") >= 0 ||
+          model.Find(mjOBJ_TUPLE, "hand_joints") >= 0);
+}
+
+void CheckGearedNames(Model& model, const std::string& file) {
+  CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
+  CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
+  CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
+}
+
+void CheckMotorNames(Model& model, const std::string& file) {
+  const HandGuess guess = GuessHand(model);
+  CheckTuple(model, file, "hand_motors", mjOBJ_ACTUATOR, "the drives that close the hand",
+             guess.motors);
+  CheckTuple(model, file, "fingertips", mjOBJ_GEOM,
+             "the geoms that may hold an object, the thumb's first (geoms need names)",
+             guess.fingertips);
+  const auto ends = [&](const char* name, const char* what, const std::string& values) {
+    const std::string cure = fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
+                                         values.empty() ? "VALUE ..." : values);
+    const std::size_t drives = model.Tuple("hand_motors", mjOBJ_ACTUATOR).size();
+    CheckNumeric(model, file, {mjOBJ_NUMERIC, name, true, what, cure.c_str()},
+                 drives > 0 ? drives : guess.motors.size(), false);
+  };
+  ends("hand_open", "where each drive's joint or tendon stands in the open hand [rad or m]",
+       guess.open);
+  ends("hand_closed", "where it stands in the closed hand", guess.closed);
+  CheckNumeric(model, file,
+               {mjOBJ_NUMERIC, "grip_force", true,
+                "the first grip and the strongest one between the two sides [N]",
+                "in <custom>: <numeric name=\"grip_force\" data=\"20 40\"/>"},
+               2, true);
+}
+
+void CheckToolSites(Model& model, const std::string& file) {
+  const bool own = model.Find(mjOBJ_SITE, "tcp_tip") >= 0 || IsGeared(model);
+  const std::string cure =
+      own ? "a <site> of this name in the body \"hand\", between the tips of the open hand"
+          : SuggestTool(model);
+  const char* what =
+      "the tool's centre: z is the approach, x leads from the fingers' pads to the thumb's";
+  if (!own) CheckOne(model, {mjOBJ_SITE, "tcp", true, what, cure.c_str()}, file);
+  for (const char* site : {"tcp_tip", "tcp_power"}) {
+    if (own) CheckOne(model, {mjOBJ_SITE, site, true, what, cure.c_str()}, file);
+  }
+}
+
 void CheckHandNames(Model& model) {
   const std::string file = model.HandFile();
   const char* attach =
@@ -146,21 +198,17 @@ void CheckHandNames(Model& model) {
       "  </frame>\n"
       "</frame>\n"
       "where FLANGE is the place of the flange, its axis z";
-  if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", attach},
+  const std::string rename = model.kind() == Kind::kHand && model.m().nbody > 1
+                                 ? fmt::format("name=\"hand\" in place of \"{}\"",
+                                               model.BodyName(1))
+                                 : attach;
+  if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", rename.c_str()},
                 model.HasArm() ? model.ArmFile() : file)) {
-    return;
+    if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
+    model.hand = 1;  // what else it lacks is said at once
   }
-  CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
-  CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
-  CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
-  for (const char* site : {"tcp_tip", "tcp_power"}) {
-    CheckOne(model,
-             {mjOBJ_SITE, site, true,
-              "the tool's centre: z is the approach, x leads from the "
-              "fingers' pads to the thumb's",
-              "a <site> of this name in the body \"hand\", between the tips of the open hand"},
-             file);
-  }
+  IsGeared(model) ? CheckGearedNames(model, file) : CheckMotorNames(model, file);
+  CheckToolSites(model, file);
   CheckOne(model,
            {mjOBJ_TUPLE, "grip_sensors", false, "the hand feels neither pressure nor slip",
             "<touch> sensors on the last segments, named in a tuple of this name"},

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/rng.h"
+#include "mjcf/hand_file.h"
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -133,7 +134,7 @@ Seen LookAtWorkspace(Model& model) {
 
 std::string SuggestHome(Model& model) {
   const int workspace = model.Find(mjOBJ_SITE, "workspace");
-  const int tool = model.Find(mjOBJ_SITE, "tcp_tip");
+  const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
   if (workspace < 0 || tool < 0 || model.hand < 0 || model.arm_joints.empty()) return "";
   core::Rng rng(1);
   std::vector<Draw> draws;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "geometry/support.h"
+#include "mjcf/hand_closing.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -28,22 +30,22 @@ struct Parts {
   std::vector<int> fingertips;               // geoms that may hold an object
   std::vector<int> thumb_tips, finger_tips;  // last segments among them
   int thumb_root = -1;                       // body
+  std::optional<mjcf::HandClosing> closing;  // of a hand that says how it closes
   /// Sites at the tips that a tool centre lies between, the thumb's first; may be empty.
   std::vector<int> tip_sites, power_sites;
 };
-
-bool IsLeaf(const mjModel& m, int body) {
-  return std::none_of(m.body_parentid + 1, m.body_parentid + m.nbody,
-                      [&](int parent) { return parent == body; });
-}
 
 Parts FindParts(const Mjcf& mjcf, int hand_body) {
   const mjModel& m = mjcf.model();
   Parts parts;
   parts.body = hand_body;
-  parts.driven = mjcf.Tuple("hand_joints", mjOBJ_JOINT);
   parts.fingertips = mjcf.Tuple("fingertips", mjOBJ_GEOM);
-  parts.thumb_root = m.jnt_bodyid[parts.driven.front()];
+  if (mjcf::HasMotors(&m)) {
+    parts.closing = mjcf::CloseOnNothing(&m);
+  } else {
+    parts.driven = mjcf.Tuple("hand_joints", mjOBJ_JOINT);
+  }
+  parts.thumb_root = mjcf::ThumbRoot(&m);
   parts.tip_sites = mjcf.TupleIfAny("tip_grasp_tips", mjOBJ_SITE);
   parts.power_sites = mjcf.TupleIfAny("power_grasp_tips", mjOBJ_SITE);
   for (int j = 0; j < m.njnt; ++j) {
@@ -54,15 +56,13 @@ Parts FindParts(const Mjcf& mjcf, int hand_body) {
   for (int g = 0; g < m.ngeom; ++g) {
     if (mjcf.Collides(g) && mjcf.InSubtree(m.geom_bodyid[g], hand_body)) parts.geoms.push_back(g);
   }
-  for (int g : parts.fingertips) {
-    if (!IsLeaf(m, m.geom_bodyid[g])) continue;
-    const bool thumb = mjcf.InSubtree(m.geom_bodyid[g], parts.thumb_root);
-    (thumb ? parts.thumb_tips : parts.finger_tips).push_back(g);
-  }
+  const mjcf::LastSegments last = mjcf::LastSegmentsOf(&m);
+  parts.thumb_tips = last.thumb;
+  parts.finger_tips = last.fingers;
   if (parts.thumb_tips.empty() || parts.finger_tips.empty()) {
-    mjcf.Fail(
-        "tuple \"fingertips\" needs the last segments of the thumb (the first of "
-        "\"hand_joints\") and of a finger");
+    mjcf.Fail(parts.closing ? "tuple \"fingertips\" needs geoms of two fingers, the thumb's first"
+                            : "tuple \"fingertips\" needs the last segments of the thumb (the "
+                              "first of \"hand_joints\") and of a finger");
   }
   return parts;
 }
@@ -102,6 +102,11 @@ void RelaxPassive(const mjModel& m, mjData& d, int joint, double fraction) {
 void SetClosing(const Mjcf& mjcf, const Parts& parts, double fraction) {
   const mjModel& m = mjcf.model();
   mjData& d = mjcf.data();
+  if (parts.closing) {
+    parts.closing->Pose(&m, &d, fraction);
+    mj_kinematics(&m, &d);
+    return;
+  }
   for (int j : parts.driven) {
     d.qpos[m.jnt_qposadr[j]] =
         m.jnt_range[2 * j] + fraction * (m.jnt_range[2 * j + 1] - m.jnt_range[2 * j]);
@@ -134,9 +139,27 @@ struct Pads {
   }
 };
 
-/// Where the last segments are nearest to each other, at the present closing.
-Pads NearestPoints(const Mjcf& mjcf, const Parts& parts) {
+/// The middle of a geom's side in a direction. Of two flat pads the engine names any of the points
+/// that are nearest to each other.
+Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d& direction_W) {
+  const core::Pose X_WS = mjcf.GeomPose(geom);
+  const double half_m = geometry::Support(mjcf.ShapeOf(geom, X_WS), core::Pose::Identity(),
+                                          direction_W) -
+                        direction_W.dot(X_WS.translation());
+  return X_WS.linear().transpose() * (half_m * direction_W);
+}
+
+/// Where the last segments are nearest to each other, at the present closing; of a hand that says
+/// how it closes, the middles of the sides that they turn to each other.
+Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Eigen::Vector3d& x_W) {
   Pads pads;
+  if (parts.closing) {
+    for (const int g : parts.thumb_tips) pads.thumb.emplace_back(g, MiddleOfSide_S(mjcf, g, -x_W));
+    for (const int g : parts.finger_tips) {
+      pads.fingers.emplace_back(g, MiddleOfSide_S(mjcf, g, x_W));
+    }
+    return pads;
+  }
   for (int finger : parts.finger_tips) {
     for (int thumb : parts.thumb_tips) {
       mjtNum line[6];
@@ -213,20 +236,28 @@ double PalmDepth(const Mjcf& mjcf, const Parts& parts, const core::Pose& X_WG) {
   const Eigen::Vector3d approach_W = X_WG.linear().col(2);
   double front = -std::numeric_limits<double>::infinity();
   for (int g : parts.geoms) {
-    if (mjcf.model().geom_bodyid[g] == parts.body) {
+    const mjModel& m = mjcf.model();
+    if (m.body_weldid[m.geom_bodyid[g]] == m.body_weldid[parts.body]) {
       front = std::max(front, Reach(mjcf, g, approach_W));
     }
   }
   return std::isfinite(front) ? approach_W.dot(X_WG.translation()) - front : 0.0;
 }
 
+int RequireTool(const Mjcf& mjcf, const char* name) {
+  const int site = mjcf::ToolSite(&mjcf.model(), name);
+  return site >= 0 ? site : mjcf.Require(mjOBJ_SITE, name);
+}
+
 }  // namespace
 
 HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
   const Parts parts = FindParts(mjcf, hand_body);
+  const int tip_site = RequireTool(mjcf, "tcp_tip");
+  const int power_site = RequireTool(mjcf, "tcp_power");
   const double closed = TouchingFraction(mjcf, parts);
   SetClosing(mjcf, parts, closed);
-  const Pads pads = NearestPoints(mjcf, parts);
+  const Pads pads = FacingPoints(mjcf, parts, mjcf.SitePose(tip_site).linear().col(0));
   HandModel hand;
   for (int i = 0; i < kStates; ++i) {
     const double closing = static_cast<double>(i) / (kStates - 1);
@@ -235,9 +266,10 @@ HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
   }
   SetClosing(mjcf, parts, 0.0);
   const core::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
-  const core::Pose X_WG = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "tcp_tip"));
+  const core::Pose X_WG = mjcf.SitePose(tip_site);
   hand.X_HG_tip = X_HW * X_WG;
-  hand.X_HG_power = X_HW * mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "tcp_power"));
+  hand.X_HG_power = X_HW * mjcf.SitePose(power_site);
+  hand.level = parts.closing.has_value();
   hand.depth_m = PalmDepth(mjcf, parts, X_WG);
   return hand;
 }

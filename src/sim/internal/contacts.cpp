@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "mjcf/hand_file.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 #include "sim/internal/visual.h"
@@ -52,7 +53,7 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
     }
     pad_bodies.insert(model->site_bodyid[model->sensor_objid[sensor]]);
   }
-  const int thumb = model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
+  const int thumb = mjcf::ThumbRoot(model);
   for (int body = 0; body < model->nbody; ++body) {
     thumb_body_.push_back(InSubtree(model, body, thumb));
   }

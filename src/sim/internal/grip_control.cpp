@@ -17,9 +17,8 @@ constexpr double kMovingShare = 0.25;
 // What a side must press to feel it: a twentieth of the weakest grip, above what the fingers'
 // blow on the air gives, which is none. Larger shoves light objects further before the grip.
 constexpr double kFelt_N = 0.5;
-// The motor stalls that turns slower than this for this long: 4 mm/s between the tips, where the
-// free motor makes 300; long enough for the start, when it turns slowly too.
-constexpr double kStallSpeed_rad_s = 0.03;
+// The motor stalls that turns slowly for this long: long enough for the start, when it turns slowly
+// too.
 constexpr double kStallTime_s = 0.06;
 // The force rises from touch to the first grip of 40 N in 0.12 s. Faster is a blow.
 constexpr double kForceRate_N_s = 250.0;
@@ -69,9 +68,11 @@ double GripControl::Tick(const HandReading& reading) {
   return -MovingTorque(-reading.speed_rad_s);
 }
 
+double GripControl::moving_force_N() const { return kMovingShare * drive_.first_force_N; }
+
 // Runs free at the closing speed, and stalls at the limit of the current.
 double GripControl::MovingTorque(double speed_rad_s) const {
-  const double limit_Nm = kMovingShare * drive_.first_force_N * drive_.torque_per_force_Nm_N;
+  const double limit_Nm = moving_force_N() * drive_.torque_per_force_Nm_N;
   const double free_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
   return std::min(limit_Nm + drive_.damping_Nm_s * std::max(0.0, speed_rad_s),
                   std::max(limit_Nm, free_Nm));
@@ -81,14 +82,14 @@ double GripControl::TickClosing(const HandReading& reading) {
   const bool both_sides = reading.thumb_N > kFelt_N && reading.fingers_N > kFelt_N;
   if (both_sides || Stalls(reading.speed_rad_s)) {
     mode_ = Mode::kGripping;
-    force_N_ = std::min(first_force_N_, kMovingShare * drive_.first_force_N);
+    force_N_ = std::min(first_force_N_, moving_force_N());
     gripping_s_ = since_slip_s_ = 0.0;
   }
   return MovingTorque(reading.speed_rad_s);
 }
 
 bool GripControl::Stalls(double speed_rad_s) {
-  stalled_s_ = std::abs(speed_rad_s) < kStallSpeed_rad_s ? stalled_s_ + timestep_s_ : 0.0;
+  stalled_s_ = std::abs(speed_rad_s) < drive_.stall_speed_rad_s ? stalled_s_ + timestep_s_ : 0.0;
   return stalled_s_ > kStallTime_s;
 }
 

@@ -4,7 +4,7 @@
 
 namespace rangegrasp::sim::internal {
 
-/// The drive of a hand: one motor, geared, not back-drivable.
+/// The drive of a hand: one motor.
 struct HandDrive {
   /// First grip and strongest one. Less than 40 N lets a smooth bottle of 0.8 kg slip (8 mm at
   /// 20 N), more tilts a cup that is held by its rim (7 deg at 20 N, 14 at 40).
@@ -12,7 +12,9 @@ struct HandDrive {
   double max_force_N = 100.0;
   double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
   double damping_Nm_s = 6.1;             ///< of the motor, per rad/s; 0: it has none
-  double backlash_rad = 0.008;           ///< of the gear
+  double backlash_rad = 0.008;  ///< of the gear; infinite: it can be driven back
+  /// A motor that turns slower stalls: 4 mm/s between the tips, where the free one makes 300.
+  double stall_speed_rad_s = 0.03;
 };
 
 /// What the real hand feels.
@@ -43,15 +45,18 @@ class GripControl {
   /// Once a time step. @return the motor's torque [Nm].
   double Tick(const HandReading& reading);
 
+  enum class Mode { kPreshape, kClosing, kGripping, kOpening };
+  Mode mode() const { return mode_; }
   bool Closing() const { return mode_ == Mode::kClosing; }
   bool Ratchets() const { return mode_ == Mode::kClosing || mode_ == Mode::kGripping; }
   bool Gripping() const;  ///< the first grip is reached
   double force_N() const { return force_N_; }
+  /// What a moving hand may shove with [N].
+  double moving_force_N() const;
+  double commanded_rad() const { return commanded_rad_; }  ///< of the pre-shape, now
   int slips_heard() const { return slips_heard_; }  ///< each raised the force
 
  private:
-  enum class Mode { kPreshape, kClosing, kGripping, kOpening };
-
   double MovingTorque(double speed_rad_s) const;
   double TickClosing(const HandReading& reading);
   double TickGripping(bool slips);

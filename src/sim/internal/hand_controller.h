@@ -8,14 +8,18 @@
 
 #include "sim/internal/contacts.h"
 #include "sim/internal/grip_control.h"
+#include "sim/internal/hand_motors.h"
 
 namespace rangegrasp::sim::internal {
 
-/// GripControl on the hand of a world: reads joints and fingertips, drives the motor, and lets the
-/// lower limits of the driven joints follow them while the hand closes (Ratchet).
+/// GripControl on the hand of a world: reads joints and fingertips, and drives. One geared motor
+/// ("hand_motor") closes the joints of "hand_joints", whose lower limits follow them where the gear
+/// cannot be driven back (Ratchet); of a hand that says how it closes ("hand_motors") angles are
+/// shares of closing.
 class HandController {
  public:
-  /// @throws core::InputError naming what the scene lacks ("hand_joints", "hand_motor").
+  /// @throws core::InputError naming what the scene lacks ("hand_joints", "hand_motor", or what
+  /// "hand_motors" asks for.
   HandController(World& world, const HandGeoms& hand, const HandControlOptions& options);
 
   void Preshape(double gap_m);  ///< moves to the angle with at least this gap
@@ -26,7 +30,7 @@ class HandController {
   bool Preshaped() const;
   bool Gripping() const { return control_.Gripping(); }
   bool FullyClosed() const;  ///< at the end of its range
-  double Aperture() const;   ///< of the driven joints, from that end [rad]
+  double Aperture() const;   ///< of the driven joints, from that end [rad, or share of closing]
   /// Whether the joints stand where the tips would meet, or almost: the hand holds nothing. Known
   /// of a real hand by closing it on nothing once.
   bool FeelsEmpty();
@@ -44,15 +48,21 @@ class HandController {
   double AngleOfGap(double gap_m, int halvings = 0) const;
   void FeelPressure(HandReading& reading) const;
   void RatchetJoints();
+  void DriveMotors();
+  double OpenEnd() const { return motors_ ? 0.0 : open_limit_[0]; }
+  double ClosedEnd() const;
 
   World* world_;
   const HandGeoms* hand_;
-  std::vector<int> joints_;
-  std::vector<double> open_limit_;  // lower ends of the joints' ranges, before any ratchet
-  int motor_;
   HandDrive drive_;
+  HandControlOptions options_;
+  std::optional<HandMotors> motors_;
+  std::vector<int> joints_;         // of one geared motor
+  std::vector<double> open_limit_;  // lower ends of the joints' ranges, before any ratchet
+  int motor_ = -1;
   GripControl control_;
   double target_angle_ = 0.0;
+  double set_share_ = 0.0;  // of closing, that the motors are sent to
   std::optional<double> empty_angle_;
 };
 

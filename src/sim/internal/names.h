@@ -1,27 +1,14 @@
 #pragma once
 
-#include <mujoco/mujoco.h>
-
-#include <string>
-#include <string_view>
-#include <vector>
+#include "mjcf/names.h"
 
 namespace rangegrasp::sim::internal {
 
-/// What follows the last '/' of a name.
-std::string_view Suffix(std::string_view name);
-
-/// The first element of a type whose name ends so; -1 if there is none.
-int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);
-/// @throws core::InputError naming the element and those that exist.
-int Find(const mjModel* model, mjtObj type, std::string_view suffix);
-
-/// The elements of a custom tuple. @throws core::InputError if it is missing or holds another type.
-std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suffix);
-/// A custom numeric; empty if there is none.
-std::vector<double> NumericOf(const mjModel* model, std::string_view suffix);
-
-/// True for `body` and all below it.
-bool InSubtree(const mjModel* model, int body, int root);
+using mjcf::Find;
+using mjcf::InSubtree;
+using mjcf::NumericOf;
+using mjcf::Suffix;
+using mjcf::TryFind;
+using mjcf::TupleOf;
 
 }  // namespace rangegrasp::sim::internal

@@ -1,11 +1,11 @@
-#include "sim/internal/names.h"
+#include "mjcf/names.h"
 
 #include <fmt/format.h>
 
 #include "core/error.h"
 #include "core/words.h"
 
-namespace rangegrasp::sim::internal {
+namespace rangegrasp::mjcf {
 namespace {
 
 int Count(const mjModel* model, mjtObj type) {
@@ -89,4 +89,4 @@ bool InSubtree(const mjModel* model, int body, int root) {
   return body == root;
 }
 
-}  // namespace rangegrasp::sim::internal
+}  // namespace rangegrasp::mjcf

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/file.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::testing_support {
+
+/// The shipped cell with another hand at the arm's flange, whose axis is the hand's approach z:
+/// what docs/bring-your-own-hand.md makes. @return the scene
+inline std::filesystem::path WriteHandCell(const TempFolder& folder, const std::string& hand_xml) {
+  const std::filesystem::path source = RANGEGRASP_SOURCE_DIR;
+  const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  std::string arm = core::ReadFile(source / "models/arm/lwa3.xml");
+  arm = replaced(arm, "../hand/sensorhand.xml", "hand.xml");
+  arm = replaced(arm, "<frame xyaxes=\"0 1 0 0 0 1\">", "<frame>");
+  arm = replaced(arm, "<frame pos=\"-0.010 0.075 -0.020\">", "<frame>");
+  const std::string scene = replaced(core::ReadFile(source / "scenes/tabletop.xml"),
+                                     "../models/arm/lwa3.xml", "arm.xml");
+  core::WriteFile(folder / "hand.xml", hand_xml);
+  core::WriteFile(folder / "arm.xml", arm);
+  core::WriteFile(folder / "scene.xml", scene);
+  return folder / "scene.xml";
+}
+
+inline std::string ExampleHand(const std::string& name) {
+  return core::ReadFile(std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "models/hand" /
+                        (name + ".xml"));
+}
+
+}  // namespace rangegrasp::testing_support

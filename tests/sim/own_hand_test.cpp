@@ -1,0 +1,102 @@
+// Hands that say how they close, on the shipped arm: friction alone holds what they carry.
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include "core/units.h"
+#include "hand_cell.h"
+#include "sim/execute.h"
+#include "sim/grasp_program.h"
+#include "sim/resting_poses.h"
+#include "sim/scene_files.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using testing_support::ExampleHand;
+using testing_support::TempFolder;
+
+struct Case {
+  const char* hand;
+  const char* object;  ///< upright
+  double height_m;     ///< of the tool centre
+  double felt = 0.9;   ///< of what is commanded, at least
+};
+
+testing::HandMadeGrasp GraspOf(const Case& setup) {
+  testing::HandMadeGrasp grasp;
+  grasp.point_W = {0, 0, setup.height_m};
+  grasp.yaw_rad = core::kPi / 2;
+  grasp.tool = "tcp";
+  return grasp;
+}
+
+World Arrange(const TempFolder& folder, const Case& setup) {
+  const ObjectModel object = testing::RepositoryObject(setup.object);
+  World world(testing_support::WriteHandCell(folder, ExampleHand(setup.hand)), {object}, {});
+  const auto poses = StableRestingPoses(object, 0.0);
+  const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
+  world.PlaceObject(0,
+                    core::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
+  EXPECT_TRUE(world.Settle());
+  return world;
+}
+
+bool Delivered(const ExecutionLog& log) {
+  return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
+         log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
+}
+
+class OwnHand : public ::testing::TestWithParam<Case> {};
+
+TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
+  const TempFolder folder;
+  World world = Arrange(folder, GetParam());
+  const auto program = testing::MakeProgram(world, GraspOf(GetParam()));
+  ASSERT_TRUE(program);
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  EXPECT_TRUE(Delivered(log));
+  EXPECT_EQ(log.audit.failed, "");
+  // What the pads feel is what was commanded: the drives' forces by the hand's own kinematics.
+  // Fingertips that come on an arc and meet a round side askew lose a part to friction.
+  EXPECT_GE(log.felt_force_N, GetParam().felt * log.grip_force_N);
+  EXPECT_LE(log.felt_force_N, 1.1 * log.grip_force_N);
+}
+
+TEST_P(OwnHand, BesideTheObjectLiftsNothing) {
+  const TempFolder folder;
+  World world = Arrange(folder, GetParam());
+  const auto program =
+      testing::MakeProgram(world, testing::Beside(GraspOf(GetParam()), {-0.085, 0, 0}));
+  ASSERT_TRUE(program);
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  EXPECT_FALSE(log.held_after_lift);
+  EXPECT_LT(log.lift_height_m, 0.01);
+}
+
+// The shipped hand's gear locks; a drive that can be driven back has nothing but its force.
+TEST_P(OwnHand, NothingLocks) {
+  const TempFolder folder;
+  World world = Arrange(folder, GetParam());
+  const mjModel* model = world.model();
+  const std::vector<mjtNum> ranges(model->jnt_range, model->jnt_range + 2 * model->njnt);
+  const auto program = testing::MakeProgram(world, GraspOf(GetParam()));
+  ASSERT_TRUE(program);
+  ExecutionObserver observer;
+  observer.on_moment = [&](const std::string& moment, World& w) {
+    if (moment != "lifted") return;
+    EXPECT_TRUE(std::equal(ranges.begin(), ranges.end(), w.model()->jnt_range));
+  };
+  Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
+}
+
+INSTANTIATE_TEST_SUITE_P(Hands, OwnHand,
+                         ::testing::Values(Case{"parallel_jaw", "dextrose", 0.10},
+                                           Case{"parallel_jaw", "salt_cylinder", 0.09},
+                                           Case{"three_fingers", "salt_cylinder", 0.09, 0.6}),
+                         [](const auto& tested) {
+                           return std::string(tested.param.hand) + "_" + tested.param.object;
+                         });
+
+}  // namespace
+}  // namespace rangegrasp::sim
