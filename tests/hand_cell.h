@@ -19,8 +19,8 @@ inline std::filesystem::path WriteHandCell(const TempFolder& folder, const std::
   arm = replaced(arm, "../hand/sensorhand.xml", "hand.xml");
   arm = replaced(arm, "<frame xyaxes=\"0 1 0 0 0 1\">", "<frame>");
   arm = replaced(arm, "<frame pos=\"-0.010 0.075 -0.020\">", "<frame>");
-  const std::string scene = replaced(core::ReadFile(source / "scenes/tabletop.xml"),
-                                     "../models/arm/lwa3.xml", "arm.xml");
+  const std::string scene =
+      replaced(core::ReadFile(source / "scenes/tabletop.xml"), "../models/arm/lwa3.xml", "arm.xml");
   core::WriteFile(folder / "hand.xml", hand_xml);
   core::WriteFile(folder / "arm.xml", arm);
   core::WriteFile(folder / "scene.xml", scene);

@@ -16,9 +16,9 @@ constexpr std::array<std::string_view, 4> WordsOf(Kind) {
 }
 
 /// By the file's own text and that of the files it attaches: a scene has a site "workspace", an arm
-/// a tuple "arm_joints", a hand a tuple "hand_motors" or "hand_joints", an object a free joint. What has none of
-/// them is an arm if it has five hinges or more, else a hand if it has a hinge or a slide, else a
-/// scene.
+/// a tuple "arm_joints", a hand a tuple "hand_motors" or "hand_joints", an object a free joint.
+/// What has none of them is an arm if it has five hinges or more, else a hand if it has a hinge or
+/// a slide, else a scene.
 /// @throws core::InputError if the file is no XML.
 Kind KindOf(const std::filesystem::path& mjcf);
 

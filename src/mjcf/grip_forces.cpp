@@ -65,9 +65,8 @@ std::vector<double> GripForces(const mjModel* model, const mjData* data,
     of_hand.row(i) = all.row(dof);
     of_tips[i] = wanted[dof];
   }
-  const Eigen::VectorXd forces =
-      of_hand.completeOrthogonalDecomposition().solve(of_tips).head(
-          static_cast<Eigen::Index>(motors.size()));
+  const Eigen::VectorXd forces = of_hand.completeOrthogonalDecomposition().solve(of_tips).head(
+      static_cast<Eigen::Index>(motors.size()));
   return {forces.data(), forces.data() + forces.size()};
 }
 

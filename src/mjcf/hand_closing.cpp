@@ -54,8 +54,7 @@ class Rehearsal {
     for (int i = 0; i < kPoints; ++i) {
       const double share = static_cast<double>(i) / (kPoints - 1);
       for (const HandMotor& motor : motors_) {
-        data_->ctrl[model_->actuator_ctrladr[motor.actuator]] =
-            motor.open + share * motor.Travel();
+        data_->ctrl[model_->actuator_ctrladr[motor.actuator]] = motor.open + share * motor.Travel();
       }
       Step(i == 0 ? kFirstSteps : kStepsAPoint);
       closing.points.push_back({share, Gap(), Positions()});
@@ -124,8 +123,8 @@ class Rehearsal {
     double gap_m = kFarApart_m;
     for (const int a : tips_.thumb) {
       for (const int b : tips_.fingers) {
-        gap_m = std::min(gap_m,
-                         mj_geomDistance(model_.get(), data_.get(), a, b, kFarApart_m, nullptr));
+        gap_m =
+            std::min(gap_m, mj_geomDistance(model_.get(), data_.get(), a, b, kFarApart_m, nullptr));
       }
     }
     return gap_m;

@@ -31,7 +31,8 @@ struct HandModel {
   /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
   core::Pose X_HG_tip = core::Pose::Identity();
   core::Pose X_HG_power = core::Pose::Identity();  ///< the same of the power grasp
-  /// Held level, its approach straight: a hand without a pitch at which it was measured to hold best.
+  /// Held level, its approach straight: a hand without a pitch at which it was measured to hold
+  /// best.
   bool level = false;
   double depth_m = 0.0;  ///< from the palm's front to the line of the tips
 

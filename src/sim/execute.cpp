@@ -279,8 +279,8 @@ class Execution {
   // Jacobian J of the tools' centre they are changed by -J^T f.
   Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
     const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
-    const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(),
-                                               ToolCenter_W());
+    const Eigen::Matrix3Xd J =
+        servo_.Jacobian(world_.model(), world_.data(), hand_.body(), ToolCenter_W());
     const Eigen::Matrix3d levers =
         J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
     return -levers.ldlt().solve(J * change);

@@ -85,7 +85,8 @@ TEST_F(OwnHand, PrintsTheMissingFingertips) {
 }
 TEST_F(OwnHand, PrintsTheToolCentre) {
   Cut("<site name=\"tcp\"", "/>");
-  ExpectOne({"site \"tcp\"", "missing", "<site name=\"tcp\" pos=\"0 0 0.13\" xyaxes=\"1 0 0 0 1 0\""});
+  ExpectOne(
+      {"site \"tcp\"", "missing", "<site name=\"tcp\" pos=\"0 0 0.13\" xyaxes=\"1 0 0 0 1 0\""});
 }
 TEST_F(OwnHand, SaysThatThereIsNoForce) {
   Cut("<numeric name=\"grip_force\"", "/>");

@@ -21,8 +21,7 @@ inline ModelPtr Compiled(mjSpec* spec) {
 }
 
 inline ModelPtr LoadHand(const std::string& name) {
-  const auto file =
-      std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "models/hand" / (name + ".xml");
+  const auto file = std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "models/hand" / (name + ".xml");
   char error[500] = "";
   mjSpec* spec = mj_parseXML(file.c_str(), nullptr, error, sizeof error);
   EXPECT_TRUE(spec) << error;

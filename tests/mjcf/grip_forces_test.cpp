@@ -16,8 +16,7 @@ std::vector<double> ForcesAt(const mjModel* model, double share) {
   const testing::DataPtr data(mj_makeData(model), mj_deleteData);
   closing.Pose(model, data.get(), share);
   mj_forward(model, data.get());
-  return GripForces(model, data.get(), HandMotors(model), closing, share,
-                    Eigen::Vector3d::UnitX());
+  return GripForces(model, data.get(), HandMotors(model), closing, share, Eigen::Vector3d::UnitX());
 }
 
 // One drive pulls both jaws: 2 N for 1 N at either, and towards lower positions.

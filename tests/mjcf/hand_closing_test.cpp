@@ -91,8 +91,9 @@ TEST(Linkage, APadIsCarriedByWhatEqualitiesJoinToTheDrive) {
 // The data sheet of the Robotiq 2F-85 says 85 mm; its pads stay parallel by four-bar linkages.
 TEST(Robotiq2F85, OpensAsItsDataSheetSays) {
   const char* shared = std::getenv("RANGEGRASP_SHARED");
-  const auto folder = shared ? std::filesystem::path(shared)
-                             : std::filesystem::path(RANGEGRASP_SOURCE_DIR).parent_path() / "shared";
+  const auto folder = shared
+                          ? std::filesystem::path(shared)
+                          : std::filesystem::path(RANGEGRASP_SOURCE_DIR).parent_path() / "shared";
   const auto file = folder / "data/robots/robotiq_2f85/2f85.xml";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   char error[500] = "";

@@ -91,7 +91,8 @@ std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
   const Vector3d y = R.transpose() * tool.z_W.cross(tool.x_W);
   const auto near = [](double v) { return std::round(1e4 * v) / 1e4 + 0.0; };
   return fmt::format(
-      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g} {:g} {:g} {:g} "
+      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g} {:g} {:g} "
+      "{:g} "
       "{:g} {:g}\" group=\"4\" size=\"0.004\"/>",
       near(p.x()), near(p.y()), near(p.z()), near(x.x()), near(x.y()), near(x.z()), near(y.x()),
       near(y.y()), near(y.z()));
@@ -167,13 +168,14 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
   const mjModel& m = model.m();
   if (closing.equality_m > kEquality) {
     const char* name = mj_id2name(&m, mjOBJ_EQUALITY, closing.equality);
-    model.Error(model.HandFile(),
-                fmt::format("equality {}{}", closing.equality, name ? fmt::format(" \"{}\"", name) : ""),
-                fmt::format("does not hold while the hand closes on nothing: it is off by {:.3g} rad "
-                            "or m",
-                            closing.equality_m),
-                "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the "
-                "joints' ranges or \"hand_open\" and \"hand_closed\" leave the linkage no way");
+    model.Error(
+        model.HandFile(),
+        fmt::format("equality {}{}", closing.equality, name ? fmt::format(" \"{}\"", name) : ""),
+        fmt::format("does not hold while the hand closes on nothing: it is off by {:.3g} rad "
+                    "or m",
+                    closing.equality_m),
+        "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the "
+        "joints' ranges or \"hand_open\" and \"hand_closed\" leave the linkage no way");
   }
   if (closing.behind > kBehind) {
     model.Error(model.Where(mjOBJ_ACTUATOR, closing.behind_actuator),
@@ -196,15 +198,14 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
   const double z = tool.z_W.dot(Vector3d(R[2], R[5], R[8]));
   const double across_m = std::hypot(off.dot(tool.x_W), off.dot(tool.z_W.cross(tool.x_W)));
   if (x > kLean && z > 0.0 && across_m < kOff_m) return;
-  model.Error(model.Where(mjOBJ_SITE, site), model.Element(mjOBJ_SITE, site),
-              x < 0.0 ? "its x leads from the thumb's pads to the fingers'"
-              : z < 0.0
-                  ? "its z leads into the palm, not away from it"
-                  : fmt::format("lies {:.0f} mm beside the middle of the open hand's pads, or its x "
-                                "leans by {:.0f} deg from the line across them",
-                                1e3 * across_m,
-                                std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
-              SiteText(model, open.get(), tool));
+  model.Error(
+      model.Where(mjOBJ_SITE, site), model.Element(mjOBJ_SITE, site),
+      x < 0.0   ? "its x leads from the thumb's pads to the fingers'"
+      : z < 0.0 ? "its z leads into the palm, not away from it"
+                : fmt::format("lies {:.0f} mm beside the middle of the open hand's pads, or its x "
+                              "leans by {:.0f} deg from the line across them",
+                              1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
+      SiteText(model, open.get(), tool));
 }
 
 /// What a drive can press with towards closed, where the hand is half closed.
@@ -231,8 +232,8 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
   const double share = kGripped * closing.Touching();
   const DataPtr half = At(model, closing, share);
   const mjtNum* R = half->site_xmat + 9 * site;
-  const auto per_newton = mjcf::GripForces(&model.m(), half.get(), motors, closing, share,
-                                           Vector3d(R[0], R[3], R[6]));
+  const auto per_newton =
+      mjcf::GripForces(&model.m(), half.get(), motors, closing, share, Vector3d(R[0], R[3], R[6]));
   double force_N = mjMAXVAL;
   int weakest = -1;
   for (std::size_t k = 0; k < motors.size(); ++k) {
@@ -268,7 +269,8 @@ std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector
     high->qpos[m.jnt_qposadr[j]] = m.jnt_range[2 * j + 1];
   }
   for (const int a : actuators) {
-    motors.push_back({a, mjcf::DriveLength(&m, low.get(), a), mjcf::DriveLength(&m, high.get(), a)});
+    motors.push_back(
+        {a, mjcf::DriveLength(&m, low.get(), a), mjcf::DriveLength(&m, high.get(), a)});
   }
   return motors;
 }
@@ -276,9 +278,7 @@ std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector
 bool MovesHand(const Model& model, int actuator) {
   const mjModel& m = model.m();
   const int id = m.actuator_trnid[2 * actuator];
-  const auto of_hand = [&](int joint) {
-    return model.InSubtree(m.jnt_bodyid[joint], model.hand);
-  };
+  const auto of_hand = [&](int joint) { return model.InSubtree(m.jnt_bodyid[joint], model.hand); };
   if (m.actuator_trntype[actuator] == mjTRN_JOINT) return of_hand(id);
   if (m.actuator_trntype[actuator] != mjTRN_TENDON) return false;
   const int first = m.tendon_adr[id];
@@ -317,7 +317,8 @@ HandGuess GuessHand(Model& model) {
   }
   const auto named = model.Tuple("hand_motors", mjOBJ_ACTUATOR);
   auto motors = AtTheirRanges(model, named.empty() ? guess.motors : named);
-  if (model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 && !model.Tuple("fingertips", mjOBJ_GEOM).empty()) {
+  if (model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
+      !model.Tuple("fingertips", mjOBJ_GEOM).empty()) {
     try {
       const mjcf::HandClosing closing = mjcf::CloseOnNothing(&m, motors);
       if (closing.points.back().gap_m > closing.points.front().gap_m) {

@@ -143,9 +143,9 @@ struct Pads {
 /// that are nearest to each other.
 Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d& direction_W) {
   const core::Pose X_WS = mjcf.GeomPose(geom);
-  const double half_m = geometry::Support(mjcf.ShapeOf(geom, X_WS), core::Pose::Identity(),
-                                          direction_W) -
-                        direction_W.dot(X_WS.translation());
+  const double half_m =
+      geometry::Support(mjcf.ShapeOf(geom, X_WS), core::Pose::Identity(), direction_W) -
+      direction_W.dot(X_WS.translation());
   return X_WS.linear().transpose() * (half_m * direction_W);
 }
 

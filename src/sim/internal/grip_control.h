@@ -12,7 +12,7 @@ struct HandDrive {
   double max_force_N = 100.0;
   double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
   double damping_Nm_s = 6.1;             ///< of the motor, per rad/s; 0: it has none
-  double backlash_rad = 0.008;  ///< of the gear; infinite: it can be driven back
+  double backlash_rad = 0.008;           ///< of the gear; infinite: it can be driven back
   /// A motor that turns slower stalls: 4 mm/s between the tips, where the free one makes 300.
   double stall_speed_rad_s = 0.03;
 };
@@ -54,7 +54,7 @@ class GripControl {
   /// What a moving hand may shove with [N].
   double moving_force_N() const;
   double commanded_rad() const { return commanded_rad_; }  ///< of the pre-shape, now
-  int slips_heard() const { return slips_heard_; }  ///< each raised the force
+  int slips_heard() const { return slips_heard_; }         ///< each raised the force
 
  private:
   double MovingTorque(double speed_rad_s) const;

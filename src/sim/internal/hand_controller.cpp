@@ -43,8 +43,7 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
   const auto calibration = NumericOf(model, "grip_torque_per_force");
   if (!calibration.empty()) drive.torque_per_force_Nm_N = calibration[0];
   const auto backlash = NumericOf(model, "gear_backlash");
-  drive.backlash_rad =
-      backlash.empty() ? std::numeric_limits<double>::infinity() : backlash[0];
+  drive.backlash_rad = backlash.empty() ? std::numeric_limits<double>::infinity() : backlash[0];
   if (mjcf::HasMotors(model)) {
     drive.stall_speed_rad_s = kStallShare / kClosing_s;
   } else {

@@ -30,9 +30,8 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
     const double share = closing_.Touching() * i / (kSamples - 1);
     closing_.Pose(model, scratch.get(), share);
     CallEngine(nullptr, [&] { mj_forward(model, scratch.get()); });
-    const auto forces =
-        mjcf::GripForces(model, scratch.get(), motors_, closing_, share,
-                         internal::SitePose(scratch.get(), tool_).linear().col(0));
+    const auto forces = mjcf::GripForces(model, scratch.get(), motors_, closing_, share,
+                                         internal::SitePose(scratch.get(), tool_).linear().col(0));
     for (std::size_t k = 0; k < drives_.size(); ++k) {
       drives_[k].per_newton = std::max(drives_[k].per_newton, std::abs(forces[k]));
     }
@@ -107,8 +106,7 @@ double HandMotors::Damping(const Drive& drive, const mjData* data) const {
     const int dof = data->moment_colind[at];
     const double moment = std::abs(data->actuator_moment[at]);
     if (moment <= 0.0) continue;
-    of_joints =
-        std::max(of_joints, model_->dof_damping[dof] * std::abs(data->qvel[dof]) / moment);
+    of_joints = std::max(of_joints, model_->dof_damping[dof] * std::abs(data->qvel[dof]) / moment);
   }
   return damping + of_joints;
 }

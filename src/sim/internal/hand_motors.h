@@ -36,9 +36,9 @@ class HandMotors {
   struct Drive {
     mjcf::HandMotor motor;
     mjcf::AffineDrive affine;
-    double stiffness = 0.0;    ///< [N/m or Nm/rad], > 0
-    double per_newton = 0.0;   ///< largest force on the way for 1 N between the sides
-    double held = 0.0;         ///< where it stood when the grip began
+    double stiffness = 0.0;   ///< [N/m or Nm/rad], > 0
+    double per_newton = 0.0;  ///< largest force on the way for 1 N between the sides
+    double held = 0.0;        ///< where it stood when the grip began
   };
   void ServePlainMotor(Drive& drive, double strongest_N);
   double Wanted(const Drive& drive, const mjData* data, double share) const;
