@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 #include "core/error.h"
 
@@ -23,6 +24,12 @@ constexpr std::size_t kRgba = 4;  // bytes a pixel
 void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
 
 }  // namespace
+
+bool DrawBeforeForking() {
+  DrawInThisThread();
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/1);  // the cache on disk has a thread
+  return std::string_view(std::getenv("LP_NUM_THREADS")) == "0";
+}
 
 void OffscreenContext::ContextDeleter::operator()(osmesa_context* context) const {
   if (OSMesaGetCurrentContext() == context) {

@@ -10,6 +10,12 @@ struct osmesa_context;
 
 namespace rangegrasp::image {
 
+/// To be called before the first context of a process that draws and then forks: Mesa starts no
+/// thread from then on, which would not be there in the forked process. Costs the cache of compiled
+/// shaders that processes share on disk.
+/// @return false where the variable LP_NUM_THREADS asks for threads: then it must not draw.
+bool DrawBeforeForking();
+
 /// A frame buffer in memory that OpenGL draws to (OSMesa: no display, no GPU), with depth and
 /// stencil. One is current in a thread at a time; it is not once it is gone.
 class OffscreenContext {

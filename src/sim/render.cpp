@@ -99,11 +99,19 @@ internal::TextureSet& PrintedTextures(const World& world,
   return textures.emplace(world.model(), bodies, surfaces);
 }
 
+// One context serves all renderers of a thread, and stays: what draws a kind of surface is compiled
+// once for each context, which takes as long as a picture. A process that is forked has it, too.
+// Its own frame buffer is small: the engine draws into one of the wanted size.
+std::shared_ptr<image::OffscreenContext> ContextOfThread() {
+  thread_local const auto context = std::make_shared<image::OffscreenContext>(16, 16);
+  context->MakeCurrent();
+  return context;
+}
+
 }  // namespace
 
 struct Renderer::Impl {
-  // The context's own frame buffer is small: the engine draws into one of the wanted size.
-  image::OffscreenContext gl{16, 16};
+  std::shared_ptr<image::OffscreenContext> gl = ContextOfThread();
   int width = 0;
   int height = 0;
   mjvScene scene;
@@ -132,7 +140,7 @@ struct Renderer::Impl {
     });
   }
   ~Impl() {
-    gl.MakeCurrent();
+    gl->MakeCurrent();
     mjr_freeContext(&context);
     mjv_freeScene(&scene);
   }
@@ -142,6 +150,7 @@ struct Renderer::Impl {
     const std::ptrdiff_t row = std::ptrdiff_t{3} * width;
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(row * height));
     internal::CallEngine(nullptr, [&] {
+      mjr_restoreBuffer(&context);  // another renderer's may be the thread's
       mjr_render(viewport, &scene, &context);
       mjr_readPixels(pixels.data(), nullptr, viewport, &context);
     });
@@ -168,7 +177,7 @@ Renderer::~Renderer() = default;
 
 image::Image Renderer::Render(World& world, const std::string& camera_name,
                               const Overlay& overlay) {
-  impl_->gl.MakeCurrent();
+  impl_->gl->MakeCurrent();
   mjvCamera camera = CameraOf(world.model(), camera_name);
   internal::CallEngine(nullptr, [&] {
     mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
@@ -179,7 +188,7 @@ image::Image Renderer::Render(World& world, const std::string& camera_name,
 }
 
 image::Image Renderer::Render(const World& world, const PinholeView& view) {
-  impl_->gl.MakeCurrent();
+  impl_->gl->MakeCurrent();
   mjvCamera any;
   mjv_defaultCamera(&any);
   // The engine asks for data that it may write to.

@@ -2,6 +2,8 @@
 
 #include <GL/gl.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -71,13 +73,35 @@ int Threads() {
 
 // Contexts are made in processes that were forked after this one had some.
 TEST(OffscreenContext, LeavesNoThreadThatDraws) {
-  // Mesa keeps shaders on disk in a thread that nothing waits for.
-  setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/1);
+  ASSERT_TRUE(DrawBeforeForking());
   const int before = Threads();
   const OffscreenContext context(64, 64);
   glClear(GL_COLOR_BUFFER_BIT);
   const Image picture = context.Picture();
   EXPECT_EQ(Threads(), before);
+}
+
+TEST(OffscreenContext, OfTheProcessThatWasForkedDrawsInTheNewOne) {
+  ASSERT_TRUE(DrawBeforeForking());
+  const OffscreenContext context(2, 2);
+  Clear(1, 0, 0, 0, 0, 2, 2);
+  const pid_t forked = fork();
+  if (forked == 0) {
+    alarm(20);  // a process that waits for a thread of the other one would do so for ever
+    Clear(0, 1, 0, 0, 0, 1, 2);
+    const Image picture = context.Picture();
+    _exit(picture.At(0, 0)[1] == 255 && picture.At(1, 0)[0] == 255 ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(forked, &status, 0), forked);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(DrawBeforeForking, IsRefusedWhereThreadsAreAskedFor) {
+  setenv("LP_NUM_THREADS", "2", /*overwrite=*/1);
+  EXPECT_FALSE(DrawBeforeForking());
+  unsetenv("LP_NUM_THREADS");
 }
 
 }  // namespace

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <tuple>
 
 #include "core/rng.h"
 #include "core/units.h"
@@ -291,6 +294,22 @@ Texture TextureIn(const mjModel* model, int texture) {
   return result;
 }
 
+// What was printed once in this process, or in the one that it was forked from: a label takes as
+// long as a tenth of a picture.
+const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrint& print) {
+  // What is printed on an object is its label's: the same in all scenes.
+  const std::uint64_t seed = core::DeriveSeed(
+      0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
+  using Key = std::tuple<std::uint64_t, double, double, int, double>;
+  static std::map<Key, Texture> printed;
+  static std::mutex one_at_a_time;
+  const std::scoped_lock lock(one_at_a_time);
+  const Key key(seed, mm_per_texel, print.coverage, print.pictures, print.grain_levels);
+  const auto found = printed.find(key);
+  if (found != printed.end()) return found->second;
+  return printed.emplace(key, WithFinePrint(label, mm_per_texel, print, seed)).first->second;
+}
+
 }  // namespace
 
 FinePrint FinePrintOf(std::string_view surface) {
@@ -314,26 +333,22 @@ TextureSet::TextureSet(const mjModel* model, const std::vector<int>& objects,
                        const std::vector<std::string>& surfaces)
     : width_(model->tex_width, model->tex_width + model->ntex),
       height_(model->tex_height, model->tex_height + model->ntex) {
-  std::vector<std::vector<mjtByte>> replaced(static_cast<std::size_t>(model->ntex));
+  std::vector<const Texture*> replaced(static_cast<std::size_t>(model->ntex), nullptr);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     double mm_per_texel = 0.0;
     const int texture = LabelOf(model, objects[i], mm_per_texel);
     const FinePrint print = FinePrintOf(surfaces[i]);
     if (texture < 0 || (print.coverage == 0.0 && print.grain_levels == 0.0)) continue;
-    const Texture label = TextureIn(model, texture);
-    // What is printed on an object is its label's: the same in all scenes.
-    std::uint64_t seed = core::DeriveSeed(
-        0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
-    Texture printed = WithFinePrint(label, mm_per_texel, print, seed);
+    const Texture& printed = Printed(TextureIn(model, texture), mm_per_texel, print);
     const auto at = static_cast<std::size_t>(texture);
     width_[at] = printed.width;
     height_[at] = printed.height;
-    replaced[at] = std::move(printed.rgb);
+    replaced[at] = &printed;
   }
   for (std::size_t t = 0; t < replaced.size(); ++t) {
     address_.push_back(static_cast<mjtSize>(data_.size()));
-    if (!replaced[t].empty()) {
-      data_.insert(data_.end(), replaced[t].begin(), replaced[t].end());
+    if (replaced[t]) {
+      data_.insert(data_.end(), replaced[t]->rgb.begin(), replaced[t]->rgb.end());
       continue;
     }
     const mjtByte* first = model->tex_data + model->tex_adr[t];

@@ -14,6 +14,18 @@ namespace {
 
 using experiment::Case;
 
+// All objects of the experiment in the middle of the workspace: to be drawn, not to be moved.
+sim::World WorldOfAll(const Cell& cell) {
+  std::vector<sim::ObjectModel> models;
+  for (const std::string& object : cell.options.objects) {
+    models.push_back(ObjectModelOf(cell.options, object));
+  }
+  sim::World world(cell.options.scene, models, cell.options.physics);
+  for (int i = 0; i < world.objects(); ++i) world.PlaceObject(i, cell.robot.X_WWorkspace);
+  world.Refresh();
+  return world;
+}
+
 class Grasping : public experiment::Task {
  public:
   Grasping(Options options, const experiment::Common& common)
@@ -31,7 +43,12 @@ class Grasping : public experiment::Task {
     return cases;
   }
 
-  void Prepare() const override { cell_.sensor->Prepare(); }
+  void Prepare() const override {
+    cell_.sensor->Prepare();
+    if (cell_.options.sensor_kind == SensorKind::kStereoCamera) {
+      cell_.sensor->Rehearse(WorldOfAll(cell_));
+    }
+  }
 
   void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
 

@@ -1,5 +1,6 @@
 #include "tasks/grasping/sensor.h"
 
+#include "image/offscreen_context.h"
 #include "sensing/line_scanner.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -54,6 +55,12 @@ void StereoSensor::Prepare() const {
   if (rectifier_) return;
   if (setup_.calibrate) setup_.calibration = setup_.calibrate();
   rectifier_.emplace(setup_.calibration);
+}
+
+void StereoSensor::Rehearse(const sim::World& world) const {
+  if (!image::DrawBeforeForking()) return;
+  core::Rng rng(0);
+  camera_.Photograph(world, X_WScanner_, rng);
 }
 
 const stereo::Rectifier& StereoSensor::rectifier() const {

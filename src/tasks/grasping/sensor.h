@@ -29,6 +29,9 @@ class Sensor {
   virtual Sensed Sense(const sim::World& world, core::Rng& rng) const = 0;
   /// What it does once before it looks, and does at its first look if it was not asked to.
   virtual void Prepare() const {}
+  /// Looks at a world for nothing but that later looks at such things are faster, those of
+  /// processes that are forked from this one, too.
+  virtual void Rehearse(const sim::World&) const {}
 };
 
 /// The line scanner at its site. @param options  must outlive it
@@ -61,6 +64,7 @@ class StereoSensor : public Sensor {
   ~StereoSensor() override;
 
   void Prepare() const override;
+  void Rehearse(const sim::World& world) const override;
 
   Sensed Sense(const sim::World& world, core::Rng& rng) const override;
   /// The same with all that lies between.
