@@ -11,6 +11,7 @@
 #include "cli/output.h"
 #include "cli/seam_calibration.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/units.h"
 #include "core/words.h"
 #include "seam/monitor.h"
@@ -27,9 +28,11 @@ using nlohmann::ordered_json;
 // ---- detect: recorded profiles or a stream ----
 
 struct DetectArguments {
-  std::string profiles, options, calibration, method, picture, unit = "mm";
+  std::string profiles, options, calibration, method, picture;
+  std::optional<std::string> unit;
+  std::optional<double> columns_per_mm;
   int picture_row = 1;
-  double columns_per_mm = 12.0, rate_hz = 62.0;
+  double rate_hz = 62.0;
   bool negative = false, json = false, xml = false;
 };
 
@@ -38,16 +41,30 @@ double UnitOf(const std::string& name) {
   return name == "m" ? 1.0 : 1e-3;
 }
 
+bool IsImage(const std::string& file) {
+  const std::string ending = core::EndingOf(file);
+  return ending == ".png" || ending == ".pgm";
+}
+
+void CheckArguments(const DetectArguments& arguments) {
+  if (arguments.unit && IsImage(arguments.profiles)) {
+    throw core::InputError("--unit " + *arguments.unit + ": is for CSV; a grey level of " +
+                           arguments.profiles + " is 1 um");
+  }
+}
+
 // Everything that one profile goes through.
 class Detection {
  public:
   explicit Detection(const DetectArguments& arguments) : arguments_(arguments) {
-    if (!arguments.options.empty()) options_ = seam::ReadTrackerOptions(arguments.options);
+    CheckArguments(arguments);
+    if (!arguments.options.empty()) ReadOptions(arguments.options);
     if (!arguments.method.empty()) {
       options_.method = core::FromWord<seam::DecisionMethod>(arguments.method, "--method");
     }
-    if (arguments.options.empty())
-      options_.line.columns_per_m = arguments.columns_per_mm * core::kMmPerM;
+    if (arguments.columns_per_mm) {
+      options_.line.columns_per_m = *arguments.columns_per_mm * core::kMmPerM;
+    }
     if (arguments.negative) options_.positive_edge = false;
     if (!arguments.calibration.empty()) {
       calibration_ = seam::ReadCalibration(arguments.calibration);
@@ -57,7 +74,7 @@ class Detection {
   seam::ProfileFileOptions FileOptions() const {
     seam::ProfileFileOptions file;
     file.rate_hz = arguments_.rate_hz;
-    file.unit_m = UnitOf(arguments_.unit);
+    if (arguments_.unit) file.unit_m = UnitOf(*arguments_.unit);
     if (calibration_) {
       file = RowFileOptions();
       file.rate_hz = arguments_.rate_hz;
@@ -88,6 +105,9 @@ class Detection {
     }
   }
 
+  /// What no other profile can bear out counts at once.
+  void BelieveSingleProfiles() { options_.confirm = false; }
+
   void Finish(std::size_t rows) const {
     if (!arguments_.picture.empty() && !drawn_) {
       throw core::InputError(fmt::format("--picture-row {}: there are only {} profiles",
@@ -96,6 +116,13 @@ class Detection {
   }
 
  private:
+  void ReadOptions(const std::string& file) {
+    auto map = core::YamlMap::FromFile(file);
+    seam::ReadTrackerOptions(map, options_);
+    seam::ReadMonitorOptions(map.Child("monitor", "what stops the head"), monitor_options_);
+    map.Finish();
+  }
+
   void Begin(int columns) {
     if (columns < seam::kMinColumns) {
       throw core::InputError(fmt::format("{}: its profiles have {} columns; a line has at least {}",
@@ -104,8 +131,8 @@ class Detection {
     }
     options_.line.columns = columns;
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
-    tracker_.emplace(options_);
-    monitor_.emplace(options_.line, seam::MonitorOptions{});
+    tracker_.emplace(options_, calibration_);
+    monitor_.emplace(options_.line, monitor_options_);
     if (!arguments_.json && !arguments_.xml) {
       WriteResult(
           "profile,time_s,status,column,x_mm,step_mm,model_fitting,local_weighted_voting,gradient_"
@@ -155,6 +182,7 @@ class Detection {
 
   DetectArguments arguments_;
   seam::TrackerOptions options_;
+  seam::MonitorOptions monitor_options_;
   std::optional<seam::Calibration> calibration_;
   std::optional<seam::EdgeTracker> tracker_;
   std::optional<seam::SurfaceMonitor> monitor_;
@@ -185,9 +213,9 @@ void Detect(const DetectArguments& arguments) {
   if (arguments.profiles == "-") {
     rows = DetectStream(std::cin, detection);
   } else {
-    for (const auto& profile : seam::ReadProfiles(arguments.profiles, detection.FileOptions())) {
-      detection.Take(profile, ++rows);
-    }
+    const auto profiles = seam::ReadProfiles(arguments.profiles, detection.FileOptions());
+    if (profiles.size() == 1) detection.BelieveSingleProfiles();
+    for (const auto& profile : profiles) detection.Take(profile, ++rows);
   }
   detection.Finish(rows);
 }
@@ -202,15 +230,23 @@ void AddDetect(CLI::App& seam) {
       ->required();
   command->add_option("--method", arguments->method, "how a position is decided (voting)")
       ->check(CLI::IsMember(core::WordList<seam::DecisionMethod>()));
-  command->add_option("--options", arguments->options, "YAML of the tracker's options");
-  command->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12)")
-      ->check(CLI::Range(0.1, 1000.0));
+  auto* options = command->add_option(
+      "--options", arguments->options,
+      "YAML of what an experiment has below `tracker`, and of its `monitor`");
+  auto* columns =
+      command
+          ->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12)")
+          ->check(CLI::Range(0.1, 1000.0))
+          ->excludes(options);
   command->add_option("--rate", arguments->rate_hz, "profiles a second (62)")
       ->check(CLI::Range(0.1, 1e5));
-  command->add_option("--unit", arguments->unit, "of the heights (mm)")
-      ->check(CLI::IsMember({"um", "mm", "m"}));
-  command->add_option("--calibration", arguments->calibration,
-                      "YAML; the numbers are then camera rows (images: 64 grey levels a row)");
+  auto* unit = command->add_option("--unit", arguments->unit, "of the heights of a CSV (mm)")
+                   ->check(CLI::IsMember({"um", "mm", "m"}));
+  command
+      ->add_option("--calibration", arguments->calibration,
+                   "YAML; the numbers are then camera rows (images: 64 grey levels a row)")
+      ->excludes(columns)
+      ->excludes(unit);
   command->add_flag("--negative", arguments->negative, "the high mat is at small columns");
   command->add_flag("--json", arguments->json, "one JSON object a profile");
   command->add_flag("--xml", arguments->xml, "the packets for the robot, one every 100 ms");

@@ -13,6 +13,9 @@ constexpr double kBellReach = 5.0;
 // left.
 constexpr double kSpreadReach = 3.0;
 
+// Lines are tried through pairs of so many points.
+constexpr std::size_t kTried = 16;
+
 struct Line {
   double time_s;  // where it goes through `column`
   double column;
@@ -39,6 +42,16 @@ Line FitLine(std::span<const TimedColumn> points) {
     tc += (p.time_s - time) * (p.column - column);
   }
   return {time, column, tt > 0.0 ? tc / tt : 0.0};
+}
+
+// At most `count` of the points, the first and the last among them.
+std::vector<TimedColumn> SpreadOver(std::span<const TimedColumn> points, std::size_t count) {
+  if (points.size() <= count) return {points.begin(), points.end()};
+  std::vector<TimedColumn> some;
+  for (std::size_t i = 0; i < count; ++i) {
+    some.push_back(points[i * (points.size() - 1) / (count - 1)]);
+  }
+  return some;
 }
 
 struct Support {
@@ -81,11 +94,12 @@ std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, 
   if (found.size() == 1) return LinePrediction{found[0].column, 1};
   Line best{found.back().time_s, found.back().column, 0.0};
   Support best_support;
-  for (std::size_t a = 0; a < found.size(); ++a) {
-    for (std::size_t b = a + 1; b < found.size(); ++b) {
-      const double dt = found[b].time_s - found[a].time_s;
+  const std::vector<TimedColumn> tried = SpreadOver(found, kTried);
+  for (std::size_t a = 0; a < tried.size(); ++a) {
+    for (std::size_t b = a + 1; b < tried.size(); ++b) {
+      const double dt = tried[b].time_s - tried[a].time_s;
       if (dt == 0.0) continue;
-      const Line line{found[a].time_s, found[a].column, (found[b].column - found[a].column) / dt};
+      const Line line{tried[a].time_s, tried[a].column, (tried[b].column - tried[a].column) / dt};
       if (std::abs(line.slope) > options.max_slope_columns_per_s) continue;
       const Support support = SupportOf(line, found, options.inlier_columns);
       if (support.inliers > best_support.inliers ||

@@ -6,6 +6,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "core/units.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -136,12 +138,33 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
   return rising;
 }
 
+void ReadMonitorOptions(core::YamlMap map, MonitorOptions& options) {
+  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, core::kMm, 0.5, 100.0,
+                 "what rises this far above the surface is an obstacle");
+  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, core::kMm, 0.1, 100.0,
+                 "if it is this wide");
+  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
+           "and this many of the last profiles show it in one place");
+  map.ReadScaled("min_step_mm", options.min_step_m, core::kMm, 0.001, 100.0,
+                 "a lower step is no edge of a mat");
+  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
+           "the mats end where this many of the last usable profiles show no edge");
+  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
+  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
+           "so many unusable profiles one after the other are an outage of the sensor");
+  if (options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
+    map.Fail("window", "must not be shorter than obstacle_profiles or mat_end_profiles");
+  }
+  map.Finish();
+}
+
 SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
     : width_(static_cast<std::size_t>(
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
       options_(options) {
   if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
       options.obstacle_profiles < 1 || options.mat_end_profiles < 1 ||
+      options.outage_profiles < 1 ||
       options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
     throw std::invalid_argument(
         "surface monitor: heights and widths must be above 0, counts at least 1, and the window "
@@ -183,14 +206,17 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
 std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
                                                  const Reading& reading) {
   if (stop_) return stop_;
+  if (SeesObstacle(profile)) return stop_ = StopReason::kObstacle;
+  const bool usable = reading.status != ProfileStatus::kUnusable;
+  unusable_ = usable ? 0 : unusable_ + 1;
+  if (unusable_ >= options_.outage_profiles) return StopReason::kOutage;
+  if (!usable) return std::nullopt;  // which tells nothing of the mats
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
   // An edge that only goes on by what was seen before does not count here.
   const bool edge = reading.status == ProfileStatus::kEdge && reading.step_m >= options_.min_step_m;
   no_edge_.push_back(edge_seen_ && !edge);
   if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
-  if (SeesObstacle(profile)) {
-    stop_ = StopReason::kObstacle;
-  } else if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
+  if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
     stop_ = StopReason::kMatEnd;
   }
   return stop_;
@@ -201,6 +227,7 @@ void SurfaceMonitor::Reset() {
   rising_.clear();
   no_edge_.clear();
   edge_seen_ = false;
+  unusable_ = 0;
   stop_.reset();
 }
 

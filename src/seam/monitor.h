@@ -7,14 +7,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/yaml_map.h"
 #include "seam/preprocess.h"
 #include "seam/tracker.h"
 
 namespace rangegrasp::seam {
 
 /// Why the head must stop.
-enum class StopReason { kMatEnd, kObstacle };
-constexpr std::array<std::string_view, 2> WordsOf(StopReason) { return {"mat_end", "obstacle"}; }
+enum class StopReason {
+  kMatEnd,
+  kObstacle,
+  kOutage,  ///< the sensor sees nothing; over once it sees again
+};
+constexpr std::array<std::string_view, 3> WordsOf(StopReason) {
+  return {"mat_end", "obstacle", "outage"};
+}
 
 struct MonitorOptions {
   double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7): rises above the surface
@@ -22,13 +29,19 @@ struct MonitorOptions {
   /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more come later.
   int obstacle_profiles = 3;
   double min_step_m = 0.3e-3;  ///< > 0; a lower step is no edge (section 3.7)
-  /// >= 1 of the last `window` without an edge of the minimal step: 80 % of it, so that chance
-  /// edges do not hide an end and gaps of a low edge do not make one.
+  /// >= 1 of the last `window` usable ones without an edge of the minimal step: 80 % of it, so that
+  /// chance edges do not hide an end and gaps of a low edge do not make one.
   int mat_end_profiles = 24;
+  /// >= 1; so many unusable profiles one after the other are an outage.
+  int outage_profiles = 10;
   /// >= both; at 62 profiles a second and 30 mm/s it spans 15 of the 80 mm that the sensor is
   /// ahead.
   int window = 30;
 };
+
+/// Reads what stands below `monitor` in a file; what is absent keeps its default.
+/// @throws core::InputError naming file, line and key.
+void ReadMonitorOptions(core::YamlMap map, MonitorOptions& options);
 
 /// How far each column rises above the surface of its line [m]: the parabola that most columns lie
 /// within 1 mm of, so that neither an obstacle of a third of the line nor points that are no
@@ -45,7 +58,7 @@ class SurfaceMonitor {
  public:
   /// @throws std::invalid_argument if an option is out of range.
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
-  /// The reason to stop, if the profiles so far give one; it stays until Reset.
+  /// The reason to stop, if the profiles so far give one; it stays until Reset, but for an outage.
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
   void Reset();
 
@@ -58,6 +71,7 @@ class SurfaceMonitor {
   std::deque<std::vector<float>> heights_;
   std::deque<std::vector<bool>> rising_;
   std::deque<bool> no_edge_;
+  int unusable_ = 0;  // one after the other, up to now
   bool edge_seen_ = false;
   std::optional<StopReason> stop_;
 };

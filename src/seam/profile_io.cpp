@@ -27,6 +27,10 @@ constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 // Lines beyond are no profiles (a wrong file, a stuck pipe) and must not fill the memory.
 constexpr std::size_t kLongestLine = std::size_t{4} << 20U;
 constexpr std::string_view kBlanks = " \t";
+// Whole rows that tell how wide the others are.
+constexpr std::size_t kRowsOfWidth = 3;
+// Damaged rows before them are not held back for ever.
+constexpr std::size_t kMaxHeld = 16;
 
 void Check(const ProfileFileOptions& options) {
   const auto check = [](bool good, const char* what) {
@@ -159,6 +163,13 @@ std::string ParseLine(std::string_view line, int expected, const ProfileFileOpti
   }
   if (expected != 0 && fields.size() != columns) return WidthFault(fields.size(), expected);
   return ParseFields(fields, options, height_m);
+}
+
+void MarkDamaged(ProfileRow& row, const std::string& fault) {
+  row.profile = {};
+  row.fault =
+      fmt::format("row {}{}{}{}", row.row, row.line != row.row ? fmt::format(" (line {})", row.line) : "",
+                  fault.starts_with("column") ? ", " : " ", fault);
 }
 
 std::ifstream Open(const std::filesystem::path& file) {
@@ -310,6 +321,36 @@ ProfileStream::ProfileStream(std::istream& in, const ProfileFileOptions& options
 }
 
 std::optional<ProfileRow> ProfileStream::Next() {
+  if (options_.columns == 0 && held_.empty()) FixWidth();
+  if (held_.empty()) return Read();
+  ProfileRow row = std::move(held_.front());
+  held_.pop_front();
+  return row;
+}
+
+// Two whole rows of one width settle it; of three different ones, and at the end, the first row's.
+void ProfileStream::FixWidth() {
+  std::vector<std::size_t> widths;
+  while (options_.columns == 0 && held_.size() < kMaxHeld) {
+    auto row = Read();
+    if (!row) break;
+    held_.push_back(std::move(*row));
+    if (!held_.back().fault.empty()) continue;
+    const std::size_t width = held_.back().profile.height_m.size();
+    const bool again = std::ranges::find(widths, width) != widths.end();
+    widths.push_back(width);
+    if (again) options_.columns = static_cast<int>(width);
+    if (widths.size() == kRowsOfWidth) break;
+  }
+  if (options_.columns == 0 && !widths.empty()) options_.columns = static_cast<int>(widths[0]);
+  for (ProfileRow& row : held_) {
+    const std::size_t width = row.profile.height_m.size();
+    if (!row.fault.empty() || width == static_cast<std::size_t>(options_.columns)) continue;
+    MarkDamaged(row, WidthFault(width, options_.columns));
+  }
+}
+
+std::optional<ProfileRow> ProfileStream::Read() {
   std::string text;
   while (true) {
     const LineRead read = ReadLine(in_, text);
@@ -321,19 +362,16 @@ std::optional<ProfileRow> ProfileStream::Next() {
     if (line.empty() || line.front() == '#') continue;
     ProfileRow row;
     row.row = ++row_;
+    row.line = line_;
     std::string fault = "is longer than a profile can be";
     if (read == LineRead::kWhole) {
       fault = ParseLine(line, options_.columns, options_, row.profile.height_m);
     }
     if (!fault.empty()) {
-      row.profile = {};
-      row.fault =
-          fmt::format("row {}{}{}{}", row_, line_ != row_ ? fmt::format(" (line {})", line_) : "",
-                      fault.starts_with("column") ? ", " : " ", fault);
+      MarkDamaged(row, fault);
       return row;
     }
     row.profile.time_s = static_cast<double>(row_ - 1) / options_.rate_hz;
-    if (options_.columns == 0) options_.columns = static_cast<int>(row.profile.height_m.size());
     return row;
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <istream>
@@ -13,7 +14,7 @@ namespace rangegrasp::seam {
 
 /// How numbers of a file of profiles become heights or rows.
 struct ProfileFileOptions {
-  int columns = 0;             ///< expected columns; 0: those of the first row
+  int columns = 0;             ///< expected columns; 0: those of most of the first three whole rows
   double unit_m = 1e-3;        ///< CSV: metres a number; ignored for raw rows
   double image_unit_m = 1e-6;  ///< 16-bit image: metres a grey level; 0 is no value
   double image_zero = 32768;   ///< grey level of height 0
@@ -24,9 +25,10 @@ struct ProfileFileOptions {
 
 /// One row of a stream: a profile, or what is wrong with it.
 struct ProfileRow {
-  std::size_t row = 0;  ///< from 1
-  Profile profile;      ///< empty if damaged
-  std::string fault;    ///< empty if whole; else names the row, the value and what would be right
+  std::size_t row = 0;   ///< from 1
+  std::size_t line = 0;  ///< of the file: also counts what is left out
+  Profile profile;       ///< empty if damaged
+  std::string fault;     ///< empty if whole; else names the row, the value and what would be right
 };
 
 /// Reads CSV row by row as they arrive (commas, semicolons or blanks; empty, "nan" or "-": no
@@ -37,14 +39,19 @@ class ProfileStream {
  public:
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
   /// nullopt at the end. A damaged row (ragged, not a number, out of range) is returned with its
-  /// fault.
+  /// fault. Where the width is not given, the first row waits for the second, for it may have been
+  /// cut off.
   std::optional<ProfileRow> Next();
 
  private:
+  std::optional<ProfileRow> Read();
+  void FixWidth();
+
   std::istream& in_;
+  std::deque<ProfileRow> held_;  // read while the width was unknown
   ProfileFileOptions options_;
   std::size_t row_ = 0;
-  std::size_t line_ = 0;  // of the file: also counts what is left out
+  std::size_t line_ = 0;
 };
 
 /// Reads a whole file: .csv/.txt, or a 16-bit grey .png/.pgm, one profile a row.

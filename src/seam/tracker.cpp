@@ -8,15 +8,20 @@
 #include <span>
 
 #include "core/error.h"
+#include "core/quantile.h"
 
 namespace rangegrasp::seam {
 namespace {
 
 // Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
-// 3.4).
+// 3.4). A slower sensor's are older than a period.
 constexpr std::size_t kRecent = 3;
 // A sampling time that falls on a period's end by rounding belongs to it.
 constexpr double kTimeSlack_s = 1e-9;
+
+// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
+// half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
+constexpr int kHeightHalf = 6;
 
 // No step can be measured this near to where the measured part of the profile ends: the windows of
 // the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are cut there.
@@ -53,6 +58,18 @@ std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepa
   return results;
 }
 
+double HeightAround(std::span<const float> height_m, double column) {
+  std::vector<float> heights;
+  const int middle = static_cast<int>(std::lround(column));
+  const int last = static_cast<int>(height_m.size()) - 1;
+  for (int c = std::max(0, middle - kHeightHalf); c <= std::min(last, middle + kHeightHalf); ++c) {
+    const float height = height_m[static_cast<std::size_t>(c)];
+    if (std::isfinite(height)) heights.push_back(height);
+  }
+  if (heights.empty()) return 0.0;
+  return core::UpperMedianOf(std::move(heights));
+}
+
 int MaximumAt(const std::vector<float>& weight) {
   return static_cast<int>(std::max_element(weight.begin(), weight.end()) - weight.begin());
 }
@@ -60,13 +77,15 @@ int MaximumAt(const std::vector<float>& weight) {
 }  // namespace
 
 struct EdgeTracker::Impl {
-  explicit Impl(const TrackerOptions& o) : options(o) {}
+  Impl(const TrackerOptions& o, const std::optional<Calibration>& c) : options(o), calibration(c) {}
 
   TrackerOptions options;
+  std::optional<Calibration> calibration;
   PreparedProfile prepared;
   std::array<DetectorResult, kDetectors> results;
   std::vector<float> weight;
   std::optional<double> last_time_s;
+  std::deque<double> times;         // of the last profiles
   std::deque<TimedColumn> votes;    // of the last packet period
   std::optional<TimedColumn> sent;  // the last position transmitted
   std::vector<double> recent;       // positions of the last steps, decided or not, oldest first
@@ -76,15 +95,20 @@ struct EdgeTracker::Impl {
   // The period that the next packet tells of.
   std::optional<double> period_begin_s;
   std::optional<TimedColumn> candidate;
+  double candidate_x_m = 0.0;
   float candidate_weight = 0.0F;
   std::optional<EdgePacket> packet;
 
   void CheckProfile(const Profile& profile) const;
   std::vector<float> Accumulate();
   const std::vector<float>& Average();
-  void DecideByVoting(Reading& reading);
-  void DecideByWeights(Reading& reading);
+  // Both return the weight with which the reading is offered for the next packet.
+  float DecideByVoting(Reading& reading);
+  float DecideByWeights(Reading& reading);
   double HighestStep(const Reading& reading) const;
+  void ForgetOldVotes(double time_s);
+  double OfLine(double column) const;
+  double LateralAt(double column) const;
   void Offer(const Reading& reading, float its_weight);
   void EndPeriod(double time_s);
   std::optional<double> PredictFromVotes(double time_s);
@@ -115,6 +139,24 @@ double EdgeTracker::Impl::HighestStep(const Reading& reading) const {
   return highest;
 }
 
+void EdgeTracker::Impl::ForgetOldVotes(double time_s) {
+  times.push_back(time_s);
+  if (times.size() > kRecent) times.pop_front();
+  const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
+  while (!votes.empty() && votes.front().time_s < oldest_s) votes.pop_front();
+}
+
+// The column as the sensor counts it.
+double EdgeTracker::Impl::OfLine(double column) const {
+  return options.positive_edge ? column : options.line.columns - 1 - column;
+}
+
+// x of an edge in a column of the prepared profile.
+double EdgeTracker::Impl::LateralAt(double column) const {
+  if (!calibration) return options.line.ToMeters(OfLine(column));
+  return calibration->LateralAt(OfLine(column), HeightAround(prepared.original_m, column));
+}
+
 std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
   if (votes.empty()) return std::nullopt;  // what was sent long ago tells nothing alone
   std::vector<TimedColumn> found;
@@ -122,12 +164,12 @@ std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
   found.insert(found.end(), votes.begin(), votes.end());
   // One position alone may be a disturbance: two must bear each other out.
   const auto prediction = PredictByLine(found, time_s, options.line_prediction);
-  if (!prediction || prediction->inliers < 2) return std::nullopt;
+  if (!prediction || (options.confirm && prediction->inliers < 2)) return std::nullopt;
   return prediction->column;
 }
 
 // Section 3.4: two of three, then a line through the votes of a period and what was sent last.
-void EdgeTracker::Impl::DecideByVoting(Reading& reading) {
+float EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
   const auto vote = VoteTwoOfThree(reading.detected, tolerance);
   reading.step_m =
@@ -146,7 +188,7 @@ void EdgeTracker::Impl::DecideByVoting(Reading& reading) {
     // A step that no other profile of the period bears out is a disturbance.
     reading.status = votes.size() >= 2 ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
   }
-  Offer(reading, 0.0F);
+  return 0.0F;
 }
 
 std::vector<float> EdgeTracker::Impl::Accumulate() {
@@ -171,7 +213,7 @@ const std::vector<float>& EdgeTracker::Impl::Average() {
 }
 
 // Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
-void EdgeTracker::Impl::DecideByWeights(Reading& reading) {
+float EdgeTracker::Impl::DecideByWeights(Reading& reading) {
   weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
   WeightByHistory(weight, history, options.history.sigma_columns);
   const int column = MaximumAt(weight);
@@ -184,21 +226,22 @@ void EdgeTracker::Impl::DecideByWeights(Reading& reading) {
   const bool step = IsStep(reading.step_m, goes_on);
   if (step) recent.push_back(column);
   if (recent.size() > kRecent) recent.erase(recent.begin());
-  if (!step || !goes_on) {
+  if (!step || (options.confirm && !goes_on)) {
     reading.status = ProfileStatus::kNoEdge;
-    return;
+    return 0.0F;
   }
   reading.status = ProfileStatus::kEdge;
   reading.column = column;
   history.push_back(column);
   if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
-  Offer(reading, weight[static_cast<std::size_t>(column)]);
+  return weight[static_cast<std::size_t>(column)];
 }
 
 // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
 void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
   if (!reading.column || (candidate && its_weight < candidate_weight)) return;
   candidate = TimedColumn{reading.time_s, *reading.column};
+  candidate_x_m = reading.x_m;
   candidate_weight = its_weight;
 }
 
@@ -206,8 +249,8 @@ EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
   EdgePacket made{.time_s = time_s, .column = std::nullopt, .x_m = 0.0};
   if (!candidate) return made;
   made.time_s = candidate->time_s;
-  made.column = candidate->column;
-  made.x_m = options.line.ToMeters(candidate->column);
+  made.column = OfLine(candidate->column);
+  made.x_m = candidate_x_m;
   return made;
 }
 
@@ -218,12 +261,15 @@ void EdgeTracker::Impl::EndPeriod(double time_s) {
   if (candidate) sent = candidate;
   candidate.reset();
   candidate_weight = 0.0F;
-  period_begin_s = time_s;
+  // Packets keep their period, whatever the profiles' times are.
+  *period_begin_s += options.packet_period_s *
+                     std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);
 }
 
-EdgeTracker::EdgeTracker(const TrackerOptions& options) {
+EdgeTracker::EdgeTracker(const TrackerOptions& options,
+                         const std::optional<Calibration>& calibration) {
   CheckOptions(options);
-  impl_ = std::make_unique<Impl>(options);
+  impl_ = std::make_unique<Impl>(options, calibration);
 }
 EdgeTracker::~EdgeTracker() = default;
 EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;
@@ -241,39 +287,28 @@ Reading EdgeTracker::Update(const Profile& profile) {
   t.weight.clear();
   Reading reading;
   reading.time_s = profile.time_s;
-  while (!t.votes.empty() && t.votes.front().time_s < profile.time_s - t.options.packet_period_s) {
-    t.votes.pop_front();
-  }
+  t.ForgetOldVotes(profile.time_s);
   if (t.prepared.Usable()) {
     t.results = DetectWithin(t.prepared, t.options.detectors);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = t.results[d].column;
-    if (t.options.method == DecisionMethod::kVoting) {
-      t.DecideByVoting(reading);
-    } else {
-      t.DecideByWeights(reading);
-    }
+    const float weight = t.options.method == DecisionMethod::kVoting ? t.DecideByVoting(reading)
+                                                                     : t.DecideByWeights(reading);
+    if (reading.column) reading.x_m = t.LateralAt(*reading.column);
+    t.Offer(reading, weight);
   } else {
     t.results = {};
   }
   t.EndPeriod(profile.time_s);
-  const auto last = static_cast<double>(t.options.line.columns - 1);
-  if (!t.options.positive_edge) {
-    if (reading.column) reading.column = last - *reading.column;
-    for (auto& column : reading.detected) {
-      if (column) column = t.options.line.columns - 1 - *column;
-    }
+  if (reading.column) reading.column = t.OfLine(*reading.column);
+  for (auto& column : reading.detected) {
+    if (column) column = static_cast<int>(t.OfLine(*column));
   }
-  if (reading.column) reading.x_m = t.options.line.ToMeters(*reading.column);
   return reading;
 }
 
 std::optional<EdgePacket> EdgeTracker::TakePacket() {
   std::optional<EdgePacket> packet;
   std::swap(packet, impl_->packet);
-  if (packet && packet->column && !impl_->options.positive_edge) {
-    packet->column = impl_->options.line.columns - 1 - *packet->column;
-    packet->x_m = impl_->options.line.ToMeters(*packet->column);
-  }
   return packet;
 }
 
@@ -282,6 +317,8 @@ const std::array<DetectorResult, kDetectors>& EdgeTracker::results() const {
   return impl_->results;
 }
 const std::vector<float>& EdgeTracker::weight() const { return impl_->weight; }
-void EdgeTracker::Reset() { impl_ = std::make_unique<Impl>(impl_->options); }
+void EdgeTracker::Reset() {
+  impl_ = std::make_unique<Impl>(impl_->options, impl_->calibration);
+}
 
 }  // namespace rangegrasp::seam

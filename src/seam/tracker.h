@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "seam/calibration.h"
 #include "seam/detectors.h"
 #include "seam/preprocess.h"
 #include "seam/profile.h"
@@ -28,7 +29,7 @@ struct Reading {
   double time_s = 0.0;
   ProfileStatus status = ProfileStatus::kUnusable;
   std::optional<double> column;  ///< with kEdge
-  double x_m = 0.0;              ///< of the column, in the line's frame L
+  double x_m = 0.0;              ///< of the edge, in the line's frame L
   double step_m = 0.0;           ///< step height where the edge was looked for
   std::array<std::optional<int>, kDetectors> detected;  ///< each detector's own position
 };
@@ -43,8 +44,11 @@ struct EdgePacket {
 /// Finds the edge in a sequence of profiles. Holds the history that prediction needs.
 class EdgeTracker {
  public:
+  /// @param calibration  tells x of an edge by its column and the height of the surface there; none:
+  ///                     the line's columns are as wide at any height.
   /// @throws std::invalid_argument if an option is out of range.
-  explicit EdgeTracker(const TrackerOptions& options);
+  explicit EdgeTracker(const TrackerOptions& options,
+                       const std::optional<Calibration>& calibration = std::nullopt);
   ~EdgeTracker();
   EdgeTracker(EdgeTracker&&) noexcept;
 

@@ -99,6 +99,8 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
                  "two detectors agree if their positions are this near to each other");
   map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
                  "time between two packets to the robot");
+  map.Read("confirm", options.confirm,
+           "whether a step counts only if another of the last profiles shows it, too");
   ReadLinePrediction(map, options.line_prediction);
   map.Read("history_length", options.history.length, 1, 1000,
            "earlier positions that raise the weights near them (n of eq. 3.19)");
@@ -112,14 +114,6 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
            options.step);
   map.Read("positive_edge", options.positive_edge,
            "whether the edge rises with the column number; false: it falls");
-}
-
-TrackerOptions ReadTrackerOptions(const std::filesystem::path& file) {
-  TrackerOptions options;
-  auto map = YamlMap::FromFile(file);
-  ReadTrackerOptions(map, options);
-  map.Finish();
-  return options;
 }
 
 }  // namespace rangegrasp::seam

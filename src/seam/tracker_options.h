@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <string_view>
 
 #include "core/yaml_map.h"
@@ -37,6 +36,9 @@ struct TrackerOptions {
   DecisionMethod method = DecisionMethod::kVoting;
   double vote_tolerance_m = 1e-3;  ///< > 0
   double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
+  /// A step counts only if another profile bears it out; false: at once, as published, and as a
+  /// single profile needs it.
+  bool confirm = true;
   LinePredictionOptions line_prediction;
   HistoryOptions history;
   StepOptions step;
@@ -47,10 +49,8 @@ struct TrackerOptions {
 /// @throws std::invalid_argument naming the option that is out of range.
 void CheckOptions(const TrackerOptions& options);
 
-/// Reads a YAML file of the keys of TrackerOptions; what is absent keeps its default.
+/// Reads the keys of TrackerOptions; what is absent keeps its default. Leaves Finish to the caller.
 /// @throws core::InputError naming file, line and key.
-TrackerOptions ReadTrackerOptions(const std::filesystem::path& file);
-/// The same keys in a mapping of another file; leaves Finish to the caller.
 void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options);
 
 }  // namespace rangegrasp::seam

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/quantile.h"
 #include "core/rng.h"
 #include "stitching/correction.h"
 #include "stitching/internal/control_unit.h"
@@ -18,9 +17,6 @@ using internal::HeadState;
 using internal::kControlPeriod_s;
 using internal::Point;
 
-// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
-// half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
-constexpr int kHeightHalf = 6;
 // A head that takes this much longer than its track would at full speed makes no way.
 constexpr double kMaxSlowness = 20.0;
 constexpr double kMaxDelay_s = 60.0;
@@ -43,23 +39,13 @@ void Check(const TrackOptions& options) {
   Check(options.length_m > 0.0, "length_m must be above 0");
 }
 
-double HeightAround(const seam::Profile& profile, double column) {
-  std::vector<float> heights;
-  const int middle = static_cast<int>(std::lround(column));
-  const int last = static_cast<int>(profile.height_m.size()) - 1;
-  for (int c = std::max(0, middle - kHeightHalf); c <= std::min(last, middle + kHeightHalf); ++c) {
-    const float height = profile.height_m[static_cast<std::size_t>(c)];
-    if (std::isfinite(height)) heights.push_back(height);
-  }
-  if (heights.empty()) return 0.0;
-  return core::UpperMedianOf(std::move(heights));
-}
-
 /// A line of the sensor with all that watches it.
 struct Line {
   Line(double ahead, const seam::TrackerOptions& tracker_options,
-       const seam::MonitorOptions& monitor_options)
-      : ahead_m(ahead), tracker(tracker_options), monitor(tracker_options.line, monitor_options) {}
+       const seam::Calibration& calibration, const seam::MonitorOptions& monitor_options)
+      : ahead_m(ahead),
+        tracker(tracker_options, calibration),
+        monitor(tracker_options.line, monitor_options) {}
 
   seam::Reading Take(const seam::Profile& profile) {
     const seam::Reading reading = tracker.Update(profile);
@@ -88,7 +74,7 @@ class SensorUnit {
     tracker.line = sensor.options().line;
     tracker.packet_period_s = options.head.correction_period_s;
     for (const double ahead : sensor.options().lines_ahead_m) {
-      lines_.emplace_back(ahead, tracker, options.monitor);
+      lines_.emplace_back(ahead, tracker, calibration, options.monitor);
     }
   }
 
@@ -99,18 +85,15 @@ class SensorUnit {
     const double time_s = NextTime();
     const std::size_t others = lines_.size() - 1;
     const std::size_t number = static_cast<std::size_t>(count_++);
-    const seam::Profile profile = Scan(head, lines_.front(), time_s);
-    seam::Reading reading = lines_.front().Take(profile);
+    const seam::Reading reading = lines_.front().Take(Scan(head, lines_.front(), time_s));
     if (others > 0) {
       Line& other = lines_[1 + number % others];
       other.Take(Scan(head, other, time_s));
       other.tracker.TakePacket();
     }
     if (reading.column) {
-      // The line's columns widen with the distance, which the tracker does not know.
-      reading.x_m = calibration_.LateralAt(*reading.column, HeightAround(profile, *reading.column));
       const LinePose line = head.Line(lines_.front().ahead_m);
-      places_.push_back({time_s, reading.x_m, line.x_m + reading.x_m * std::cos(line.heading_rad)});
+      places_.push_back({time_s, line.x_m + reading.x_m * std::cos(line.heading_rad)});
     }
     return reading;
   }
@@ -125,7 +108,7 @@ class SensorUnit {
                                     [&](const Place& p) { return p.time_s == packet->time_s; });
     if (packet->column && place != places_.end()) {
       correction.valid = true;
-      correction.edge_x_m = place->x_m;
+      correction.edge_x_m = packet->x_m;
       correction.deviation_m = place->deviation_m;
     }
     places_.clear();
@@ -137,7 +120,7 @@ class SensorUnit {
 
  private:
   struct Place {
-    double time_s, x_m, deviation_m;
+    double time_s, deviation_m;
   };
 
   seam::Profile Scan(const HeadState& head, const Line& line, double time_s) {

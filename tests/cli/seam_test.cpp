@@ -1,5 +1,6 @@
 // The seam commands, as a user with a sensor of their own would run them.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <sstream>
 
 #include "cli/command.h"
+#include "stitching/correction.h"
 
 namespace rangegrasp {
 namespace {
@@ -107,6 +109,78 @@ TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
   ExpectRefused({"seam", "detect", file, "--columns-per-mm", "0"}, "--columns-per-mm");
   ExpectRefused({"seam", "detect", file, "--options", File("none.yaml")}, "none.yaml");
   ExpectRefused({"seam", "detect", file, "--calibration", File("none.yaml")}, "none.yaml");
+}
+
+TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
+  const std::string file = folder_.Write("p.csv", Row(90)).string();
+  const std::string options = folder_.Write("o.yaml", "columns_per_mm: 12\n").string();
+  ExpectRefused({"seam", "detect", file, "--options", options, "--columns-per-mm", "18"},
+                "--options excludes --columns-per-mm");
+  for (const std::vector<std::string>& other :
+       {std::vector<std::string>{"--columns-per-mm", "18"}, {"--unit", "um"}}) {
+    ExpectRefused({"seam", "detect", file, "--calibration", "c.yaml", other[0], other[1]},
+                  other[0] + " excludes --calibration");
+  }
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.png")}).code, 0);
+  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "a grey level");
+}
+
+TEST_F(SeamTest, ASingleProfileIsAnswered) {
+  for (const char* method : {"voting", "weights", "accumulated"}) {
+    const Ran ran = Detect({folder_.Write("p.csv", Row(90)).string(), "--method", method});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_THAT(Lines(ran.out).back(), StartsWith("1,0.0000,edge,90.00,")) << method;
+    const Ran flat = Detect({folder_.Write("f.csv", Row(256)).string(), "--method", method});
+    EXPECT_THAT(Lines(flat.out).back(), StartsWith("1,0.0000,no_edge,")) << method;
+  }
+}
+
+TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
+  const std::string in =
+      folder_.Write("in", Row(90).substr(300) + Row(90) + Row(90) + Row(90)).string();
+  const Ran ran = Detect({"-"}, in);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("instead of 256"));
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.00,"));
+}
+
+// Rows 0 to 100 are heights from -20 to 0 mm; at -15 mm a column is 7.5 % wider.
+TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
+  const std::string calibration =
+      folder_
+          .Write("c.yaml",
+                 "columns: 256\nrow_min_px: 0\nrow_max_px: 100\nheight_0_m: -0.01\n"
+                 "height_1_m: 0.01\nheight_2_m: 0\nheight_3_m: 0\nheight_4_m: 0\n"
+                 "meters_per_column: 0.0001\nmeters_per_column_per_m: -0.0005\n")
+          .string();
+  std::string row;
+  for (int i = 0; i < 256; ++i) row += fmt::format("{},", i >= 200 ? 26.0 : 24.0 + 0.1 * (i % 3));
+  std::string text;
+  for (int i = 0; i < 20; ++i) text += row + "\n";
+  const std::string file = folder_.Write("r.csv", text).string();
+  const double wanted_m = (200.0 - 127.5) * 1.075e-4;
+  const Ran json = RunProgram({"seam", "detect", file, "--calibration", calibration, "--json"});
+  ASSERT_EQ(json.code, 0) << json.err;
+  const auto reading = nlohmann::json::parse(Lines(json.out).back());
+  EXPECT_EQ(reading["column"], 200.0);
+  EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of 0.4 mm
+  const Ran xml = RunProgram({"seam", "detect", file, "--calibration", calibration, "--xml"});
+  const auto packet = stitching::FromXml(Lines(xml.out).back());
+  EXPECT_NEAR(packet.edge_x_m, wanted_m, 2e-3 * wanted_m);
+}
+
+TEST_F(SeamTest, TheMonitorIsSetByTheOptions) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) text += Row(i < 3 ? 90 : 256);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const std::string monitor = "monitor: {window: 6, mat_end_profiles: 3}\n";
+  const Ran early = Detect({file, "--options", folder_.Write("o.yaml", monitor).string()});
+  ASSERT_EQ(early.code, 0) << early.err;
+  EXPECT_THAT(Lines(early.out).back(), testing::EndsWith(",mat_end"));
+  EXPECT_THAT(Lines(Detect({file}).out).back(), testing::EndsWith(","));
+  ExpectRefused({"seam", "detect", file, "--options",
+                 folder_.Write("b.yaml", "monitor: {window: 2}\n").string()},
+                "b.yaml:1: key 'window'");
 }
 
 TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {

@@ -113,6 +113,24 @@ TEST(PredictByLine, FindsALineAmongFortyPercentOutliers) {
   }
 }
 
+// A sensor of 100 kHz: every pair of 10,000 votes would take an hour.
+TEST(PredictByLine, FindsTheLineOfVeryManyPoints) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const double slope = rng.Uniform(-300.0, 300.0);
+    std::vector<TimedColumn> found;
+    for (int i = 0; i < 10'000; ++i) {
+      const bool outlier = rng.Uniform() < 0.3;
+      const double off = outlier ? rng.Uniform(50.0, 400.0) : rng.Normal();
+      found.push_back({1e-5 * i, 500.0 + slope * 1e-5 * i + off});
+    }
+    const auto prediction = PredictByLine(found, 0.1, {});
+    ASSERT_TRUE(prediction);
+    EXPECT_NEAR(prediction->column, 500.0 + slope * 0.1, 0.5) << seed;
+    EXPECT_NEAR(prediction->inliers, 7'000, 200) << seed;
+  }
+}
+
 TEST(PredictByLine, TakesOnePointAsItIsAndNoneForNothing) {
   EXPECT_FALSE(PredictByLine({}, 1.0, {}));
   const std::vector<TimedColumn> one = {{0.5, 123.0}};

@@ -293,13 +293,29 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   monitor.Reset();
   EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
   for (int i = 1; i < options.mat_end_profiles; ++i) {
-    const auto status = i % 2 == 0 ? ProfileStatus::kNoEdge : ProfileStatus::kUnusable;
-    EXPECT_FALSE(monitor.Update(flat, Told(status))) << i;
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge))) << i;
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kUnusable))) << i;
   }
   EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kNoEdge)), StopReason::kMatEnd);
   EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kEdge)), StopReason::kMatEnd);
   monitor.Reset();
   EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+}
+
+// A sensor that sees nothing for a while has not seen the mats end.
+TEST(SurfaceMonitor, AnOutageIsToldAsLongAsItLasts) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  PreparedProfile nothing;
+  nothing.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  for (int i = 1; i < options.outage_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(nothing, Told(ProfileStatus::kUnusable))) << i;
+  }
+  for (int i = 0; i < 2 * options.window; ++i) {
+    EXPECT_EQ(monitor.Update(nothing, Told(ProfileStatus::kUnusable)), StopReason::kOutage) << i;
+  }
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
 }
 
 TEST(SurfaceMonitor, RefusesOptionsOutOfRange) {

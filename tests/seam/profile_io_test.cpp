@@ -130,6 +130,45 @@ TEST(ProfileStream, NamesADamagedRowAndGoesOn) {
   EXPECT_DOUBLE_EQ(rows.back().profile.time_s, 7.0 / ProfileFileOptions{}.rate_hz);
 }
 
+// A stream is joined in the middle of a row.
+TEST(ProfileStream, AFirstRowThatWasCutOffDoesNotSayHowWideTheOthersAre) {
+  const auto rows = Stream("8,9\n1,2,3\n1,2,3\n1,2,3\n");
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[0].fault, "row 1 has 2 columns instead of 3");
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].fault, "");
+    EXPECT_EQ(rows[i].row, i + 1);
+    EXPECT_DOUBLE_EQ(rows[i].profile.time_s, static_cast<double>(i) / 62.0);
+  }
+}
+
+TEST(ProfileStream, ItsFirstTwoRowsSayHowWideTheOthersAre) {
+  const auto rows = Stream("1,2\nx,2\n1,2\n1,2,3\n1,2,3\n");
+  ASSERT_EQ(rows.size(), 5U);
+  for (const std::size_t whole : {0U, 2U}) EXPECT_EQ(rows[whole].fault, "");
+  for (const std::size_t other : {3U, 4U}) {
+    EXPECT_THAT(rows[other].fault, HasSubstr("has 3 columns instead of 2"));
+  }
+}
+
+TEST(ProfileStream, OneRowIsAStream) {
+  const auto rows = Stream("1,2,3\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].fault, "");
+}
+
+// What is no profile at all is told as it comes, not held until one comes.
+TEST(ProfileStream, DamagedRowsAreNotHeldBackForEver) {
+  std::string text;
+  for (int i = 0; i < 100; ++i) text += "what, is this\n";
+  std::istringstream in(text);
+  ProfileStream stream(in, {});
+  const auto first = stream.Next();
+  ASSERT_TRUE(first);
+  EXPECT_THAT(first->fault, HasSubstr("'what' is not a number"));
+  EXPECT_LT(in.tellg(), std::streampos(500));
+}
+
 TEST(ProfileStream, ALineWithoutEndFillsNoMemory) {
   const auto rows = Stream(std::string(std::size_t{9} << 20U, '1') + "\n1,2\n");
   ASSERT_EQ(rows.size(), 2U);

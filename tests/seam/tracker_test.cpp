@@ -311,6 +311,91 @@ TEST_P(EveryDecision, NothingIsFoundWhereNoStepCanBeMeasured) {
   }
 }
 
+// Profiles fall beside the ends of periods: six of 16 ms are 96 ms, seven 112.
+TEST_P(EveryDecision, PacketsKeepTheirPeriodOnTheAverage) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  int packets = 0;
+  constexpr int kProfiles = 625;  // 10 s
+  for (int i = 0; i < kProfiles; ++i) {
+    tracker.Update(Scan({}, kPeriod_s * i, rng));
+    packets += tracker.TakePacket() ? 1 : 0;
+  }
+  EXPECT_EQ(packets, 99);
+}
+
+TEST_P(EveryDecision, ASlowSensorFindsTheEdgeToo) {
+  for (const double rate_hz : {1.0, 5.0, 9.0}) {
+    Rng rng(1);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 12; ++i) {
+      const Reading reading = tracker.Update(Scan({}, i / rate_hz, rng));
+      if (i < 3) continue;
+      ASSERT_EQ(reading.status, ProfileStatus::kEdge) << rate_hz << " " << i;
+      EXPECT_NEAR(*reading.column, 500.0, 12.0);
+      const auto packet = tracker.TakePacket();
+      ASSERT_TRUE(packet && packet->column) << rate_hz << " " << i;
+      EXPECT_DOUBLE_EQ(packet->x_m, reading.x_m);
+    }
+  }
+}
+
+TEST_P(EveryDecision, AFastSensorFindsTheEdgeToo) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 400; ++i) {
+    const Reading reading = tracker.Update(Scan({}, i / 2000.0, rng));
+    if (i < 3) continue;
+    ASSERT_EQ(reading.status, ProfileStatus::kEdge) << i;
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+  }
+}
+
+TEST_P(EveryDecision, ASingleProfileAnswersIfItNeedsNoOther) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    TrackerOptions options = With(GetParam());
+    options.confirm = false;
+    const Reading reading = EdgeTracker(options).Update(Scan({}, 0.0, rng));
+    ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed;
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+    Line flat;
+    flat.step_m = 0.0;
+    EXPECT_EQ(EdgeTracker(options).Update(Scan(flat, 0.0, rng)).status, ProfileStatus::kNoEdge);
+  }
+}
+
+// A column is wider the further away the surface is.
+TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
+  Calibration calibration;
+  calibration.meters_per_column = {1.0 / 12'000.0, -1.0 / 2'400.0};  // at -15 mm 7.5 % more
+  for (const bool positive : {true, false}) {
+    Rng rng(1);
+    TrackerOptions options = With(GetParam());
+    options.positive_edge = positive;
+    EdgeTracker tracker(options, calibration);
+    Line line;
+    line.tilt = 0.0;
+    line.edge = 860.0;
+    for (int i = 0; i < 20; ++i) {
+      Profile profile = Scan(line, kPeriod_s * i, rng);
+      for (float& z : profile.height_m) z -= 16e-3F;  // -15 mm with the line's own millimetre
+      if (!positive) std::reverse(profile.height_m.begin(), profile.height_m.end());
+      const Reading reading = tracker.Update(profile);
+      const auto packet = tracker.TakePacket();
+      if (i < 3) continue;
+      ASSERT_TRUE(reading.column) << i;
+      const double wanted = (*reading.column - 511.5) * 1.075 / 12'000.0;
+      // Either side of the step, whose 0.6 mm are 0.3 % of the width.
+      EXPECT_NEAR(reading.x_m, wanted, 4e-3 * std::abs(wanted)) << i;
+      EXPECT_GT(std::abs(reading.x_m), 30e-3);
+      if (packet) {
+        EXPECT_NEAR(packet->x_m, wanted, 0.1e-3) << i;
+      }
+    }
+  }
+}
+
 TEST(EdgeTracker, RefusesProfilesThatAreNotTheSensors) {
   EdgeTracker tracker({});
   EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1000, 0.0F), .time_s = 0.0}),
@@ -344,6 +429,14 @@ TEST(EdgeTracker, AnyFiniteOrInfiniteHeightsAreTaken) {
   }
 }
 
+TrackerOptions OptionsIn(const std::filesystem::path& file) {
+  TrackerOptions options;
+  auto map = core::YamlMap::FromFile(file);
+  ReadTrackerOptions(map, options);
+  map.Finish();
+  return options;
+}
+
 TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
   const TempFolder folder;
   const auto file = folder.Write("t.yaml",
@@ -352,7 +445,7 @@ TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
                                  "filter:\n  half_height_mm: 0.3\n"
                                  "step:\n  min_step_mm: 0.5\n"
                                  "history_length: 7\n");
-  const auto options = ReadTrackerOptions(file);
+  const auto options = OptionsIn(file);
   EXPECT_EQ(options.method, DecisionMethod::kWeights);
   EXPECT_DOUBLE_EQ(options.line.columns_per_m, 18'000.0);
   EXPECT_DOUBLE_EQ(options.preprocess.filter.half_height_m, 0.3e-3);
@@ -366,7 +459,7 @@ TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
            {"history_length: many\n", "history_length"}}) {
     folder.Write("t.yaml", text);
     try {
-      ReadTrackerOptions(file);
+      OptionsIn(file);
       FAIL() << text;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));

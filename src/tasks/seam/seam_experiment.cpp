@@ -67,22 +67,6 @@ void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
   map.Finish();
 }
 
-void ReadMonitor(YamlMap map, seam::MonitorOptions& options) {
-  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, kMm, 0.5, 100.0,
-                 "what rises this far above the surface is an obstacle");
-  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, kMm, 0.1, 100.0,
-                 "if it is this wide");
-  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
-           "and this many of the last profiles show it in one place");
-  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
-           "the mats end where this many of the last profiles show no edge");
-  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
-  if (options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
-    map.Fail("window", "must not be shorter than obstacle_profiles or mat_end_profiles");
-  }
-  map.Finish();
-}
-
 void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
   map.Read("shapes", experiment.shapes, "shapes of the edges, in turn");
   map.Read("seams", experiment.seams, 1, kMaxSeams,
@@ -119,7 +103,8 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
               experiment.texture);
   ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);
-  ReadMonitor(map.Child("monitor", "what stops the head"), experiment.track.monitor);
+  seam::ReadMonitorOptions(map.Child("monitor", "what stops the head; also of seam detect --options"),
+                           experiment.track.monitor);
   auto tracker = map.Child("tracker", "how an edge is found; also of seam detect --options");
   seam::ReadTrackerOptions(tracker, experiment.track.tracker);
   tracker.Finish();
