@@ -230,9 +230,9 @@ void AddDetect(CLI::App& seam) {
       ->required();
   command->add_option("--method", arguments->method, "how a position is decided (voting)")
       ->check(CLI::IsMember(core::WordList<seam::DecisionMethod>()));
-  auto* options = command->add_option(
-      "--options", arguments->options,
-      "YAML of what an experiment has below `tracker`, and of its `monitor`");
+  auto* options =
+      command->add_option("--options", arguments->options,
+                          "YAML of what an experiment has below `tracker`, and of its `monitor`");
   auto* columns =
       command
           ->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12)")

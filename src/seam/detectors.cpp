@@ -13,8 +13,6 @@ namespace {
 
 // Fewer columns hold no edge that could be told from an end: eq. 3.5 looks at three on either side.
 constexpr std::size_t kMinEdgeColumns = 8;
-// k of eq. 3.5.
-constexpr int kStepColumns = 3;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }
 
@@ -113,12 +111,12 @@ void DivideByMaximum(std::vector<float>& values) {
   for (float& value : values) value /= max;
 }
 
-// Eq. 3.5: the step's height from three columns on either side.
-double CandidateWeight(std::span<const float> f, int j) {
+// Eq. 3.5: the step's height from a few columns on either side.
+double CandidateWeight(std::span<const float> f, int j, int step_columns) {
   const auto m = static_cast<int>(f.size());
   float high = -std::numeric_limits<float>::infinity();
   float low = std::numeric_limits<float>::infinity();
-  for (int k = 1; k <= kStepColumns; ++k) {
+  for (int k = 1; k <= step_columns; ++k) {
     high = std::max(high, f[static_cast<std::size_t>(std::min(m - 1, j + k))]);
     low = std::min(low, f[static_cast<std::size_t>(std::max(0, j - k))]);
   }
@@ -126,7 +124,7 @@ double CandidateWeight(std::span<const float> f, int j) {
 }
 
 // Eq. 3.6 to 3.8 for the candidate j.
-double VotingSum(std::span<const float> f, int j, int n) {
+double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
   const int begin = std::max(0, j - n);
   const int end = std::min(static_cast<int>(f.size()), j + n + 1);
   const auto window =
@@ -143,7 +141,7 @@ double VotingSum(std::span<const float> f, int j, int n) {
   int votes = 0;
   for (int i = begin; i < j; ++i) votes += z[i] < above ? j - i : 0;
   for (int i = j + 1; i < end; ++i) votes += z[i] > below ? i - j : 0;
-  return CandidateWeight(f, j) * votes;
+  return CandidateWeight(f, j, step_columns) * votes;
 }
 
 // |f(j+1) - f(j)| and j+1 in one number that orders by the difference, and among equals puts the
@@ -241,7 +239,8 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
   DetectorResult result = Nothing(m);
   double best = 0.0;
   for (const int j : EdgeCandidates(f, options.candidates)) {
-    const double S = VotingSum(f, j, std::min(options.half_window, static_cast<int>(m)));
+    const double S =
+        VotingSum(f, j, std::min(options.half_window, static_cast<int>(m)), options.step_columns);
     result.weight[static_cast<std::size_t>(j)] = static_cast<float>(S);
     if (S > best || (S == best && result.column && j < *result.column)) {
       best = S;

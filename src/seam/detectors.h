@@ -42,6 +42,7 @@ DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions&
 struct LocalWeightedVotingOptions {
   int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns] (section 3.3.2)
   int candidates = 30;   ///< >= 1 (eq. 3.9)
+  int step_columns = 3;  ///< k of eq. 3.5, >= 1
 };
 /// The columns with the greatest |f(j+1) - f(j)|, at most `candidates`, greatest first (ties:
 /// smaller column first); a column that does not differ is none. The candidate is j+1, the first

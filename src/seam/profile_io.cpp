@@ -167,9 +167,9 @@ std::string ParseLine(std::string_view line, int expected, const ProfileFileOpti
 
 void MarkDamaged(ProfileRow& row, const std::string& fault) {
   row.profile = {};
-  row.fault =
-      fmt::format("row {}{}{}{}", row.row, row.line != row.row ? fmt::format(" (line {})", row.line) : "",
-                  fault.starts_with("column") ? ", " : " ", fault);
+  row.fault = fmt::format("row {}{}{}{}", row.row,
+                          row.line != row.row ? fmt::format(" (line {})", row.line) : "",
+                          fault.starts_with("column") ? ", " : " ", fault);
 }
 
 std::ifstream Open(const std::filesystem::path& file) {

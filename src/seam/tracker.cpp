@@ -23,14 +23,10 @@ constexpr double kTimeSlack_s = 1e-9;
 // half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
 constexpr int kHeightHalf = 6;
 
-// No step can be measured this near to where the measured part of the profile ends: the windows of
-// the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are cut there.
-constexpr std::size_t kBorder_columns = 20;
-
 // Leaves out what a detector found at the borders; its position becomes the best of the others.
-void IgnoreBorders(DetectorResult& result) {
+void IgnoreBorders(std::size_t columns, DetectorResult& result) {
   auto& weight = result.weight;
-  const std::size_t border = std::min(kBorder_columns, weight.size() / 2);
+  const std::size_t border = std::min(columns, weight.size() / 2);
   std::fill_n(weight.begin(), border, 0.0F);
   std::fill_n(weight.rbegin(), border, 0.0F);
   if (!result.column) return;
@@ -45,12 +41,12 @@ void IgnoreBorders(DetectorResult& result) {
 // of them is no part of the profile (a hole within it is filled). Columns and weights are those of
 // the whole line.
 std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
-                                                    const DetectorOptions& options) {
+                                                    const TrackerOptions& options) {
   const auto first = static_cast<std::size_t>(prepared.first_column);
   const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
-  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options);
+  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options.detectors);
   for (DetectorResult& result : results) {
-    IgnoreBorders(result);
+    IgnoreBorders(static_cast<std::size_t>(options.border_columns), result);
     if (result.column) *result.column += prepared.first_column;
     result.weight.insert(result.weight.begin(), first, 0.0F);
     result.weight.resize(prepared.height_m.size(), 0.0F);
@@ -262,14 +258,15 @@ void EdgeTracker::Impl::EndPeriod(double time_s) {
   candidate.reset();
   candidate_weight = 0.0F;
   // Packets keep their period, whatever the profiles' times are.
-  *period_begin_s += options.packet_period_s *
-                     std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);
+  *period_begin_s +=
+      options.packet_period_s *
+      std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);
 }
 
 EdgeTracker::EdgeTracker(const TrackerOptions& options,
                          const std::optional<Calibration>& calibration) {
   CheckOptions(options);
-  impl_ = std::make_unique<Impl>(options, calibration);
+  impl_ = std::make_unique<Impl>(WithWindowsOfLine(options), calibration);
 }
 EdgeTracker::~EdgeTracker() = default;
 EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;
@@ -289,7 +286,7 @@ Reading EdgeTracker::Update(const Profile& profile) {
   reading.time_s = profile.time_s;
   t.ForgetOldVotes(profile.time_s);
   if (t.prepared.Usable()) {
-    t.results = DetectWithin(t.prepared, t.options.detectors);
+    t.results = DetectWithin(t.prepared, t.options);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = t.results[d].column;
     const float weight = t.options.method == DecisionMethod::kVoting ? t.DecideByVoting(reading)
                                                                      : t.DecideByWeights(reading);
@@ -317,8 +314,6 @@ const std::array<DetectorResult, kDetectors>& EdgeTracker::results() const {
   return impl_->results;
 }
 const std::vector<float>& EdgeTracker::weight() const { return impl_->weight; }
-void EdgeTracker::Reset() {
-  impl_ = std::make_unique<Impl>(impl_->options, impl_->calibration);
-}
+void EdgeTracker::Reset() { impl_ = std::make_unique<Impl>(impl_->options, impl_->calibration); }
 
 }  // namespace rangegrasp::seam

@@ -44,7 +44,8 @@ struct EdgePacket {
 /// Finds the edge in a sequence of profiles. Holds the history that prediction needs.
 class EdgeTracker {
  public:
-  /// @param calibration  tells x of an edge by its column and the height of the surface there; none:
+  /// @param calibration  tells x of an edge by its column and the height of the surface there;
+  /// none:
   ///                     the line's columns are as wide at any height.
   /// @throws std::invalid_argument if an option is out of range.
   explicit EdgeTracker(const TrackerOptions& options,

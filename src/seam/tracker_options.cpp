@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/units.h"
@@ -14,6 +16,8 @@ using core::YamlMap;
 
 /// Thousandths of a second [s].
 constexpr double kMs = 1e-3;
+
+constexpr double kBaseColumns_1_m = 12'000.0;
 
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
@@ -35,6 +39,8 @@ void ReadDetectors(YamlMap map, DetectorOptions& options) {
            "which two heights the step of the model fitting has");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
            "columns on each side that vote for a candidate (n of eq. 3.6)");
+  map.Read("step_columns", options.local_weighted_voting.step_columns, 1, 4096,
+           "columns on each side that tell a candidate's height (k of eq. 3.5)");
   map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096,
            "columns that local weighted voting chooses from");
   map.Read(
@@ -66,6 +72,7 @@ void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
 void CheckOptions(const TrackerOptions& options) {
   Check(options.line.columns >= kMinColumns, "line.columns must be at least 32");
   Check(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
+  Check(options.border_columns >= 0, "border_columns must not be negative");
   Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
   Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
   Check(options.line_prediction.inlier_columns > 0.0,
@@ -84,12 +91,40 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 
+TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
+  TrackerOptions scaled = options;
+  const double scale = options.line.columns_per_m / kBaseColumns_1_m;
+  const auto whole = [scale](int& columns) {
+    columns = static_cast<int>(std::lround(scale * columns));
+  };
+  const auto at_least_one = [&](int& columns) {
+    whole(columns);
+    columns = std::max(columns, 1);
+  };
+  whole(scaled.border_columns);
+  at_least_one(scaled.preprocess.filter.half_width_columns);
+  whole(scaled.preprocess.filter.min_neighbors);
+  at_least_one(scaled.detectors.local_weighted_voting.half_window);
+  at_least_one(scaled.detectors.local_weighted_voting.step_columns);
+  at_least_one(scaled.step.half_window);
+  whole(scaled.step.median_half_width);
+  scaled.line_prediction.inlier_columns *= scale;
+  scaled.line_prediction.max_slope_columns_per_s *= scale;
+  scaled.history.sigma_columns *= scale;
+  scaled.accumulation.spread_columns *= scale;
+  return scaled;
+}
+
 void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
   map.Read("method", options.method, "how the position of a profile's edge is decided");
-  map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
-                 "columns a millimetre of the line; a simulated sensor's own go before it");
+  map.ReadScaled(
+      "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+      "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
+      "columns are stated for 12 and scaled to it");
   ReadFilter(map.Child("filter", "the geometric filter that drops single points"),
              options.preprocess.filter);
+  map.Read("border_columns", options.border_columns, 0, 4096,
+           "no edge is told this near to the first and the last measured column");
   map.Read("normalise", options.preprocess.normalise,
            "whether a parabola is subtracted from each profile");
   map.Read("min_columns", options.preprocess.min_columns, 8, 65536,

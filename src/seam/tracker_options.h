@@ -31,6 +31,9 @@ struct AccumulationOptions {
 
 struct TrackerOptions {
   LineGeometry line;
+  /// No step is measured this near to where the measured part of the profile ends: the windows of
+  /// the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are cut there.
+  int border_columns = 20;
   PreprocessOptions preprocess;
   DetectorOptions detectors;
   DecisionMethod method = DecisionMethod::kVoting;
@@ -45,6 +48,10 @@ struct TrackerOptions {
   AccumulationOptions accumulation;
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
+
+/// All windows above are in columns of the base sensor, 12 a mm. These cover the same lengths in
+/// the line's own columns.
+TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
 
 /// @throws std::invalid_argument naming the option that is out of range.
 void CheckOptions(const TrackerOptions& options);

@@ -396,6 +396,34 @@ TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
   }
 }
 
+// An edge 2 mm wide, seen by sensors of any number of columns a mm, in the noise of one.
+TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
+  for (const double columns_per_mm : {6.0, 12.0, 18.0, 40.0, 80.0}) {
+    Rng rng(1);
+    TrackerOptions options = With(GetParam());
+    options.line = {.columns = static_cast<int>(60.0 * columns_per_mm),
+                    .columns_per_m = 1000.0 * columns_per_mm};
+    EdgeTracker tracker(options);
+    int found = 0;
+    constexpr int kProfiles = 40;
+    for (int i = 0; i < kProfiles; ++i) {
+      Profile profile;
+      profile.time_s = kPeriod_s * i;
+      for (int c = 0; c < options.line.columns; ++c) {
+        const double x_mm = c / columns_per_mm - 30.0;
+        const double share = std::clamp(0.5 + x_mm / 2.0, 0.0, 1.0);
+        profile.height_m.push_back(static_cast<float>(0.8e-3 * share + 0.03e-3 * rng.Normal()));
+      }
+      const Reading reading = tracker.Update(profile);
+      found += reading.column && std::abs(*reading.column / columns_per_mm - 30.0) <= 1.0 ? 1 : 0;
+    }
+    // The sum of weights follows the candidates of local weighted voting, which are single columns
+    // of noise where columns are many.
+    const bool weak = GetParam() == DecisionMethod::kWeights;
+    EXPECT_GE(found, weak ? kProfiles / 2 : kProfiles - 4) << columns_per_mm;
+  }
+}
+
 TEST(EdgeTracker, RefusesProfilesThatAreNotTheSensors) {
   EdgeTracker tracker({});
   EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1000, 0.0F), .time_s = 0.0}),

@@ -103,8 +103,9 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
               experiment.texture);
   ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);
-  seam::ReadMonitorOptions(map.Child("monitor", "what stops the head; also of seam detect --options"),
-                           experiment.track.monitor);
+  seam::ReadMonitorOptions(
+      map.Child("monitor", "what stops the head; also of seam detect --options"),
+      experiment.track.monitor);
   auto tracker = map.Child("tracker", "how an edge is found; also of seam detect --options");
   seam::ReadTrackerOptions(tracker, experiment.track.tracker);
   tracker.Finish();
