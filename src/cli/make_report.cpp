@@ -57,7 +57,7 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
 std::set<std::size_t> WriteViews(const std::filesystem::path& store, std::vector<Shown> shown,
                                  const ReportRequest& request) {
   const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
-  e.task->Hide(store);
+  for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
   std::map<std::string, const Shown*> by_id;
   std::vector<Case> cases;

@@ -62,13 +62,13 @@ function valueText(value, unit) {
 function datasets(chart) {
   if (chart.stacked) {
     return chart.series.map((series, i) => ({
-      type: 'bar', label: series.name, stack: 'all', backgroundColor: colors[i % colors.length],
+      type: 'bar', label: series.name, stack: 'all', maxBarThickness: 30, backgroundColor: colors[i % colors.length],
       data: series.values.map(v => v ? v.value : null)}));
   }
   return chart.series.flatMap((series, i) => {
     const color = colors[i % colors.length];
     const mark = {
-      type: 'line', label: series.name, showLine: false, pointRadius: 5, pointStyle: i === 0 ? 'circle' : 'rectRot',
+      type: 'line', label: series.name, showLine: false, clip: false, pointRadius: 5, pointStyle: i === 0 ? 'circle' : 'rectRot',
       backgroundColor: color, borderColor: color, data: series.values.map(v => v ? v.value : null)};
     const range = {
       type: 'bar', label: series.name + ' range', isRange: true, grouped: false, barThickness: 4, backgroundColor: color + '88',
@@ -95,10 +95,10 @@ function figure(chart) {
   new Chart(canvas, {
     data: {labels: chart.labels, datasets: datasets(chart)},
     options: {
-      indexAxis: isLong ? 'y' : 'x', animation: false, maintainAspectRatio: false, color: '#1a1a1a',
+      indexAxis: isLong ? 'y' : 'x', animation: false, maintainAspectRatio: false,
       scales: isLong ? {x: values, y: labels} : {x: labels, y: values},
       plugins: {
-        legend: {display: chart.series.length > 1, labels: {filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
+        legend: {display: chart.stacked || chart.series.length > 1, labels: {usePointStyle: !chart.stacked, filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
         tooltip: {
           filter: item => !item.dataset.isRange,
           callbacks: {
@@ -273,6 +273,7 @@ function setUpCase() {
 
 // ---- the whole page ----
 
+Chart.defaults.color = '#333';
 document.title = `${data.runs.map(run => run.name).join(', ')} - rangegrasp report`;
 $('title').textContent = data.runs.map(run => run.name).join(' and ');
 data.runs.forEach(showRun);

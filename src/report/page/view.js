@@ -5,7 +5,7 @@
   const forceLength_m = 0.001;  // of an arrow, for each newton
   const arrowColor = 0xc2185b;
   const pointSize_px = 2;
-  const replayEye = [1.15, -1.25, 0.85];  // from what is looked at, where the arm shows as well
+  const replayEye = [0.95, -1.05, 0.75];  // from what is looked at, where the arm shows as well
   const width = 860, height = 560;
 
   let renderer, camera, controls, scene, present, playing;
@@ -38,7 +38,7 @@
   // ---- what is in the scene ----
 
   function setUp() {
-    renderer = new THREE.WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    renderer = new THREE.WebGLRenderer({antialias: true});
     renderer.setClearColor(0xffffff);
     renderer.setSize(width, height, false);
     camera = new THREE.PerspectiveCamera(35, width / height, 0.01, 30);
@@ -136,7 +136,8 @@
     const named = view.frames.slice(0, frame + 1).reverse().find(one => one.moment !== '');
     let sum = 0;
     for (let i = 0; i < forces.length; i += 6) sum += Math.hypot(...forces.slice(i + 3, i + 6));
-    clock.textContent = `${(time - view.frames[0].time).toFixed(1)} s${named ? `, after ${named.moment}` : ''}, ${sum.toFixed(1)} N`;
+    const forceText = sum > 0 ? `, hand's contacts ${sum.toFixed(1)} N in all` : '';
+    clock.textContent = `${(time - view.frames[0].time).toFixed(1)} s${named ? `, after ${named.moment}` : ''}${forceText}`;
     slider.setAttribute('aria-valuetext', clock.textContent);
     draw();
   }
