@@ -76,15 +76,15 @@ std::set<std::size_t> WriteViews(const std::filesystem::path& store, std::vector
   std::set<std::size_t> made;
   int differing = 0;
   ProgressBar bar(0, static_cast<int>(cases.size()));
-  experiment::RunCases(
-      cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
-      [&](int done, int total, const Record& replayed) {
-        bar(done, total, replayed);
-        const Shown& stored = *by_id.at(replayed.which.id);
-        differing += SameButTimes(stored.record, replayed) ? 0 : 1;
-        const auto file = request.out / "views" / (std::to_string(stored.number) + ".js");
-        if (std::filesystem::exists(file)) made.insert(stored.number);
-      });
+  experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
+                       [&](int done, int total, const Record& replayed) {
+                         bar(done, total, replayed);
+                         const Shown& stored = *by_id.at(replayed.which.id);
+                         differing += SameButTimes(stored.record, replayed) ? 0 : 1;
+                         const auto file =
+                             request.out / "views" / (std::to_string(stored.number) + ".js");
+                         if (std::filesystem::exists(file)) made.insert(stored.number);
+                       });
   if (differing > 0) {
     spdlog::warn(
         "{}: {} of {} cases differ from their records when they are run again: was the program or "
@@ -99,8 +99,7 @@ std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::filesystem
                                    std::size_t first, const ReportRequest& request) {
   std::set<std::size_t> made;
   if (!run.kind->has_views) return made;
-  const auto chosen =
-      report::ChooseViews(run.results.records, run.kind->success, request.views);
+  const auto chosen = report::ChooseViews(run.results.records, run.kind->success, request.views);
   auto next = chosen.begin();
   std::size_t begin = 0;  // of a store's records among the run's
   for (const auto& store : experiment::StoresIn(folder)) {

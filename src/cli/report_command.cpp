@@ -23,9 +23,10 @@ void AddReportCommand(CLI::App& app) {
   command->add_option("folders", a->folders, "results folders, of several seeds, too")->required();
   command->add_option("-o,--out", a->out, "folder of the report (default: FOLDER/report)");
   command
-      ->add_option("--views", a->views,
-                   "trials that can be looked at, which are run again: all that failed and 60 others "
-                   "(some), all, none (task: grasping)")
+      ->add_option(
+          "--views", a->views,
+          "trials that can be looked at, which are run again: all that failed and 60 others "
+          "(some), all, none (task: grasping)")
       ->check(CLI::IsMember(core::WordList<report::ViewChoice>()));
   command->add_option("--jobs", a->jobs, "trials at the same time (default: the number of cores)")
       ->check(CLI::Range(1, 1024));
@@ -33,8 +34,8 @@ void AddReportCommand(CLI::App& app) {
   command->callback([a] {
     ReportRequest request;
     request.folders = {a->folders.begin(), a->folders.end()};
-    request.out = a->out.empty() ? request.folders.front() / "report"
-                                 : std::filesystem::path(a->out);
+    request.out =
+        a->out.empty() ? request.folders.front() / "report" : std::filesystem::path(a->out);
     request.views = core::FromWord<report::ViewChoice>(a->views, "--views");
     request.jobs = a->jobs;
     MakeReport(request);

@@ -53,7 +53,7 @@ struct View {
   std::vector<Line> lines;
   std::vector<Surface> surfaces;
   std::vector<Body> bodies;
-  std::vector<Frame> frames;  ///< in the order of time; empty: nothing moves
+  std::vector<Frame> frames;                         ///< in the order of time; empty: nothing moves
   Eigen::Vector3d eye_W = Eigen::Vector3d::UnitX();  ///< where it is looked at from
   Eigen::Vector3d target_W = Eigen::Vector3d::Zero();
 

@@ -29,9 +29,9 @@ ordered_json ValueJson(const Chart::Value& value) {
 }
 
 ordered_json ChartJson(const Chart& chart) {
-  ordered_json json = {{"title", chart.title},     {"unit", chart.unit},
-                       {"along", chart.along},     {"note", chart.note},
-                       {"stacked", chart.stacked}, {"labels", chart.labels},
+  ordered_json json = {{"title", chart.title},           {"unit", chart.unit},
+                       {"along", chart.along},           {"note", chart.note},
+                       {"stacked", chart.stacked},       {"labels", chart.labels},
                        {"series", ordered_json::array()}};
   for (const auto& series : chart.series) {
     ordered_json values = ordered_json::array();
@@ -83,9 +83,8 @@ ordered_json CaseJson(std::size_t run, const Run& of, const Record& record, bool
   const auto& [which, result] = record;
   double seconds = 0.0;
   if (!result.seconds.empty()) seconds = result.seconds.back().second;  // the whole case
-  return {run,           which.id,      TitleOf(of.results.stamp, which.group),
-          result.outcome, result.stage, result.detail,
-          std::round(1e3 * seconds) / 1e3, view ? 1 : 0};
+  return {run,          which.id,      TitleOf(of.results.stamp, which.group), result.outcome,
+          result.stage, result.detail, std::round(1e3 * seconds) / 1e3,        view ? 1 : 0};
 }
 
 std::string Script(const std::string& name, const ordered_json& value) {
@@ -119,8 +118,7 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
     const Run& run = runs[i];
     json["runs"].push_back(RunJson(run));
     if (i > 0 && !run.kind->success.empty()) {
-      json["comparisons"].push_back(
-          internal::ComparisonJson(runs.front(), 0, run, records.size()));
+      json["comparisons"].push_back(internal::ComparisonJson(runs.front(), 0, run, records.size()));
     }
     for (const Record& record : run.results.records) {
       json["cases"].push_back(CaseJson(i, run, record, views.contains(records.size())));

@@ -45,9 +45,8 @@ std::string WriteMesh(const geometry::TriangleMesh& mesh, const std::filesystem:
 }
 
 bool Moves(const View::Body& body) {
-  return std::any_of(body.X_WB.begin(), body.X_WB.end(), [&](const core::Pose& X) {
-    return X.matrix() != body.X_WB.front().matrix();
-  });
+  return std::any_of(body.X_WB.begin(), body.X_WB.end(),
+                     [&](const core::Pose& X) { return X.matrix() != body.X_WB.front().matrix(); });
 }
 
 ordered_json FramesJson(const std::vector<View::Frame>& frames) {
@@ -59,8 +58,7 @@ ordered_json FramesJson(const std::vector<View::Frame>& frames) {
         for (int i = 0; i < 3; ++i) forces.push_back(Rounded(v[i]));
       }
     }
-    json.push_back(
-        {{"time", Rounded(frame.time_s)}, {"moment", frame.moment}, {"forces", forces}});
+    json.push_back({{"time", Rounded(frame.time_s)}, {"moment", frame.moment}, {"forces", forces}});
   }
   return json;
 }
@@ -106,7 +104,8 @@ image::Image Picture(const View& view) {
   draw::Canvas canvas;
   for (const auto& one : view.points) canvas.dots.push_back({one.points_W, one.color, kDot_px});
   for (const auto& one : view.lines) {
-    if (one.layer != "colliding grasps") canvas.lines.push_back({one.points_W, one.color, kLine_px});
+    if (one.layer != "colliding grasps")
+      canvas.lines.push_back({one.points_W, one.color, kLine_px});
   }
   for (const auto& one : view.surfaces) canvas.surfaces.push_back({one.mesh_W, one.color});
   if (view.points.empty() && view.surfaces.empty()) {
@@ -126,8 +125,8 @@ image::Image Picture(const View& view) {
 void WriteView(const View& view, const std::filesystem::path& folder, std::size_t number) {
   const auto file = folder / "views" / fmt::format("{}.js", number);
   image::WritePng(std::filesystem::path(file).replace_extension(".png"), Picture(view));
-  core::WriteFile(file, fmt::format("rangegrasp.views[{}]={};\n", number,
-                                    Dump(ViewJson(view, folder))));
+  core::WriteFile(file,
+                  fmt::format("rangegrasp.views[{}]={};\n", number, Dump(ViewJson(view, folder))));
 }
 
 }  // namespace rangegrasp::report

@@ -81,12 +81,11 @@ std::vector<VisualBody> VisualBodies(const World& world) {
     });
     if (drawn == bodies.end()) {
       const char* name = mj_id2name(model, mjOBJ_BODY, body);
-      drawn = bodies.insert(drawn,
-                            {body, name ? name : "", {}, color, part == Part::kObject});
+      drawn = bodies.insert(drawn, {body, name ? name : "", {}, color, part == Part::kObject});
     }
-    geometry::Append(geometry::Transformed(internal::GeomSurface(model, geom, kSegments),
-                                           InBody(model, geom)),
-                     drawn->mesh_B);
+    geometry::Append(
+        geometry::Transformed(internal::GeomSurface(model, geom, kSegments), InBody(model, geom)),
+        drawn->mesh_B);
   }
   return bodies;
 }

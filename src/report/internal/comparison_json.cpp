@@ -40,8 +40,13 @@ ordered_json ComparisonJson(const Run& first, std::size_t first_number, const Ru
   const Records& one = first.results.records;
   const Records& two = second.results.records;
   experiment::Grid grid;
-  grid.header = {"group", "pairs", success + " by both", "only by the first",
-                 "only by the second", "same outcome", "McNemar exact p"};
+  grid.header = {"group",
+                 "pairs",
+                 success + " by both",
+                 "only by the first",
+                 "only by the second",
+                 "same outcome",
+                 "McNemar exact p"};
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = true;
   std::map<std::pair<std::string, std::uint64_t>, std::size_t> place;

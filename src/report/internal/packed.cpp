@@ -21,8 +21,8 @@ constexpr double kTurnSteps = 32767.0;
 
 template <typename Number>
 std::string Bytes(const std::vector<Number>& numbers) {
-  return Base64({reinterpret_cast<const unsigned char*>(numbers.data()),
-                 numbers.size() * sizeof(Number)});
+  return Base64(
+      {reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size() * sizeof(Number)});
 }
 
 template <typename Number>

@@ -127,9 +127,10 @@ Chart FrictionChart(const std::vector<Record>& records) {
       counts[bin].n += of_object.detected;
     }
   }
-  Chart chart = DeliveredChart("Delivered by friction",
-                               "static friction of the glove on the object, from");
-  for (const auto& [bin, count] : counts) Add(fmt::format("{:.2f}", bin * kFrictionBin), count, chart);
+  Chart chart =
+      DeliveredChart("Delivered by friction", "static friction of the glove on the object, from");
+  for (const auto& [bin, count] : counts)
+    Add(fmt::format("{:.2f}", bin * kFrictionBin), count, chart);
   return chart;
 }
 
