@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
       "failed, 2 bad usage or input.");
   rangegrasp::cli::AddRunCommand(app);
   rangegrasp::cli::AddResultsCommands(app);
+  rangegrasp::cli::AddReportCommand(app);
   rangegrasp::cli::AddSlurmCommands(app);
   rangegrasp::cli::AddExportCommand(app);
   rangegrasp::cli::AddPictureCommands(app);

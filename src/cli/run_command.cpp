@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "cli/commands.h"
+#include "cli/make_report.h"
 #include "cli/output.h"
 #include "cli/progress_bar.h"
 #include "core/data_folder.h"
@@ -41,6 +42,7 @@ struct RunArguments {
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool resume = false;
   bool overwrite = false;
+  bool report = false;
 };
 
 std::pair<int, int> ParseShard(const std::string& text) {
@@ -221,6 +223,9 @@ void Run(RunArguments arguments) {
   const auto results = experiment::ReadResults(folder);
   WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
                                  TableFormatFrom(arguments.format)));
+  if (arguments.report) {
+    MakeReport({.folders = {folder}, .out = folder / "report", .jobs = arguments.jobs});
+  }
   if (!failed.empty()) throw core::RunError(failed);
 }
 
@@ -253,6 +258,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_flag("--resume", a->resume, "go on with a run that was stopped");
   command->add_flag("--overwrite", a->overwrite, "throw away results that are in the folder");
   command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
+  command->add_flag("--report", a->report, "then pages for a browser, as `report` writes them");
   AddFormatOption(*command, a->format);
   command->footer(
       "Example: rangegrasp run experiments/laser_single.yaml --objects coffee_cup --trials 3 "

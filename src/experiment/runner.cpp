@@ -56,10 +56,18 @@ Result RunApart(const Case& which, double limit_s, const std::function<Result(co
 
 void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
               Store& store, const RunOptions& options, const Progress& progress) {
+  RunCases(cases, run, options, [&](int done, int total, const Record& record) {
+    store.Write(record);
+    if (progress) progress(done, total, record);
+  });
+}
+
+void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
+              const RunOptions& options, const Progress& done) {
   const int total = static_cast<int>(cases.size());
   std::vector<std::unique_ptr<Worker>> running;
   std::size_t next = 0;
-  int done = 0;
+  int ended_cases = 0;
   while (next < cases.size() || !running.empty()) {
     while (next < cases.size() && running.size() < static_cast<std::size_t>(options.jobs)) {
       running.push_back(std::make_unique<Worker>(cases[next++], options.case_limit_s, run));
@@ -71,8 +79,7 @@ void RunCases(const std::vector<Case>& cases, const std::function<Result(const C
       const Record record{running[i]->which(),
                           ended ? running[i]->Finish() : running[i]->TimeOut()};
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
-      store.Write(record);
-      if (progress) progress(++done, total, record);
+      done(++ended_cases, total, record);
     }
   }
 }

@@ -31,6 +31,10 @@ std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
 void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
               Store& store, const RunOptions& options, const Progress& progress);
 
+/// The same without a store. @param done  called in this process as each case ends
+void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
+              const RunOptions& options, const Progress& done);
+
 /// One case in a process of its own, as RunCases runs it; waits for it.
 Result RunApart(const Case& which, double limit_s, const std::function<Result(const Case&)>& run);
 

@@ -15,6 +15,10 @@ std::string ValueOr(const std::map<std::string, std::string>& part, const std::s
 
 }  // namespace
 
+std::string TitleOf(const Stamp& stamp, const std::string& group) {
+  return ValueOr(stamp.data, kTitlePrefix + group, group);
+}
+
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where) {
   auto names = stored.identity;
   names.insert(wanted.identity.begin(), wanted.identity.end());

@@ -18,6 +18,11 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
 };
 
+/// Stamp::data: what a group is called in tables, "title.<group>".
+inline constexpr const char* kTitlePrefix = "title.";
+/// That, or the group itself where it has none.
+std::string TitleOf(const Stamp& stamp, const std::string& group);
+
 /// @throws core::InputError that begins with `where` and names the first value of `identity` in
 /// which they differ.
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where);

@@ -8,17 +8,21 @@
 
 #include "core/finding.h"
 #include "core/yaml_map.h"
+#include "experiment/chart.h"
 #include "experiment/record.h"
 #include "experiment/report.h"
 #include "experiment/stamp.h"
 
 namespace rangegrasp::experiment {
 
+struct View;
+
 struct ReplayOptions {
   std::filesystem::path folder;  ///< receives whatever there is to see; made where absent
   bool snapshots = false;
   std::filesystem::path video;  ///< empty: none
   std::string camera;           ///< empty: the task's own choice
+  View* view = nullptr;  ///< receives what there is to look at, of a kind that has_views; or null
 };
 
 /// One experiment, read and made ready: everything that its cases share is loaded, so that a broken
@@ -78,6 +82,9 @@ struct TaskKind {
   /// The tables of records of this kind, in the order of their cases; some may be missing.
   /// @throws core::InputError if a published table in the stamp is none.
   Report (*report)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
+  /// What a report draws beside what it draws of records of any kind; null: nothing.
+  std::vector<Chart> (*charts)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
+  bool has_views = false;  ///< whether Replay fills a View
 };
 
 }  // namespace rangegrasp::experiment

@@ -21,9 +21,9 @@ using testing_support::TempFolder;
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
 const std::vector<std::string> kCommands = {
-    "run",    "table",  "trial",    "compare",    "merge",    "export",
-    "submit", "status", "snapshot", "scan",       "perceive", "cylinders",
-    "parts",  "seam",   "list",     "completion", "version"};
+    "run",       "table",  "trial",  "compare",  "merge",      "export",
+    "report",    "submit", "status", "snapshot", "scan",       "perceive",
+    "cylinders", "parts",  "seam",   "list",     "completion", "version"};
 // Those that do something when nothing is said.
 const std::set<std::string> kNeedNothing = {"version", "list"};
 
@@ -239,6 +239,7 @@ TEST_F(BadInputTest, AFolderWithoutResultsIsNamed) {
   ExpectRefused({"trial", folder, "mug-0000"}, folder);
   ExpectRefused({"compare", folder, folder}, folder);
   ExpectRefused({"merge", folder, "-o", Out()}, folder);
+  ExpectRefused({"report", folder, "-o", Out()}, folder);
   folder_.Write("results.sqlite", std::string(4096, 'x'));
   ExpectRefused({"table", folder}, folder);
 }

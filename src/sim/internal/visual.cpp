@@ -58,13 +58,6 @@ geometry::Shape::Kind KindOf(int type) {
   }
 }
 
-bool Visible(const mjModel* model, int geom) {
-  const int material = model->geom_matid[geom];
-  const float alpha =
-      material >= 0 ? model->mat_rgba[4 * material + 3] : model->geom_rgba[4 * geom + 3];
-  return model->geom_group[geom] <= kMaxVisibleGroup && alpha > 0.0f;
-}
-
 void AppendGeom(const mjModel* model, const mjData* data, int geom,
                 geometry::TriangleMesh& mesh_W) {
   geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)),
@@ -143,6 +136,13 @@ double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
 }
 
 }  // namespace
+
+bool Visible(const mjModel* model, int geom) {
+  const int material = model->geom_matid[geom];
+  const float alpha =
+      material >= 0 ? model->mat_rgba[4 * material + 3] : model->geom_rgba[4 * geom + 3];
+  return model->geom_group[geom] <= kMaxVisibleGroup && alpha > 0.0f;
+}
 
 bool Collides(const mjModel* model, int geom) {
   return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;

@@ -7,6 +7,8 @@
 
 namespace rangegrasp::sim::internal {
 
+/// Whether the engine's viewers show a geom: groups 0 to 2, not transparent.
+bool Visible(const mjModel* model, int geom);
 /// Whether a geom takes part in collisions.
 bool Collides(const mjModel* model, int geom);
 /// The surface of a geom in the geom's frame; a plane is cut at its size, or at 10 m where it is

@@ -7,7 +7,7 @@
 namespace rangegrasp::tasks::clearing {
 
 /// Stamp::data: the title of an object.
-inline constexpr const char* kTitlePrefix = "title.";
+using experiment::kTitlePrefix;
 
 /// Tables of a clearing run: by arrangement (runs, objects delivered of all with an interval that
 /// knows that objects of one run go together, grasps for each delivered object, stops, times), by

@@ -8,6 +8,7 @@
 #include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/replay.h"
 #include "tasks/grasping/table.h"
+#include "tasks/grasping/trial_charts.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -111,7 +112,9 @@ const experiment::TaskKind& GraspingTask() {
       .read = Read,
       .check = [](core::YamlMap& map) { return CheckModels(ReadOptions(map)); },
       .read_keys = [](core::YamlMap& map) { ReadOptions(map); },
-      .report = ReportOf};
+      .report = ReportOf,
+      .charts = ChartsOf,
+      .has_views = true};
   return kind;
 }
 

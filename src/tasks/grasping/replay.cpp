@@ -1,11 +1,24 @@
 #include "tasks/grasping/replay.h"
 
 #include "tasks/grasping/recorder.h"
+#include "tasks/grasping/view_recorder.h"
 
 namespace rangegrasp::tasks::grasping {
+namespace {
+
+experiment::Result ViewTrial(const Cell& cell, const TrialSpec& spec, experiment::View& view) {
+  ViewRecorder recorder(cell);
+  Attempt attempt;
+  const auto result = RunTrial(cell, spec, &recorder.detector(), recorder.Observer(), &attempt);
+  view = recorder.Finish(attempt);
+  return result;
+}
+
+}  // namespace
 
 experiment::Result ReplayTrial(const Cell& cell, const TrialSpec& spec,
                                const experiment::ReplayOptions& options) {
+  if (options.view) return ViewTrial(cell, spec, *options.view);
   Recorder recorder(cell, TrialId(spec), options);
   const auto result = RunTrial(cell, spec, &recorder.detector(), recorder.Observer());
   recorder.Finish();

@@ -54,7 +54,7 @@ bool IsBelowPublished(const Table& table, const Row& row);
 /// Stamp::data of a grasping run: "title.<object>", and the text of the published table (columns
 /// object, name, detection_rate, grasping_rate in per cent, and, if rows are to be compared by
 /// Fisher's test, trials; a row "overall").
-inline constexpr const char* kTitlePrefix = "title.";
+using experiment::kTitlePrefix;
 inline constexpr const char* kReference = "reference";
 
 /// @throws core::InputError if the reference in the stamp is no published table.

@@ -67,7 +67,7 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 }
 
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detector,
-                            const sim::ExecutionObserver& observer) {
+                            const sim::ExecutionObserver& observer, Attempt* seen) {
   core::Stopwatch whole;
   ordered_json data = {{"pose_class", ""},   {"friction", nullptr},
                        {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
@@ -86,6 +86,7 @@ experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detec
   result.seconds.emplace_back("arrange", arrange_s);
   result.seconds.insert(result.seconds.end(), attempt.seconds.begin(), attempt.seconds.end());
   result.seconds.emplace_back("trial", whole.Seconds());
+  if (seen) *seen = std::move(attempt);
   return result;
 }
 

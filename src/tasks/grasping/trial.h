@@ -31,8 +31,9 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 /// objects, candidates, free_candidates, plans, blind, brushes, grasp_type, detected, log (what the
 /// simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
+/// @param seen  receives what each stage left; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
-                            const sim::ExecutionObserver& observer = {});
+                            const sim::ExecutionObserver& observer = {}, Attempt* seen = nullptr);
 
 }  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,136 @@
+#include "cli/make_report.h"
+
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <set>
+
+#include "cli/progress_bar.h"
+#include "cli/reopen.h"
+#include "core/error.h"
+#include "core/stopwatch.h"
+#include "experiment/experiment.h"
+#include "experiment/results.h"
+#include "experiment/runner.h"
+#include "experiment/store.h"
+#include "experiment/view.h"
+#include "report/page.h"
+#include "report/report_data.h"
+#include "report/view_file.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Case;
+using experiment::Record;
+using experiment::Result;
+
+// A case that can be looked at, and its number in the report.
+struct Shown {
+  Record record;
+  std::size_t number = 0;
+};
+
+report::Run ReadRun(const std::filesystem::path& folder) {
+  report::Run run;
+  run.results = experiment::ReadResults(folder);
+  run.kind = &experiment::KindOf(run.results.stamp, tasks::AllKinds());
+  run.tables = experiment::ReportOf(run.results, tasks::AllKinds());
+  run.name = std::filesystem::weakly_canonical(folder).filename().string();
+  return run;
+}
+
+std::vector<report::Run> ReadRuns(const ReportRequest& request) {
+  std::vector<report::Run> runs;
+  for (const auto& folder : request.folders) {
+    runs.push_back(ReadRun(folder));
+    if (runs.back().kind == runs.front().kind) continue;
+    throw core::InputError(folder.string() + ": is of another task than " +
+                           request.folders.front().string() + " (" + runs.front().kind->name + ")");
+  }
+  return runs;
+}
+
+// Runs the cases of one store again.
+// @return numbers of those that have a view now
+std::set<std::size_t> WriteViews(const std::filesystem::path& store, std::vector<Shown> shown,
+                                 const ReportRequest& request) {
+  const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
+  for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
+  e.task->Prepare();
+  std::map<std::string, const Shown*> by_id;
+  std::vector<Case> cases;
+  for (const Shown& one : shown) {
+    by_id[one.record.which.id] = &one;
+    cases.push_back(CaseOf(e, one.record.which.id));
+  }
+  const auto run = [&](const Case& which) {
+    experiment::View view;
+    experiment::ReplayOptions options;
+    options.view = &view;
+    Result result = e.task->Replay(which, options);
+    report::WriteView(view, request.out, by_id.at(which.id)->number);
+    return result;
+  };
+  std::set<std::size_t> made;
+  int differing = 0;
+  ProgressBar bar(0, static_cast<int>(cases.size()));
+  experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
+                       [&](int done, int total, const Record& replayed) {
+                         bar(done, total, replayed);
+                         const Shown& stored = *by_id.at(replayed.which.id);
+                         differing += SameButTimes(stored.record, replayed) ? 0 : 1;
+                         const auto file =
+                             request.out / "views" / (std::to_string(stored.number) + ".js");
+                         if (std::filesystem::exists(file)) made.insert(stored.number);
+                       });
+  if (differing > 0) {
+    spdlog::warn(
+        "{}: {} of {} cases differ from their records when they are run again: was the program or "
+        "a model changed since?",
+        store.string(), differing, cases.size());
+  }
+  return made;
+}
+
+// @param first  number of the run's first case
+std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::filesystem::path& folder,
+                                   std::size_t first, const ReportRequest& request) {
+  std::set<std::size_t> made;
+  if (!run.kind->has_views) return made;
+  const auto chosen = report::ChooseViews(run.results.records, run.kind->success, request.views);
+  auto next = chosen.begin();
+  std::size_t begin = 0;  // of a store's records among the run's
+  for (const auto& store : experiment::StoresIn(folder)) {
+    const std::size_t end =
+        begin + static_cast<std::size_t>(experiment::Store::Open(store).Count());
+    std::vector<Shown> shown;
+    for (; next != chosen.end() && *next < end; ++next) {
+      shown.push_back({run.results.records[*next], first + *next});
+    }
+    begin = end;
+    if (!shown.empty()) made.merge(WriteViews(store, std::move(shown), request));
+  }
+  return made;
+}
+
+}  // namespace
+
+void MakeReport(const ReportRequest& request) {
+  const core::Stopwatch watch;
+  const auto runs = ReadRuns(request);
+  report::PrepareFolder(request.out);
+  std::set<std::size_t> views;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    views.merge(WriteViewsOf(runs[i], request.folders[i], first, request));
+    first += runs[i].results.records.size();
+  }
+  report::WriteData(runs, views, request.out);
+  report::WritePage(request.out);
+  spdlog::info("{} cases, {} to look at, in {:.1f} s: open {}", first, views.size(),
+               watch.Seconds(), (request.out / "index.html").string());
+}
+
+}  // namespace rangegrasp::cli

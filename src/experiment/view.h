@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/mesh.h"
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::experiment {
+
+/// What a person may look at of a case, from all sides and over time, in the task's own words. What
+/// shows it (a report's page) knows nothing of the task. All in one frame W [m], z up.
+struct View {
+  using Color = Eigen::Vector4f;  ///< red, green, blue, opacity in 0..1
+
+  /// What is shown or hidden together, by its name.
+  struct Points {
+    std::string layer;
+    geometry::Points points_W;
+    Color color;
+  };
+  struct Line {
+    std::string layer;
+    geometry::Points points_W;  ///< joined in order
+    Color color;
+  };
+  struct Surface {
+    std::string layer;
+    geometry::TriangleMesh mesh_W;
+    Color color;
+  };
+  /// What moves as one.
+  struct Body {
+    std::string name;
+    std::string layer;
+    geometry::TriangleMesh mesh_B;
+    Color color;
+    std::vector<core::Pose> X_WB;  ///< one a frame
+  };
+  struct Force {
+    Eigen::Vector3d point_W;
+    Eigen::Vector3d force_W;  ///< [N]
+  };
+  struct Frame {
+    double time_s = 0.0;
+    std::string moment;  ///< what it is called; may be empty
+    std::vector<Force> forces;
+  };
+
+  std::vector<Points> points;
+  std::vector<Line> lines;
+  std::vector<Surface> surfaces;
+  std::vector<Body> bodies;
+  std::vector<Frame> frames;                         ///< in the order of time; empty: nothing moves
+  Eigen::Vector3d eye_W = Eigen::Vector3d::UnitX();  ///< where it is looked at from
+  Eigen::Vector3d target_W = Eigen::Vector3d::Zero();
+
+  bool Empty() const { return points.empty() && surfaces.empty() && bodies.empty(); }
+};
+
+}  // namespace rangegrasp::experiment

@@ -1,0 +1,118 @@
+#include "sim/bodies.h"
+
+#include <algorithm>
+#include <map>
+
+#include "sim/internal/kinematics.h"
+#include "sim/internal/names.h"
+#include "sim/internal/visual.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+constexpr int kSegments = 20;  // of round primitives: a page is looked at, not measured
+
+// The mean of what is printed, in 0..1; white for none.
+Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
+  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+  if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
+  const int channels = model->tex_nchannel[texture];
+  const auto texels = static_cast<std::ptrdiff_t>(model->tex_width[texture]) *
+                      static_cast<std::ptrdiff_t>(model->tex_height[texture]);
+  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::ptrdiff_t i = 0; i < texels; ++i, texel += channels) {
+    for (int c = 0; c < 3; ++c) sum[c] += texel[channels < 3 ? 0 : c];
+  }
+  return (sum / (255.0 * static_cast<double>(texels))).cast<float>();
+}
+
+Eigen::Vector4f ColorOf(const mjModel* model, int geom, std::map<int, Eigen::Vector3f>& prints) {
+  const int material = model->geom_matid[geom];
+  if (material < 0) return Eigen::Map<const Eigen::Vector4f>(model->geom_rgba + 4 * geom);
+  if (!prints.contains(material)) prints[material] = MeanPrint(model, material);
+  Eigen::Vector4f color = Eigen::Map<const Eigen::Vector4f>(model->mat_rgba + 4 * material);
+  color.head<3>().array() *= prints[material].array();
+  return color;
+}
+
+// As the model has it: the same bytes whatever the body's pose.
+core::Pose InBody(const mjModel* model, int geom) {
+  const mjtNum* q = model->geom_quat + 4 * geom;
+  return core::MakePose(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(),
+                        internal::Vec3(model->geom_pos + 3 * geom));
+}
+
+bool HasEnd(const mjModel* model, int geom) {
+  const mjtNum* size = model->geom_size + 3 * geom;
+  return model->geom_type[geom] != mjGEOM_PLANE || (size[0] > 0 && size[1] > 0);
+}
+
+// By body: an object of the world, one that is parked, or neither.
+enum class Part { kScene, kObject, kParked };
+std::vector<Part> PartsOf(const World& world) {
+  const mjModel* model = world.model();
+  std::map<int, Part> of_root;
+  for (int object = 0; object < world.objects(); ++object) {
+    of_root[world.object_body(object)] = world.parked(object) ? Part::kParked : Part::kObject;
+  }
+  std::vector<Part> parts;
+  for (int body = 0; body < model->nbody; ++body) {
+    const auto found = of_root.find(model->body_rootid[body]);
+    parts.push_back(found == of_root.end() ? Part::kScene : found->second);
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::vector<VisualBody> VisualBodies(const World& world) {
+  const mjModel* model = world.model();
+  const auto parts = PartsOf(world);
+  std::map<int, Eigen::Vector3f> prints;
+  std::vector<VisualBody> bodies;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int body = model->geom_bodyid[geom];
+    const Part part = parts[static_cast<std::size_t>(body)];
+    if (part == Part::kParked || !internal::Visible(model, geom) || !HasEnd(model, geom)) continue;
+    const Eigen::Vector4f color = ColorOf(model, geom, prints);
+    auto drawn = std::find_if(bodies.begin(), bodies.end(), [&](const VisualBody& one) {
+      return one.body == body && one.color == color;
+    });
+    if (drawn == bodies.end()) {
+      const char* name = mj_id2name(model, mjOBJ_BODY, body);
+      drawn = bodies.insert(drawn, {body, name ? name : "", {}, color, part == Part::kObject});
+    }
+    geometry::Append(
+        geometry::Transformed(internal::GeomSurface(model, geom, kSegments), InBody(model, geom)),
+        drawn->mesh_B);
+  }
+  return bodies;
+}
+
+core::Pose BodyPose(const World& world, int body) { return internal::BodyPose(world.data(), body); }
+
+std::vector<ContactForce> HandForces(const World& world, double min_N) {
+  const mjModel* model = world.model();
+  const mjData* data = world.data();
+  const int hand = internal::Find(model, mjOBJ_BODY, "hand");
+  const auto of_hand = [&](int geom) {
+    return geom >= 0 && internal::InSubtree(model, model->geom_bodyid[geom], hand);
+  };
+  std::vector<ContactForce> forces;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    const bool first = of_hand(contact.geom[0]);
+    if (first == of_hand(contact.geom[1])) continue;
+    mjtNum force_K[6] = {0};  // in the contact's frame, whose axes are the rows of `frame`
+    mj_contactForce(model, data, i, force_K);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_KW(contact.frame);
+    // As the engine has it: from the first geom on the second.
+    const Eigen::Vector3d force_W =
+        (first ? 1.0 : -1.0) * (R_KW.transpose() * internal::Vec3(force_K));
+    if (force_W.norm() > min_N) forces.push_back({internal::Vec3(contact.pos), force_W});
+  }
+  return forces;
+}
+
+}  // namespace rangegrasp::sim

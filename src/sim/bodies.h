@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/frames.h"
+#include "geometry/mesh.h"
+#include "sim/world.h"
+
+namespace rangegrasp::sim {
+
+/// What a picture shows of a body in one colour.
+struct VisualBody {
+  int body = 0;  ///< number in World::model()
+  std::string name;
+  geometry::TriangleMesh mesh_B;
+  Eigen::Vector4f color;  ///< red, green, blue, opacity; of what is printed on it, the mean
+  bool object = false;    ///< one of the world's objects
+};
+
+/// The visible geoms (groups 0 to 2, not transparent) of all bodies, as World::VisualMeshes, but
+/// with the scanner and apart from each other, so that a page can move them. Parked objects and
+/// planes without an end are left out.
+std::vector<VisualBody> VisualBodies(const World& world);
+
+core::Pose BodyPose(const World& world, int body);  ///< X_WB as of the last kinematics
+
+/// What the hand presses with at a contact.
+struct ContactForce {
+  Eigen::Vector3d point_W;
+  Eigen::Vector3d force_W;  ///< [N], on what is touched
+};
+/// The contacts of the hand that bear more than min_N, as of the last step.
+/// @throws core::InputError if the scene has no body "hand".
+std::vector<ContactForce> HandForces(const World& world, double min_N);
+
+}  // namespace rangegrasp::sim

@@ -1,0 +1,50 @@
+#include "report/choose_views.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace rangegrasp::report {
+namespace {
+
+// Every tenth has failed.
+std::vector<experiment::Record> Records(std::size_t n) {
+  std::vector<experiment::Record> records(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    records[i].result.outcome = i % 10 == 0 ? "dropped" : "delivered";
+  }
+  return records;
+}
+
+TEST(ChooseViews, TakesAllThatFailedAndSixtyOthersFromEndToEnd) {
+  const auto chosen = ChooseViews(Records(600), "delivered", ViewChoice::kSome);
+  EXPECT_EQ(chosen.size(), 120u);
+  EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
+  for (std::size_t i = 0; i < 600; i += 10) {
+    EXPECT_TRUE(std::binary_search(chosen.begin(), chosen.end(), i)) << i;
+  }
+  // Nine of ten are left to choose sixty from: one in each stretch of ten.
+  for (std::size_t i = 0; i < 600; i += 10) {
+    EXPECT_EQ(std::count_if(chosen.begin(), chosen.end(),
+                            [&](std::size_t c) { return c > i && c < i + 10; }),
+              1)
+        << i;
+  }
+}
+
+TEST(ChooseViews, TakesAllWhereThereAreFewer) {
+  EXPECT_EQ(ChooseViews(Records(30), "delivered", ViewChoice::kSome).size(), 30u);
+  EXPECT_TRUE(ChooseViews({}, "delivered", ViewChoice::kSome).empty());
+}
+
+TEST(ChooseViews, WithoutASuccessNoneHasFailed) {
+  EXPECT_EQ(ChooseViews(Records(600), "", ViewChoice::kSome).size(), 60u);
+}
+
+TEST(ChooseViews, AllAndNone) {
+  EXPECT_EQ(ChooseViews(Records(100), "delivered", ViewChoice::kAll).size(), 100u);
+  EXPECT_TRUE(ChooseViews(Records(100), "delivered", ViewChoice::kNone).empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::report

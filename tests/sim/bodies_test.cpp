@@ -1,0 +1,77 @@
+#include "sim/bodies.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "sim/scene_files.h"
+
+namespace rangegrasp::sim {
+namespace {
+
+using testing::MakeObject;
+using testing::RepositoryObject;
+using testing::Tabletop;
+using testing::WriteFile;
+
+// What sensors see of the same world is put together by other code.
+TEST(VisualBodies, StandWhereSensorsSeeThem) {
+  World world(Tabletop(), {RepositoryObject("coffee_cup"), RepositoryObject("dextrose")}, {});
+  const core::Pose X_WO = core::MakePose(
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix(),
+      {0.1, -0.2, 0.3});
+  world.PlaceObject(1, X_WO);
+  world.Refresh();
+  Eigen::AlignedBox3d drawn, seen;
+  for (const VisualBody& body : VisualBodies(world)) {
+    if (!body.object) continue;
+    for (const auto& p : body.mesh_B.vertices) drawn.extend(BodyPose(world, body.body) * p);
+  }
+  for (const VisualMesh& mesh : world.VisualMeshes()) {
+    EXPECT_NE(mesh.label, 1u) << "the cup is parked";
+    if (mesh.label != 2) continue;
+    for (const auto& p : mesh.mesh_W.vertices) seen.extend(p);
+  }
+  EXPECT_TRUE(drawn.isApprox(seen, 1e-9));
+}
+
+TEST(VisualBodies, HaveTheSameMeshesWhereverTheyStand) {
+  World world(Tabletop(), {}, {});
+  const auto before = VisualBodies(world);
+  world.SetArm(world.ArmPositions().array() + 0.3);
+  world.Refresh();
+  const auto after = VisualBodies(world);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(before[i].mesh_B.vertices, after[i].mesh_B.vertices) << before[i].name;
+  }
+}
+
+// A box at rest on a fixed "hand": its contacts carry its weight, upwards.
+TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
+  const auto scene = WriteFile("plate_hand.xml", R"(<mujoco><worldbody>
+    <body name="hand" pos="0 0 0.5"><geom type="box" size="0.2 0.2 0.01"/></body>
+    </worldbody></mujoco>)");
+  World world(scene, {MakeObject("box", R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)")},
+              {});
+  world.PlaceObject(0, core::MakePose(Eigen::Matrix3d::Identity(), {0.02, -0.01, 0.5605}));
+  ASSERT_TRUE(world.Settle());
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const auto forces = HandForces(world, 0.0);
+  for (const ContactForce& one : forces) {
+    sum += one.force_W;
+    EXPECT_NEAR(one.point_W.z(), 0.51, 0.001);
+  }
+  EXPECT_GE(forces.size(), 3u);
+  // It rests: what is left of its motion is below 1 % of its weight.
+  EXPECT_NEAR(sum.z(), 0.3 * 9.81, 0.03);
+  EXPECT_NEAR(sum.head<2>().norm(), 0.0, 0.03);
+  EXPECT_TRUE(HandForces(world, 100.0).empty());
+}
+
+TEST(HandForces, NeedAHand) {
+  const World world(testing::PlaneScene(), {}, {});
+  EXPECT_THROW(HandForces(world, 0.0), core::InputError);
+}
+
+}  // namespace
+}  // namespace rangegrasp::sim
