@@ -18,6 +18,7 @@ void AddListCommand(CLI::App& app);             ///< list
 void AddPartsCommands(CLI::App& app);           ///< parts FILE
 void AddPerceiveCommand(CLI::App& app);         ///< perceive
 void AddPictureCommands(CLI::App& app);         ///< snapshot, scan
+void AddReproduceCommand(CLI::App& app);        ///< reproduce
 void AddReportCommand(CLI::App& app);           ///< report
 void AddResultsCommands(CLI::App& app);         ///< table, trial, compare, merge
 void AddRunCommand(CLI::App& app);              ///< run

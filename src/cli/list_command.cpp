@@ -16,6 +16,7 @@
 #include "sim/surfaces.h"
 #include "tasks/grasping/options.h"
 #include "tasks/kinds.h"
+#include "tasks/published_tables.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -81,6 +82,12 @@ std::string Experiments() {
   return text;
 }
 
+std::string Tables() {
+  std::string text;
+  for (const auto& table : tasks::PublishedTables()) text += Line(table.number, table.title);
+  return text;
+}
+
 std::string Objects() {
   std::string text;
   for (const auto& file : Shipped("models/objects", ".xml")) {
@@ -125,6 +132,7 @@ const std::vector<Listing>& Listings() {
   static const std::vector<Listing> listings = {
       {"kinds", "kinds of experiments", Kinds},
       {"experiments", "experiments that come with the program", Experiments},
+      {"tables", "published tables, for `reproduce`", Tables},
       {"objects", "objects", Objects},
       {"surfaces", "kinds of surfaces", Surfaces},
       {"scenes", "scenes", Scenes},

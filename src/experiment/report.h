@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "experiment/grid.h"
+#include "experiment/published.h"
 
 namespace rangegrasp::experiment {
 
@@ -25,6 +26,8 @@ struct Report {
   Grid csv;
   /// Name and text of files that `run` leaves beside the store: rows, figures.
   std::vector<std::pair<std::string, std::string>> files;
+  /// The figures of the published tables that the experiment names, beside the own ones.
+  std::vector<PublishedFigure> published;
 };
 
 }  // namespace rangegrasp::experiment

@@ -1,6 +1,8 @@
 #include "experiment/statistics.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <stdexcept>
 
@@ -29,26 +31,40 @@ std::pair<double, double> WilsonInterval(int k, int n) {
   return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
 }
 
-std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters) {
-  int k = 0;
-  int n = 0;
-  int filled = 0;
+namespace {
+
+Cluster SumOf(const std::vector<Cluster>& clusters) {
+  Cluster sum;
   for (const Cluster& cluster : clusters) {
     if (cluster.k < 0 || cluster.k > cluster.n) {
       throw std::invalid_argument("ClusteredInterval: needs 0 <= k <= n");
     }
-    k += cluster.k;
-    n += cluster.n;
-    filled += cluster.n > 0 ? 1 : 0;
+    sum.k += cluster.k;
+    sum.n += cluster.n;
   }
-  if (n < 1) throw std::invalid_argument("ClusteredInterval: needs a trial");
+  if (sum.n < 1) throw std::invalid_argument("ClusteredInterval: needs a trial");
+  return sum;
+}
+
+}  // namespace
+
+double EffectiveTrials(const std::vector<Cluster>& clusters) {
+  const auto [k, n] = SumOf(clusters);
   const double p = static_cast<double>(k) / n;
+  int filled = 0;
   double squares = 0.0;
-  for (const Cluster& cluster : clusters) squares += std::pow(cluster.k - p * cluster.n, 2);
+  for (const Cluster& cluster : clusters) {
+    filled += cluster.n > 0 ? 1 : 0;
+    squares += std::pow(cluster.k - p * cluster.n, 2);
+  }
   const double variance = filled > 1 ? squares * filled / (filled - 1.0) / (1.0 * n * n) : 0.0;
   const double effective = variance > 0.0 ? p * (1.0 - p) / variance : 0.0;
-  const auto [low, high] =
-      Wilson(p, std::clamp(effective, static_cast<double>(filled), static_cast<double>(n)));
+  return std::clamp(effective, static_cast<double>(filled), static_cast<double>(n));
+}
+
+std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters) {
+  const auto [k, n] = SumOf(clusters);
+  const auto [low, high] = Wilson(static_cast<double>(k) / n, EffectiveTrials(clusters));
   return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
 }
 
@@ -70,6 +86,44 @@ double FisherExactLower(int k1, int n1, int k2, int n2) {
     p += std::exp(LogChoose(n1, k) + LogChoose(n2, successes - k) - LogChoose(n1 + n2, successes));
   }
   return std::min(1.0, p);
+}
+
+double FisherExact(int k1, int n1, int k2, int n2) {
+  const double lower = FisherExactLower(k1, n1, k2, n2);
+  const double upper = FisherExactLower(n1 - k1, n1, n2 - k2, n2);
+  return std::min(1.0, 2.0 * std::min(lower, upper));
+}
+
+double ScoreTest(double rate, double n, double expected) {
+  const auto is_rate = [](double p) { return p >= 0.0 && p <= 1.0; };
+  if (!is_rate(rate) || !is_rate(expected) || !(n > 0.0)) {
+    throw std::invalid_argument("ScoreTest: needs rates from 0 to 1 and n > 0");
+  }
+  const double half_a_trial = std::min(0.5, 0.5 / n);
+  const double p = std::clamp(expected, half_a_trial, 1.0 - half_a_trial);
+  const double z = (rate - expected) / std::sqrt(p * (1.0 - p) / n);
+  return std::erfc(std::abs(z) / std::sqrt(2.0));
+}
+
+double PoissonRatesExact(int k1, int n1, int k2, int n2) {
+  if (k1 < 0 || k2 < 0 || n1 < 1 || n2 < 1) {
+    throw std::invalid_argument("PoissonRatesExact: needs counts of 0 and more, in runs");
+  }
+  if (k1 + k2 == 0) return 1.0;
+  const boost::math::binomial first(k1 + k2, static_cast<double>(n1) / (n1 + n2));
+  const double lower = boost::math::cdf(first, k1);
+  const double upper = k1 == 0 ? 1.0 : boost::math::cdf(boost::math::complement(first, k1 - 1));
+  return std::min(1.0, 2.0 * std::min(lower, upper));
+}
+
+double StudentTest(const Mean& mean, double expected) {
+  if (!mean.mean || !mean.standard_error) {
+    throw std::invalid_argument("StudentTest: needs two values");
+  }
+  const double difference = std::abs(*mean.mean - expected);
+  if (*mean.standard_error == 0.0) return difference > 0.0 ? 0.0 : 1.0;
+  const boost::math::students_t t(static_cast<double>(mean.count) - 1.0);
+  return 2.0 * boost::math::cdf(boost::math::complement(t, difference / *mean.standard_error));
 }
 
 Mean MeanOf(const std::vector<double>& values) {

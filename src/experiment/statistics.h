@@ -22,6 +22,8 @@ struct Cluster {
 /// clusters and at most all of them: where all clusters agree, each counts once.
 /// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
 std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters);
+/// That number of independent trials. @throws std::invalid_argument as ClusteredInterval.
+double EffectiveTrials(const std::vector<Cluster>& clusters);
 
 /// Exact McNemar test: the two-sided p-value of b against c discordant pairs (binomial with p =
 /// 1/2).
@@ -32,6 +34,20 @@ double McNemarExact(int b, int c);
 /// n2 (the chance of at most k1 successes in the first sample given the margins).
 /// @throws std::invalid_argument unless 0 <= k <= n for both.
 double FisherExactLower(int k1, int n1, int k2, int n2);
+/// The two-sided one: twice the smaller of both one-sided p-values, at most 1.
+double FisherExact(int k1, int n1, int k2, int n2);
+
+/// The two-sided p-value that a rate of n trials (not necessarily a whole number) is drawn from the
+/// rate `expected`: of z = (rate - expected) / sqrt(expected (1 - expected) / n), which is normal.
+/// An expected rate nearer to 0 or 1 than half a trial has the variance of that.
+/// @throws std::invalid_argument unless both rates are within [0, 1] and n > 0.
+double ScoreTest(double rate, double n, double expected);
+
+/// The two-sided p-value that k1 events in n1 runs and k2 in n2 come at the same rate: given their
+/// sum, k1 is binomial with n1 / (n1 + n2) (Przyborowski and Wilenski 1940); twice the smaller
+/// tail.
+/// @throws std::invalid_argument for a negative count, or without runs.
+double PoissonRatesExact(int k1, int n1, int k2, int n2);
 
 struct Mean {
   std::optional<double> mean;            ///< absent without a value
@@ -39,5 +55,10 @@ struct Mean {
   std::size_t count = 0;
 };
 Mean MeanOf(const std::vector<double>& values);
+
+/// The two-sided p-value that independent normal values with this mean have the mean `expected`
+/// (Student's t with count - 1 degrees of freedom). Values that do not scatter give 0 or 1.
+/// @throws std::invalid_argument if the mean has no standard error.
+double StudentTest(const Mean& mean, double expected);
 
 }  // namespace rangegrasp::experiment

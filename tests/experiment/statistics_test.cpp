@@ -79,6 +79,12 @@ TEST(ClusteredInterval, RefusesWhatIsNoCount) {
   EXPECT_THROW(ClusteredInterval({{3, 2}}), std::invalid_argument);
 }
 
+TEST(EffectiveTrials, AreTheClustersWhereTheseAgreeAndAllTrialsWhereTheyDifferByChance) {
+  EXPECT_DOUBLE_EQ(EffectiveTrials({{12, 12}, {12, 12}, {12, 12}}), 3.0);
+  EXPECT_DOUBLE_EQ(EffectiveTrials({{0, 1}, {1, 1}, {1, 1}, {0, 1}, {0, 1}}),
+                   5.0);  // never fewer
+}
+
 TEST(McNemar, IsTheTwoSidedBinomialTail) {
   EXPECT_DOUBLE_EQ(McNemarExact(0, 0), 1.0);
   EXPECT_NEAR(McNemarExact(0, 5), 2.0 / 32.0, 1e-12);
@@ -92,6 +98,44 @@ TEST(Fisher, MatchesTheTeaTasting) {
   // of 4 beside 3 of 4.
   EXPECT_NEAR(FisherExactLower(1, 4, 3, 4), 17.0 / 70.0, 1e-12);
   EXPECT_NEAR(FisherExactLower(4, 4, 0, 4), 1.0, 1e-12);
+}
+
+TEST(Fisher, TwoSidedIsTwiceTheSmallerTailFromWhicheverSideItIsAsked) {
+  EXPECT_NEAR(FisherExact(1, 4, 3, 4), 2.0 * 17.0 / 70.0, 1e-12);
+  EXPECT_NEAR(FisherExact(3, 4, 1, 4), 2.0 * 17.0 / 70.0, 1e-12);
+  EXPECT_DOUBLE_EQ(FisherExact(5, 10, 5, 10), 1.0);
+  // All of one sample and none of the other: one of C(20, 10) = 184,756 ways.
+  EXPECT_NEAR(FisherExact(10, 10, 0, 10), 2.0 / 184756.0, 1e-15);
+  EXPECT_DOUBLE_EQ(FisherExact(0, 0, 3, 4), 1.0);  // nothing was tried
+}
+
+TEST(ScoreTest, IsTheNormalTailOfTheDistanceInStandardErrors) {
+  // 60 % of 100 beside 50 %: two standard errors of 5 %; 2 (1 - Phi(2)) = 0.0455003.
+  EXPECT_NEAR(ScoreTest(0.6, 100.0, 0.5), 0.0455003, 1e-7);
+  EXPECT_NEAR(ScoreTest(0.4, 100.0, 0.5), 0.0455003, 1e-7);
+  EXPECT_DOUBLE_EQ(ScoreTest(1.0, 10.0, 1.0), 1.0);
+  // One failure in 10 of what is said never to fail: half a trial's variance, z = 0.1 / 0.0689.
+  EXPECT_NEAR(ScoreTest(0.9, 10.0, 1.0), std::erfc(0.1 / std::sqrt(2.0 * 0.05 * 0.95 / 10.0)),
+              1e-12);
+  EXPECT_THROW(ScoreTest(1.2, 10.0, 0.5), std::invalid_argument);
+}
+
+TEST(PoissonRates, AreABinomialGivenTheirSum) {
+  EXPECT_NEAR(PoissonRatesExact(0, 50, 5, 50), 2.0 / 32.0, 1e-12);
+  EXPECT_NEAR(PoissonRatesExact(5, 50, 0, 50), 2.0 / 32.0, 1e-12);
+  EXPECT_NEAR(PoissonRatesExact(0, 10, 2, 30), 1.0, 1e-12);          // (3/4)^2 > 1/2
+  EXPECT_NEAR(PoissonRatesExact(4, 10, 0, 30), 2.0 / 256.0, 1e-12);  // (1/4)^4
+  EXPECT_DOUBLE_EQ(PoissonRatesExact(0, 10, 0, 10), 1.0);
+  EXPECT_THROW(PoissonRatesExact(1, 0, 1, 1), std::invalid_argument);
+}
+
+TEST(StudentTest, MatchesTheClosedFormsOfOneAndTwoDegreesOfFreedom) {
+  // Two values: Cauchy, P(|t| > 1) = 1/2. Three: P(|t| > x) = 1 - x / sqrt(2 + x^2).
+  EXPECT_NEAR(StudentTest({3.0, 0.5, 2}, 2.5), 0.5, 1e-12);
+  EXPECT_NEAR(StudentTest({3.0, 0.5, 3}, 4.0), 1.0 - 2.0 / std::sqrt(6.0), 1e-12);
+  EXPECT_EQ(StudentTest({3.0, 0.0, 3}, 3.0), 1.0);
+  EXPECT_EQ(StudentTest({3.0, 0.0, 3}, 4.0), 0.0);
+  EXPECT_THROW(StudentTest({3.0, std::nullopt, 1}, 3.0), std::invalid_argument);
 }
 
 }  // namespace

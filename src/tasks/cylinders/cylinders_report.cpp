@@ -325,6 +325,39 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
   return panel;
 }
 
+// The published images were perfect ones: only these are compared.
+std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
+  std::vector<experiment::PublishedFigure> figures;
+  for (const auto& [key, fits] : all.fits) {
+    const auto found = all.published.find({key.method, PointsOf(all, key.row)});
+    if (key.source != Source::kPerfect || key.iterations != TableIterations(all) ||
+        found == all.published.end()) {
+      continue;
+    }
+    const PublishedRow& published = found->second;
+    std::string row =
+        fmt::format("{}, {} points, ", StyleOf(key.method).name, PointsOf(all, key.row));
+    if (fits.failed > 0) row += fmt::format("{} of {} failed, ", fits.failed, fits.All());
+    const auto add = [&](const char* what, const char* unit, int digits, double value,
+                         const std::vector<double>& own, bool is_time) {
+      const Mean mean = MeanOf(own);
+      experiment::PublishedFigure figure{.row = row + what,
+                                         .unit = unit,
+                                         .digits = digits,
+                                         .lower_is_better = true,
+                                         .published = value,
+                                         .own = mean.mean,
+                                         .evidence = experiment::MeanEvidence{mean}};
+      if (is_time) figure.evidence = experiment::TimesEvidence{static_cast<int>(mean.count)};
+      figures.push_back(std::move(figure));
+    };
+    add("radius error", "mm", 3, published.radius_error_mm, fits.radius_error_mm, false);
+    add("axis error", "deg", kAxisDigits, published.axis_error_deg, fits.axis_error_deg, false);
+    add("time", "s", kTimeDigits, published.time_s, fits.seconds, true);
+  }
+  return figures;
+}
+
 std::vector<Source> SourcesOf(const Collected& all) {
   std::vector<Source> sources;
   for (const auto& [key, fits] : all.fits) {
@@ -391,6 +424,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Re
   report.csv = MeansOf(all);
   report.files.emplace_back("fits.csv", experiment::CsvOf(report.csv));
   AddFigures(all, report);
+  report.published = FiguresOf(all);
   return report;
 }
 

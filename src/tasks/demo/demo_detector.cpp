@@ -7,6 +7,7 @@
 
 #include "core/stopwatch.h"
 #include "core/units.h"
+#include "experiment/stage_seconds.h"
 #include "geometry/hull.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
@@ -134,7 +135,11 @@ class DemoDetector : public grasping::Detector {
         grasping::WorkspaceOf(robot_, options.workspace_margin_m);
     const DemoOptions& demo = options_.demo;
     const auto look = [&](const cylinders::DetectOptions& how) {
-      return cylinders::DetectCylinders(observation, demo.given, how, rng, workspace);
+      auto scene = cylinders::DetectCylinders(observation, demo.given, how, rng, workspace);
+      for (const auto& [step, seconds] : scene.seconds) {
+        experiment::AddSeconds(kCylinderStep + step, seconds, detected.seconds);
+      }
+      return scene;
     };
     cylinders::CylinderScene cylinders = look(FirstLook(demo));
     if (demo.second_look && !IsFound(cylinders)) cylinders = look(SecondLook(demo));

@@ -13,6 +13,10 @@ namespace rangegrasp::tasks::demo {
 using CylinderObserver =
     std::function<void(const cylinders::CylinderScene&, const geometry::Observation&)>;
 
+/// Before the name of a step of cylinders::DetectCylinders in Detected::seconds; second looks
+/// count.
+inline constexpr const char* kCylinderStep = "cylinders:";
+
 /// Chapter 4: finds the wanted one of the given cylinders; everything else that chapter 5's
 /// perception finds is an obstacle. Grasps hold it round its barrel at the centre of gravity, from
 /// above along its axis where it stands, turned as it suits the arm. An empty detection: it was not

@@ -368,6 +368,34 @@ ordered_json JsonOf(const Table& table) {
   return json;
 }
 
+// A rate beside its published one; nothing where there is none.
+void AddFigure(const Row& row, const char* what, const Rate& own, const Rate& published,
+               const experiment::Share& counts, const experiment::Share& published_counts,
+               std::vector<experiment::PublishedFigure>& figures) {
+  if (!published || !row.published_trials) return;
+  figures.push_back({.row = row.title + ", " + what,
+                     .unit = "%",
+                     .published = *published * 100.0,
+                     .own = own ? Rate(*own * 100.0) : std::nullopt,
+                     .evidence = experiment::TrialsEvidence{counts, published_counts}});
+}
+
+// The overall rates are means of rows, the test is of the pooled counts.
+std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
+  std::vector<experiment::PublishedFigure> figures;
+  std::vector<Row> rows = table.rows;
+  rows.push_back(table.overall);
+  for (const Row& row : rows) {
+    const int trials = row.published_trials.value_or(0);
+    AddFigure(row, "detection", row.detection_rate, row.published_detection_rate,
+              {row.detected, row.trials}, {row.published_detected, trials}, figures);
+    AddFigure(row, "grasping", row.grasp_rate, row.published_grasp_rate,
+              {row.delivered, row.detected}, {row.published_delivered, row.published_detected},
+              figures);
+  }
+  return figures;
+}
+
 }  // namespace
 
 ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
@@ -394,6 +422,7 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   json["friction_curve"] = JsonOf(curve, objects);
   report.json = json.dump();
   report.csv = CsvGridOf(table);
+  report.published = FiguresOf(table);
   return report;
 }
 

@@ -149,6 +149,25 @@ Section FailuresSection(const Rows& rows) {
   return section;
 }
 
+// Of table 6.1.
+std::vector<experiment::PublishedFigure> FiguresOf(const PartsSetup& setup, const Rows& rows) {
+  std::vector<experiment::PublishedFigure> figures;
+  for (const auto& [method, published] : PublishedSeconds(setup.published, "published table 6.1")) {
+    if (std::ranges::find(setup.methods, method) == setup.methods.end()) continue;
+    const Times times = TimesOf(rows, method);
+    figures.push_back(
+        {.row = fmt::format("{}, mean", core::Word(method)),
+         .unit = "s",
+         .digits = kDigits,
+         .lower_is_better = true,
+         .published = published,
+         .own = MeanOf(times.seconds).mean,
+         .evidence = experiment::TimesEvidence{static_cast<int>(times.seconds.size())},
+         .key = "runtimes"});
+  }
+  return figures;
+}
+
 std::string RowsCsv(const Rows& rows) {
   std::string text = core::CsvLine({"class", "id", "split", "method", "parts", "rand_error",
                                     "cut_discrepancy", "seconds", "failed", "note"});
@@ -204,6 +223,7 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
   if (!failures.grid.rows.empty()) report.sections.push_back(std::move(failures));
   report.notes = {"SE: standard error of the mean over models, s / sqrt(n)"};
 
+  report.published = FiguresOf(setup, rows);
   report.files.emplace_back("rows.csv", RowsCsv(rows));
   for (const Metric metric : core::ValuesOf<Metric>()) {
     for (const auto split : splits) {

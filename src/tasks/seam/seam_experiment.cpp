@@ -100,6 +100,7 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   ReadSeams(map, experiment);
   map.ReadPath("reference", experiment.reference, "published rates to print beside, CSV");
   map.ReadPath("improvements", experiment.improvements, "published single figures, CSV");
+  map.ReadPath("runtimes", experiment.runtimes, "published table 3.1 as CSV");
   ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
               experiment.texture);
   ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);

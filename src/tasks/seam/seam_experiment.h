@@ -53,6 +53,7 @@ struct SeamExperiment {
   stitching::TrackOptions track;       ///< its tracker also serves kRates
   std::filesystem::path reference;     ///< published rates, or empty
   std::filesystem::path improvements;  ///< published figures of table 3.5, or empty
+  std::filesystem::path runtimes;      ///< published table 3.1, or empty
 };
 
 /// Reads the experiment's own keys, and nothing else.

@@ -8,7 +8,6 @@
 namespace rangegrasp::tasks::seam_task {
 namespace {
 
-using stitching::StripeSensor;
 using stitching::TrackPoint;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -63,9 +62,8 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
-SeamResult ScoreSeam(const SeamExperiment& experiment, const StripeSensor& sensor,
-                     const seam::Calibration& calibration, int number) {
-  const stitching::Recording recording = RecordSeam(experiment, sensor, number);
+SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
+                     const stitching::Recording& recording, int number) {
   std::vector<seam::EdgeTracker> trackers;
   for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(experiment, decision));
   SeamResult result;

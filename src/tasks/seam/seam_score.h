@@ -61,8 +61,8 @@ struct RunResult {
 };
 
 /// Every method on a recorded seam, a number of the experiment from 0.
-SeamResult ScoreSeam(const SeamExperiment& experiment, const stitching::StripeSensor& sensor,
-                     const seam::Calibration& calibration, int number);
+SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
+                     const stitching::Recording& recording, int number);
 /// A run, against the truth that its mats know.
 RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method, int run,
                    const TrackedRun& tracked);

@@ -12,8 +12,10 @@
 #include "core/hash.h"
 #include "core/units.h"
 #include "experiment/grid.h"
+#include "experiment/statistics.h"
 #include "tasks/seam/seam_json.h"
 #include "tasks/seam/seam_score.h"
+#include "tasks/seam/seam_times.h"
 
 namespace rangegrasp::tasks::seam_task {
 namespace {
@@ -50,7 +52,7 @@ struct Facts {
   int profiles_per_seam;
   double columns_per_m;
   double wanted_m;  // of a run's path: what is to be followed after the head has settled
-  Published reference, improvements;
+  Published reference, improvements, runtimes;
 };
 
 Facts FactsOf(const Stamp& stamp) {
@@ -61,7 +63,13 @@ Facts FactsOf(const Stamp& stamp) {
               std::stod(at("columns_per_m")),
               std::stod(at("wanted_m")),
               ReadPublished(at("reference"), at("reference_file")),
-              ReadPublished(at("improvements"), at("improvements_file"))};
+              ReadPublished(at("improvements"), at("improvements_file")),
+              {}};
+  // Runs of earlier versions have none.
+  const auto runtimes = stamp.data.find("runtimes");
+  if (runtimes != stamp.data.end()) {
+    facts.runtimes = ReadPublished(runtimes->second, at("runtimes_file"));
+  }
   for (const std::string& word : core::Split(at("shapes"), ',')) {
     facts.shapes.push_back(core::FromWord<EdgeShape>(word, "shapes"));
   }
@@ -269,6 +277,103 @@ Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) 
   return section;
 }
 
+// ---- the published tables' figures ----
+
+std::vector<experiment::Cluster> ClustersOf(const std::vector<SeamResult>& seams,
+                                            Tallies SeamResult::*member, std::size_t method,
+                                            std::size_t tolerance) {
+  std::vector<experiment::Cluster> clusters;
+  for (const SeamResult& seam : seams) {
+    const Tally& tally = (seam.*member)[method];
+    clusters.push_back({tally.within[tolerance], tally.profiles});
+  }
+  return clusters;
+}
+
+experiment::PublishedFigure FigureOf(const std::string& row, double published,
+                                     const std::vector<experiment::Cluster>& clusters) {
+  experiment::PublishedFigure figure{.row = row, .unit = "%", .digits = 2, .published = published};
+  int found = 0;
+  int profiles = 0;
+  for (const experiment::Cluster& cluster : clusters) {
+    found += cluster.k;
+    profiles += cluster.n;
+  }
+  if (profiles > 0) figure.own = 100.0 * found / profiles;
+  figure.evidence = experiment::ClustersEvidence{clusters};
+  return figure;
+}
+
+// A row of table 3.5: what it is of.
+struct Improvement {
+  const char* name;  // in the published table
+  seam::DecisionMethod decision;
+  Tallies SeamResult::*where;
+};
+// Fig. 3.35 (b) shows the places for the improved method.
+constexpr std::array<Improvement, 4> kImprovements = {
+    {{"three-lines combined result within 1 mm (original voting)", seam::DecisionMethod::kVoting,
+      &SeamResult::all},
+     {"three-lines with sum of weights and historic edge positions", seam::DecisionMethod::kWeights,
+      &SeamResult::all},
+     {"edge in the centre of the scan line", seam::DecisionMethod::kWeights, &SeamResult::center},
+     {"edge at the boundary of the scan line", seam::DecisionMethod::kWeights,
+      &SeamResult::boundary}}};
+
+std::vector<experiment::PublishedFigure> FiguresOf(const Facts& facts,
+                                                   const std::vector<SeamResult>& seams) {
+  std::vector<experiment::PublishedFigure> figures;
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    const auto known = facts.reference.find(MethodTitle(m));
+    if (known == facts.reference.end()) continue;
+    for (std::size_t t = 0; t < std::min(kTolerances_px.size(), known->second.size()); ++t) {
+      if (!known->second[t]) continue;
+      figures.push_back(FigureOf(fmt::format("{}, +-{:.0f} px", MethodTitle(m), kTolerances_px[t]),
+                                 *known->second[t], ClustersOf(seams, &SeamResult::all, m, t)));
+    }
+  }
+  for (const Improvement& one : kImprovements) {
+    const auto known = facts.improvements.find(one.name);
+    if (known == facts.improvements.end() || known->second.empty() || !known->second[0]) continue;
+    const std::size_t m = seam::kDetectors + static_cast<std::size_t>(one.decision);
+    figures.push_back(FigureOf(one.name, *known->second[0],
+                               ClustersOf(seams, one.where, m, MillimeterTolerance(facts))));
+    figures.back().key = "improvements";
+  }
+  return figures;
+}
+
+// Table 3.1: what a step takes for one profile, on average over all.
+std::vector<experiment::PublishedFigure> TimesOf(const Facts& facts,
+                                                 const std::vector<Record>& records,
+                                                 const std::vector<SeamResult>& seams) {
+  constexpr std::size_t kAverage = 1;  // of the columns behind the step's name
+  std::vector<experiment::PublishedFigure> figures;
+  for (const char* step : kTimedSteps) {
+    const auto known = facts.runtimes.find(step);
+    if (known == facts.runtimes.end() || known->second.size() <= kAverage) continue;
+    double seconds = 0.0;
+    int profiles = 0;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      for (const auto& [name, s] : records[i].result.seconds) {
+        if (name != step) continue;
+        seconds += s;
+        profiles += seams[i].profiles;
+      }
+    }
+    experiment::PublishedFigure figure{.row = fmt::format("{}, average", step),
+                                       .unit = "ms",
+                                       .digits = 4,
+                                       .lower_is_better = true,
+                                       .published = known->second[kAverage].value_or(0.0)};
+    if (profiles > 0) figure.own = 1e3 * seconds / profiles;
+    figure.evidence = experiment::TimesEvidence{profiles};
+    figure.key = "runtimes";
+    figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
 // ---- closed loops ----
 
 // Means over the length of all runs; the largest error of all.
@@ -427,6 +532,8 @@ void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
   stamp.data["reference_file"] = experiment.reference.filename().string();
   stamp.data["improvements"] = PublishedText(experiment.improvements);
   stamp.data["improvements_file"] = experiment.improvements.filename().string();
+  stamp.data["runtimes"] = PublishedText(experiment.runtimes);
+  stamp.data["runtimes_file"] = experiment.runtimes.filename().string();
 }
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
@@ -437,6 +544,10 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
     report.sections = {RatesSection(facts, seams), PlacesSection(facts, seams),
                        ShapesSection(facts, seams), ErrorsSection(facts, seams)};
     report.files.emplace_back("rows.csv", SeamRows(seams));
+    report.published = FiguresOf(facts, seams);
+    for (auto& figure : TimesOf(facts, records, seams)) {
+      report.published.push_back(std::move(figure));
+    }
   } else {
     const auto runs = RunsOf(records);
     report.sections = {facts.kind == SeamKind::kTracks ? TracksSection(facts, runs)

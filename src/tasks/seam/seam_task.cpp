@@ -11,6 +11,7 @@
 #include "tasks/seam/seam_json.h"
 #include "tasks/seam/seam_pictures.h"
 #include "tasks/seam/seam_tables.h"
+#include "tasks/seam/seam_times.h"
 
 namespace rangegrasp::tasks::seam_task {
 namespace {
@@ -119,8 +120,13 @@ class SeamRunner final : public experiment::Task {
   }
 
   Result Measured(const SeamParams& params, const core::Stopwatch& watch) const {
-    const SeamResult seam = ScoreSeam(experiment_, sensor_, calibration_, params.number);
-    return {"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
+    const stitching::Recording recording = RecordSeam(experiment_, sensor_, params.number);
+    const SeamResult seam = ScoreSeam(experiment_, calibration_, recording, params.number);
+    Result result{"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
+    for (auto& step : TimeSteps(experiment_, calibration_, recording)) {
+      result.seconds.push_back(std::move(step));
+    }
+    return result;
   }
 
   Result Driven(const SeamParams& params, const TrackedRun& tracked,

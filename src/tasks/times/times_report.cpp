@@ -62,16 +62,22 @@ ByStep PublishedSteps(const experiment::Stamp& stamp) {
   return steps;
 }
 
-std::string SumText(const ByStep& steps, const std::vector<std::string>& names, int digits) {
-  double sum = 0.0;
-  bool any = false;
+// Of those steps that are there; nothing where none is.
+std::optional<double> SumOf(const ByStep& steps, const std::vector<std::string>& names) {
+  std::optional<double> sum;
   for (const std::string& name : names) {
     const auto found = steps.find(name);
-    if (found == steps.end()) continue;
-    sum += found->second;
-    any = true;
+    if (found != steps.end()) sum = sum.value_or(0.0) + found->second;
   }
-  return any ? Fixed(sum, digits) : "-";
+  return sum;
+}
+
+std::string Text(const std::optional<double>& seconds, int digits) {
+  return seconds ? Fixed(*seconds, digits) : "-";
+}
+
+std::string SumText(const ByStep& steps, const std::vector<std::string>& names, int digits) {
+  return Text(SumOf(steps, names), digits);
 }
 
 std::vector<std::string> GroupsOf(const std::vector<Record>& records) {
@@ -83,8 +89,9 @@ std::vector<std::string> GroupsOf(const std::vector<Record>& records) {
   return groups;
 }
 
-// Of a method: each row's median over the scenes, and the sum's.
-std::vector<std::string> OwnColumn(const std::vector<Record>& records, const std::string& group) {
+// Of a method: each row's times in all scenes, and the sums.
+std::vector<std::vector<double>> OwnTimes(const std::vector<Record>& records,
+                                          const std::string& group) {
   std::vector<std::vector<double>> rows(Stages().size() + 1);
   for (const Record& record : records) {
     if (record.which.group != group || record.result.seconds.empty()) continue;
@@ -100,16 +107,29 @@ std::vector<std::string> OwnColumn(const std::vector<Record>& records, const std
     }
     rows.back().push_back(total);
   }
-  std::vector<std::string> column;
-  for (const auto& all : rows) {
-    column.push_back(all.empty() ? "-" : Fixed(core::MedianOf(all), kDigits));
-  }
-  return column;
+  return rows;
+}
+
+std::optional<double> MedianOf(const std::vector<double>& all) {
+  if (all.empty()) return std::nullopt;
+  return core::MedianOf(all);
+}
+
+experiment::PublishedFigure FigureOf(const std::string& row, double published,
+                                     std::optional<double> own, int measured) {
+  return {.row = row,
+          .unit = "s",
+          .digits = kDigits,
+          .lower_is_better = true,
+          .published = published,
+          .own = own,
+          .evidence = experiment::TimesEvidence{measured}};
 }
 
 experiment::Report StagesReport(const experiment::Stamp& stamp,
                                 const std::vector<Record>& records) {
   const ByStep published = PublishedSteps(stamp);
+  experiment::Report report;
   Grid grid;
   grid.header = {"calculation step", "published [s]"};
   for (const Stage& stage : Stages()) {
@@ -118,13 +138,20 @@ experiment::Report StagesReport(const experiment::Stamp& stamp,
   grid.rows.push_back({"sum", SumText(published, {"sum"}, 1)});
   for (const std::string& group : GroupsOf(records)) {
     grid.header.push_back(group + " [s]");
-    const auto column = OwnColumn(records, group);
-    for (std::size_t i = 0; i < column.size(); ++i) grid.rows[i].push_back(column[i]);
+    const auto times = OwnTimes(records, group);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const auto median = MedianOf(times[i]);
+      grid.rows[i].push_back(Text(median, kDigits));
+      const auto known =
+          i < Stages().size() ? SumOf(published, Stages()[i].published) : SumOf(published, {"sum"});
+      if (!known) continue;
+      report.published.push_back(FigureOf(fmt::format("{}, method {}", grid.rows[i][0], group),
+                                          *known, median, static_cast<int>(times[i].size())));
+    }
   }
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = true;
   grid.total = true;
-  experiment::Report report;
   report.sections.push_back({"Table 5.1: times of the calculation steps", grid});
   report.notes.push_back(
       "own: median over the scenes, grasps for all objects; the sum's median is no sum of medians; "
@@ -222,19 +249,24 @@ experiment::Report SegmentationsReport(const experiment::Stamp& stamp,
     csv.header.push_back(method + "_s");
     csv.header.push_back("published_" + method + "_s");
   }
+  experiment::Report report;
   for (const SceneTimes& one : scenes) {
     std::vector<std::string> row = {fmt::format("{}", one.scene),
                                     fmt::format("{}", one.object_points),
                                     fmt::format("{}", one.table_points)};
     for (const std::string& method : methods) {
-      row.push_back(SumText(one.own, {method}, kDigits));
-      row.push_back(SumText(one.published, {method}, 3));
+      const auto own = SumOf(one.own, {method});
+      const auto published = SumOf(one.published, {method});
+      row.push_back(Text(own, kDigits));
+      row.push_back(Text(published, 3));
+      if (!published) continue;
+      report.published.push_back(
+          FigureOf(fmt::format("scene {}, {}", one.scene, method), *published, own, own ? 1 : 0));
     }
     grid.rows.push_back(row);
     std::replace(row.begin(), row.end(), std::string("-"), std::string());
     csv.rows.push_back(row);
   }
-  experiment::Report report;
   report.sections.push_back({"Figures 5.8 and 5.9: times of the segmentations", grid});
   report.notes.push_back(
       "own: the segmentation alone, without the normals that region growing asks for; median of "

@@ -52,6 +52,23 @@ TEST(CylindersReport, MeansStandBesideThePublishedRowAndFailedFitsCount) {
   EXPECT_EQ(report.files[1].first, "figure_4.13_noisy.svg");
 }
 
+TEST(CylindersReport, OnlyPerfectImagesStandBesideThePublishedFigures) {
+  const std::string fit = R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
+                              "radius_error_mm": 0.1, "axis_error_deg": 0.02}])";
+  auto perfect = RecordOf(0, fit);
+  perfect.which.params = R"({"source": "perfect", "row": 0, "repetition": 0})";
+  const auto figures =
+      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+                       "4.3_cylinder_resolution.csv"),
+               {RecordOf(0, fit), perfect})
+          .published;
+  ASSERT_EQ(figures.size(), 3u);
+  EXPECT_EQ(figures[0].row, "RCF, 4000 points, radius error");
+  EXPECT_EQ(figures[0].published, 0.26);
+  EXPECT_EQ(figures[0].own, 0.1);
+  EXPECT_EQ(figures[2].own, 0.5);
+}
+
 TEST(CylindersReport, IterationsMakeSixFigures) {
   const auto report =
       ReportOf(StampOf("iterations",

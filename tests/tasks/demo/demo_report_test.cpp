@@ -54,6 +54,38 @@ TEST(DemoReport, EveryRunThatDoesNotEndAsItShouldIsAProblemWithInfluence) {
   EXPECT_EQ(RowNamed(report.csv, "sum")[2], "8");
 }
 
+TEST(DemoReport, FiguresOfTable41AreOfFiftyRunsAndOfTheirCounts) {
+  const auto figures = ReportOf({}, {RecordOf("no_path", json::object()),
+                                     RecordOf("handed_over", Carried(true, false))})
+                           .published;
+  ASSERT_EQ(figures.size(), 8u + 7u);  // events and runs of three problems and the sum; table 4.2
+  EXPECT_EQ(figures[1].row, "path planning, runs that failed for it");
+  EXPECT_EQ(figures[1].published, 11.0);
+  EXPECT_EQ(figures[1].own, 25.0);
+  EXPECT_TRUE(figures[1].lower_is_better);
+  const auto& counts = std::get<experiment::TrialsEvidence>(figures[1].evidence);
+  EXPECT_EQ(counts.own.k, 1);
+  EXPECT_EQ(counts.own.n, 2);
+  EXPECT_EQ(counts.published.k, 11);
+  EXPECT_EQ(counts.published.n, 50);
+}
+
+TEST(DemoReport, TimesOfTable42AreMediansOfRunsWithOneTry) {
+  auto once = RecordOf("handed_over", Carried(true, false));
+  once.result.seconds = {{"cylinders:plane", 0.2}, {"cylinders:filter", 0.3}, {"cylinders", 0.6}};
+  json tries = Carried(true, false);
+  tries["tries"] = {{{"outcome", "no_path"}}, {{"outcome", "handed_over"}}};
+  auto twice = RecordOf("handed_over", tries);
+  twice.result.seconds = {{"cylinders:plane", 5.0}};
+  const auto figures = ReportOf({}, {once, twice}).published;
+  EXPECT_EQ(figures[8].row, "plane fit");
+  EXPECT_EQ(figures[8].own, 0.2);
+  EXPECT_EQ(figures[8].key, "runtimes");
+  EXPECT_FALSE(figures[10].own);
+  EXPECT_EQ(figures[14].row, "sum");
+  EXPECT_DOUBLE_EQ(figures[14].own.value(), 0.5);
+}
+
 TEST(DemoReport, OthersThatArePushedAreAProblemWithoutInfluence) {
   json pushed = Carried(true, false);
   pushed["others_moved"] = 2;

@@ -58,6 +58,23 @@ TEST_F(TableTest, RatesAreAsDefined) {
   EXPECT_NEAR(*table.overall.published_grasp_rate, 0.8065, 1e-12);
 }
 
+TEST_F(TableTest, FiguresAreOfRowsWhosePublishedCountsAreKnown) {
+  EXPECT_TRUE(ReportOf(stamp_, results_).published.empty());
+  experiment::Stamp stamp = stamp_;
+  stamp.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),90,77.77,10\n";
+  const auto figures = ReportOf(stamp, results_).published;
+  ASSERT_EQ(figures.size(), 2u);
+  EXPECT_EQ(figures[1].row, "Box (cuboid), grasping");
+  EXPECT_NEAR(figures[1].published, 77.77, 1e-9);
+  EXPECT_NEAR(figures[1].own.value(), 200.0 / 3.0, 1e-9);
+  const auto& counts = std::get<experiment::TrialsEvidence>(figures[1].evidence);
+  EXPECT_EQ(counts.own.k, 2);
+  EXPECT_EQ(counts.own.n, 3);
+  EXPECT_EQ(counts.published.k, 7);
+  EXPECT_EQ(counts.published.n, 9);
+}
+
 TEST_F(TableTest, FailuresStayInTheDenominator) {
   const Table table = BuildTable(stamp_, results_);
   EXPECT_EQ(table.rows[1].trials, 2);

@@ -22,7 +22,8 @@ TEST(ScoreSeam, CountsEveryProfileOnceAndNestsTolerancesAndPlaces) {
   const auto calibration = CalibrationOf(experiment, sensor);
   std::set<EdgeShape> shapes;
   for (int number = 0; number < 13; ++number) {
-    const SeamResult seam = ScoreSeam(experiment, sensor, calibration, number);
+    const SeamResult seam =
+        ScoreSeam(experiment, calibration, RecordSeam(experiment, sensor, number), number);
     shapes.insert(seam.shape);
     EXPECT_EQ(seam.profiles, 40);
     for (std::size_t m = 0; m < kMethods; ++m) {

@@ -72,6 +72,36 @@ std::string FileOf(const Report& report, const std::string& name) {
   return "";
 }
 
+TEST(SeamTables, FiguresAreThoseOfTheTablesWithTheSeamsAsClusters) {
+  auto records = Rates();
+  records[0].result.seconds = {{"Model-Fitting", 0.004}};
+  records[1].result.seconds = {{"Model-Fitting", 0.002}};
+  const auto figures = ReportOn(Shipped("seam_base"), records).published;
+  ASSERT_EQ(figures.size(), 16u + 5u);  // four methods at four tolerances; table 3.1
+  EXPECT_EQ(figures[0].row, "Model-Fitting, +-3 px");
+  EXPECT_EQ(figures[0].published, 85.7);
+  EXPECT_EQ(figures[0].own, 25.0);
+  const auto& seams = std::get<experiment::ClustersEvidence>(figures[0].evidence).own;
+  ASSERT_EQ(seams.size(), 3u);
+  EXPECT_EQ(seams[1].k, 3);
+  EXPECT_EQ(seams[1].n, 10);
+  EXPECT_EQ(seams[2].n, 0);  // without an edge
+  EXPECT_EQ(figures[17].row, "Model-Fitting, average");
+  EXPECT_EQ(figures[17].key, "runtimes");
+  EXPECT_DOUBLE_EQ(figures[17].own.value(), 0.3);  // ms: 6 ms of 20 profiles
+  EXPECT_DOUBLE_EQ(figures[17].published, 0.132);
+  EXPECT_FALSE(figures[16].own);
+}
+
+TEST(SeamTables, FiguresOfTable35AreOfTheMethodsThatItNames) {
+  const auto figures = ReportOn(Shipped("seam_three_lines"), Rates()).published;
+  ASSERT_EQ(figures.size(), 16u + 4u);
+  EXPECT_EQ(figures[18].row, "edge in the centre of the scan line");
+  EXPECT_EQ(figures[18].key, "improvements");
+  EXPECT_EQ(figures[18].own, 100.0);  // +-18 px are 1 mm of this sensor
+  EXPECT_FALSE(figures[19].own);      // no edge lay at the boundary
+}
+
 TEST(SeamTables, RatesAreCountsOfAllSeamsBesideThePublished) {
   const Report report = ReportOn(Shipped("seam_base"), Rates());
   EXPECT_THAT(report.sections[0].title, HasSubstr("20 profiles with an edge of 3 seams"));
