@@ -60,7 +60,7 @@ void Run(RunArguments arguments) {
   WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
                                  TableFormatFrom(arguments.format)));
   if (arguments.report) {
-    MakeReport({.folders = {folder}, .out = folder / "report", .jobs = arguments.jobs});
+    MakeReport({.folders = {ran.folder}, .out = ran.folder / "report", .jobs = arguments.jobs});
   }
   if (!ran.failed.empty()) throw core::RunError(ran.failed);
 }

@@ -1,6 +1,7 @@
 #include "experiment/results.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <optional>
 
@@ -60,8 +61,12 @@ Results ReadResults(const std::filesystem::path& folder) {
     } else {
       Join(stamp, path.string(), results.stamp);
     }
-    const auto records = store.ReadAll();
-    results.records.insert(results.records.end(), records.begin(), records.end());
+    auto records = store.ReadAll();
+    if (results.records.empty()) {
+      results.records = std::move(records);  // a million are 4 GB: not twice
+    } else {
+      std::move(records.begin(), records.end(), std::back_inserter(results.records));
+    }
   }
   return results;
 }
