@@ -9,6 +9,7 @@
 #include "cli/reopen.h"
 #include "core/error.h"
 #include "core/stopwatch.h"
+#include "experiment/compare.h"
 #include "experiment/experiment.h"
 #include "experiment/results.h"
 #include "experiment/runner.h"
@@ -94,12 +95,32 @@ std::set<std::size_t> WriteViews(const std::filesystem::path& store, std::vector
   return made;
 }
 
+// By run, positions of the cases that can be looked at: of two runs that are compared, both cases
+// of a pair that differs.
+std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs,
+                                            report::ViewChoice choice) {
+  std::vector<std::set<std::size_t>> chosen;
+  const std::string& success = runs.front().kind->success;
+  for (const report::Run& run : runs) {
+    const auto& records = run.results.records;
+    const auto of_run = report::ChooseViews(records, success, choice);
+    chosen.emplace_back(of_run.begin(), of_run.end());
+    if (choice == report::ViewChoice::kNone || success.empty()) continue;
+    for (const auto& [a, b] :
+         experiment::Differing(runs.front().results.records, records, success)) {
+      chosen.front().insert(a);
+      chosen.back().insert(b);
+    }
+  }
+  return chosen;
+}
+
 // @param first  number of the run's first case
-std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::filesystem::path& folder,
-                                   std::size_t first, const ReportRequest& request) {
+std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::size_t>& chosen,
+                                   const std::filesystem::path& folder, std::size_t first,
+                                   const ReportRequest& request) {
   std::set<std::size_t> made;
   if (!run.kind->has_views) return made;
-  const auto chosen = report::ChooseViews(run.results.records, run.kind->success, request.views);
   auto next = chosen.begin();
   std::size_t begin = 0;  // of a store's records among the run's
   for (const auto& store : experiment::StoresIn(folder)) {
@@ -121,10 +142,11 @@ void MakeReport(const ReportRequest& request) {
   const core::Stopwatch watch;
   const auto runs = ReadRuns(request);
   report::PrepareFolder(request.out);
+  const auto chosen = ChosenOf(runs, request.views);
   std::set<std::size_t> views;
   std::size_t first = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    views.merge(WriteViewsOf(runs[i], request.folders[i], first, request));
+    views.merge(WriteViewsOf(runs[i], chosen[i], request.folders[i], first, request));
     first += runs[i].results.records.size();
   }
   report::WriteData(runs, views, request.out);

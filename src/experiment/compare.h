@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiment/record.h"
@@ -19,6 +21,12 @@ struct Comparison {
 /// @param success  the outcome that counts as one
 Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& second,
                    const std::string& success);
+
+/// Positions (in first, in second) of the pairs of which one succeeded and the other did not, in
+/// the order of second.
+std::vector<std::pair<std::size_t, std::size_t>> Differing(const std::vector<Record>& first,
+                                                           const std::vector<Record>& second,
+                                                           const std::string& success);
 
 /// Median and 95 % quantile of the time that a stage took, of all records that have it.
 struct StageTime {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/file.h"
@@ -96,7 +97,9 @@ void WriteRecords(const std::vector<const Record*>& records, const std::filesyst
   for (std::size_t begin = 0; begin < records.size(); begin += kBlock) {
     ordered_json block = ordered_json::array();
     for (std::size_t i = begin; i < std::min(begin + kBlock, records.size()); ++i) {
-      block.push_back(ordered_json::parse(experiment::ToJson(*records[i])));
+      auto json = ordered_json::parse(experiment::ToJson(*records[i]));
+      json["seed"] = fmt::format("{}", records[i]->which.seed);  // a script's numbers have 53 bits
+      block.push_back(std::move(json));
     }
     const std::size_t number = begin / kBlock;
     core::WriteFile(folder / "records" / fmt::format("{}.js", number),

@@ -28,6 +28,14 @@ TEST(Compare, CountsPairsOfTheSameIdAndSeed) {
   EXPECT_EQ(c.p_value, McNemarExact(1, 1));
 }
 
+TEST(Differing, ArePairsThatOneOfThemWonAlone) {
+  const std::vector<Record> a = {With(0, "won"), With(1, "won"), With(2, "lost"), With(3, "lost")};
+  const std::vector<Record> b = {With(3, "gone"), With(2, "won"), With(0, "won"), With(1, "lost"),
+                                 With(4, "won")};
+  const std::vector<std::pair<std::size_t, std::size_t>> expected = {{2, 1}, {1, 3}};
+  EXPECT_EQ(Differing(a, b, "won"), expected);
+}
+
 TEST(Compare, TellsWhichOfTheTwoWonAlone) {
   std::vector<Record> a, b;
   for (int i = 0; i < 8; ++i) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "experiment/compare.h"
@@ -49,14 +48,10 @@ ordered_json ComparisonJson(const Run& first, std::size_t first_number, const Ru
                  "McNemar exact p"};
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = true;
-  std::map<std::pair<std::string, std::uint64_t>, std::size_t> place;
   std::vector<std::string> groups;
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    const auto& which = one[i].which;
-    place[{which.id, which.seed}] = i;
-    if (std::find(groups.begin(), groups.end(), which.group) == groups.end()) {
-      groups.push_back(which.group);
-    }
+  for (const Record& record : one) {
+    const std::string& group = record.which.group;
+    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
   }
   for (const std::string& group : groups) {
     AddRow(TitleOf(first.results.stamp, group), OfGroup(one, group), OfGroup(two, group), success,
@@ -65,12 +60,8 @@ ordered_json ComparisonJson(const Run& first, std::size_t first_number, const Ru
   AddRow("All", one, two, success, grid);
   grid.total = grid.rows.size() > 1;
   ordered_json differing = ordered_json::array();
-  for (std::size_t i = 0; i < two.size(); ++i) {
-    const auto found = place.find({two[i].which.id, two[i].which.seed});
-    if (found == place.end()) continue;
-    const bool was = one[found->second].result.outcome == success;
-    if (was == (two[i].result.outcome == success)) continue;
-    differing.push_back({first_number + found->second, second_number + i});
+  for (const auto& [a, b] : experiment::Differing(one, two, success)) {
+    differing.push_back({first_number + a, second_number + b});
   }
   return {{"first", first.name},
           {"second", second.name},

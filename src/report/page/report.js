@@ -98,7 +98,7 @@ function figure(chart) {
       indexAxis: isLong ? 'y' : 'x', animation: false, maintainAspectRatio: false,
       scales: isLong ? {x: values, y: labels} : {x: labels, y: values},
       plugins: {
-        legend: {display: chart.stacked || chart.series.length > 1, labels: {usePointStyle: !chart.stacked, filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
+        legend: {display: chart.stacked || chart.series.length > 1, labels: {usePointStyle: !chart.stacked, boxHeight: 6, filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
         tooltip: {
           filter: item => !item.dataset.isRange,
           callbacks: {
