@@ -19,8 +19,8 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME rangegrasp)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# The sandbox of detectors that are programs of their own.
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS bubblewrap)
+# The sandbox of detectors that are programs of their own, and what films are made with.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, ffmpeg")
 # libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
 get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
 list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_SOURCE_DIR}/.cache/coacd.libs")

@@ -68,7 +68,7 @@ void CheckSceneNames(Model& model) {
                "workspace, as in scenes/tabletop.xml"},
         Wanted{mjOBJ_CAMERA, "overview", false, "`snapshot` draws from it",
                "copy it from scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` draws from it",
+        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` looks along it",
                "copy it from scenes/tabletop.xml"}}) {
     CheckOne(model, wanted, file);
   }
@@ -198,10 +198,10 @@ void CheckHandNames(Model& model) {
       "  </frame>\n"
       "</frame>\n"
       "where FLANGE is the place of the flange, its axis z";
-  const std::string rename = model.kind() == Kind::kHand && model.m().nbody > 1
-                                 ? fmt::format("name=\"hand\" in place of \"{}\"",
-                                               model.BodyName(1))
-                                 : attach;
+  const std::string rename =
+      model.kind() == Kind::kHand && model.m().nbody > 1
+          ? fmt::format("name=\"hand\" in place of \"{}\"", model.BodyName(1))
+          : attach;
   if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", rename.c_str()},
                 model.HasArm() ? model.ArmFile() : file)) {
     if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
