@@ -19,8 +19,8 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME rangegrasp)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# The sandbox of detectors that are programs of their own; what the pages of `report` draw with.
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, libjs-chart.js, libjs-three")
+# The sandbox of detectors that are programs of their own, what films are made with, and what the pages of `report` draw with.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, ffmpeg, libjs-chart.js, libjs-three")
 # libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
 get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
 list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_SOURCE_DIR}/.cache/coacd.libs")

@@ -13,6 +13,8 @@
 #include "experiment/merge.h"
 #include "experiment/results.h"
 #include "experiment/store.h"
+#include "process/own_folder.h"
+#include "tasks/grasping/video.h"
 #include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
@@ -49,44 +51,65 @@ void AddTable(CLI::App& app) {
 // ---- trial ----
 
 struct TrialArguments {
-  std::string folder, id, video, camera;
+  std::string folder, video, camera;
+  std::vector<std::string> ids;
   bool snapshots = false;
 };
 
-void Replay(const TrialArguments& arguments) {
+void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
+            const experiment::ReplayOptions& options) {
+  const Record replayed{which, e.task->Replay(which, options)};
+  WriteResult(experiment::ToJson(replayed) + "\n");
+  for (const Record& stored : store.ReadAll()) {
+    if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
+    spdlog::warn(
+        "the replay of {} differs from the stored result: was the program or a model changed "
+        "since?",
+        which.id);
+  }
+}
+
+void ReplayAll(const TrialArguments& arguments) {
+  if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   const Store store = Store::Open(arguments.folder);
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder);
-  const experiment::Case& which = CaseOf(e, arguments.id);
+  std::vector<const experiment::Case*> cases;
+  for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
   experiment::ReplayOptions options;
   options.folder = std::filesystem::path(arguments.folder) / "snapshots";
   options.snapshots = arguments.snapshots;
   options.video = arguments.video;
   options.camera = arguments.camera;
   e.task->Hide(arguments.folder);
-  const Record replayed{which, e.task->Replay(which, options)};
-  WriteResult(experiment::ToJson(replayed) + "\n");
-  for (const Record& stored : store.ReadAll()) {
-    if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
-    spdlog::warn(
-        "the replay differs from the stored result: was the program or a model changed since?");
+  // Of several trials each has a film of its own first.
+  const process::OwnFolder films;
+  std::vector<std::filesystem::path> parts;
+  for (const experiment::Case* which : cases) {
+    if (!arguments.video.empty() && cases.size() > 1) {
+      options.video = parts.emplace_back(films.path() / (which->id + ".mp4"));
+    }
+    Replay(e, store, *which, options);
   }
+  if (!parts.empty()) tasks::grasping::JoinVideos(parts, arguments.video);
   if (arguments.snapshots) spdlog::info("pictures in {}", options.folder.string());
 }
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Replay one case of a run by its id and print its record as JSON.");
+      "trial", "Replay cases of a run by their ids and print their records as JSON.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
-  command->add_option("id", a->id, "e.g. coffee_cup-0003; `table DIR --json` or SQL list them")
+  command->add_option("id", a->ids, "e.g. coffee_cup-0003; `export DIR` or SQL list them")
       ->required();
-  command->add_flag("--snapshots", a->snapshots,
-                    "pictures and files of every stage into <folder>/snapshots");
+  command->add_flag(
+      "--snapshots", a->snapshots,
+      "pictures and files of every stage into <folder>/snapshots, and all on a sheet");
   command->add_option("--video", a->video,
-                      "film of the execution, 25 frames a second (needs ffmpeg)");
-  command->add_option("--camera", a->camera, "camera of the scene");
+                      "MP4 of the scene, what is perceived, and the state (needs ffmpeg)");
+  command->add_option("--camera", a->camera,
+                      "camera of the scene, where not one that keeps hand and object in view");
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
-  command->callback([a] { Replay(*a); });
+  command->callback([a] { ReplayAll(*a); });
 }
 
 // ---- compare ----

@@ -69,9 +69,10 @@ std::vector<experiment::Record> RecordsOf(const std::vector<experiment::Case>& c
   return records;
 }
 
-experiment::Progress ProgressOf(const RunIntoOptions& options, int before, int total) {
+experiment::Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before,
+                                int total) {
   if (options.progress) return options.progress(before, total);
-  return ProgressBar(before, total);
+  return ProgressBar(before, total, e.kind->success);
 }
 
 // @return why it ended early; empty if it did not.
@@ -89,7 +90,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> c
     first.resize(stop_after);
     const auto now = Missing(first, store);
     done = static_cast<int>(now.size());
-    RunCases(now, run, store, how, ProgressOf(options, 0, total));
+    RunCases(now, run, store, how, ProgressOf(options, e, 0, total));
     const auto failure = experiment::SameFailure(RecordsOf(first, store), e.kind->success);
     if (failure && !now.empty()) {
       return fmt::format(
@@ -99,7 +100,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> c
           stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
     }
   }
-  RunCases(Missing(cases, store), run, store, how, ProgressOf(options, done, total));
+  RunCases(Missing(cases, store), run, store, how, ProgressOf(options, e, done, total));
   return "";
 }
 

@@ -14,47 +14,20 @@
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "process/internal/guard.h"
+#include "process/internal/pipe_signal.h"
 
 namespace rangegrasp::process {
 namespace {
 
 using internal::Guard;
+using internal::HowItEnded;
+using internal::WithoutPipeSignal;
 
 // Of what it writes to stderr so much is kept, and so much of it shown.
 constexpr std::size_t kKept_bytes = 4096;
 constexpr std::size_t kShown = 400;
 // Between the end of its output and its own end [s]; what takes longer is killed.
 constexpr double kEnding_s = 1.0;
-
-// Exit codes above are signals (internal/guard.h).
-constexpr int kSignals = 128;
-
-/// Writing to a program that has ended is an error, not this process's end.
-class WithoutPipeSignal {
- public:
-  WithoutPipeSignal() {
-    sigemptyset(&pipe_);
-    sigaddset(&pipe_, SIGPIPE);
-    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
-  }
-  ~WithoutPipeSignal() {
-    const timespec now{};
-    while (sigtimedwait(&pipe_, nullptr, &now) > 0) {
-    }
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  WithoutPipeSignal(const WithoutPipeSignal&) = delete;
-  WithoutPipeSignal& operator=(const WithoutPipeSignal&) = delete;
-
- private:
-  sigset_t pipe_{}, before_{};
-};
-
-std::string HowItEnded(int code) {
-  if (code == kSignals + SIGXFSZ) return "a file that it wrote was larger than the limit";
-  if (code > kSignals) return fmt::format("killed by {}", strsignal(code - kSignals));
-  return fmt::format("ended with code {}", code);
-}
 
 class Conversation {
  public:

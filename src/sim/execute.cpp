@@ -111,14 +111,17 @@ class Execution {
 
   void Grasp() {
     controller_.Preshape(program_.opening_m);
+    stage_ = "reach";
     FollowToTheEnd(program_.reach, "reach");
     if (blocked_) return;
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
+    stage_ = "approach";
     Approach();
     if (Over()) return;
     Wait(kApproachSettle_s);
     Moment("pregrasp");
     log_.tracking_error_m = HandError();
+    stage_ = "close";
     controller_.Close(program_.firm);
     GiveWayUntil([&] { return controller_.Gripping() || controller_.FullyClosed(); },
                  kCloseLimit_s);
@@ -169,6 +172,7 @@ class Execution {
   }
 
   void Lift() {
+    stage_ = "lift";
     FollowToTheEnd(program_.lift, "lift", Start::kKeepOffset, Motion::kPushing);
     Wait(kLiftSettle_s);
     const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
@@ -189,6 +193,7 @@ class Execution {
   }
 
   void Carry() {
+    stage_ = "carry";
     FollowToTheEnd(program_.carry, "carry", Start::kRejoin);
     Wait(kCarrySettle_s);
     log_.held_after_carry = !blocked_ && HeldNow();
@@ -231,6 +236,7 @@ class Execution {
   double HandError() { return (HandNow() - HandAt(command_.position)).norm(); }
 
   void Deliver() {
+    stage_ = "deliver";
     FollowUntilContact(program_.lower, "lower");
     Wait(kCarrySettle_s);
     Moment("delivered");
@@ -246,6 +252,7 @@ class Execution {
 
   // The arm feels the pull by its drives' torques; then the hand lets go.
   void HandOver() {
+    stage_ = "hand over";
     UserOptions options = *program_.user;
     log_.hand_over.emplace();
     HandOverLog& log = *log_.hand_over;
@@ -417,11 +424,25 @@ class Execution {
     if (observer_.frame_period_s <= 0.0 || !observer_.on_moment) return;
     if (world_.time_s() < next_frame_s_) return;
     next_frame_s_ = world_.time_s() + observer_.frame_period_s - 0.5 * Period();
-    observer_.on_moment("frame", world_);
+    Moment("frame");
   }
 
   void Moment(const std::string& moment) {
+    if (observer_.on_state) observer_.on_state(StateNow());
     if (observer_.on_moment) observer_.on_moment(moment, world_);
+  }
+
+  // Of an object that was let go or lost the way in the hand stays what it was then.
+  ExecutionState StateNow() {
+    if (holding_ && !lost_) {
+      slip_m_ = (closed_pose_.inverse() * PoseInHand(world_, hand_, target_)).translation().norm();
+    }
+    return {.stage = stage_,
+            .time_s = world_.time_s(),
+            .target = target_,
+            .force_N = controller_.force_N(),
+            .felt_N = controller_.FeltForce(),
+            .slip_m = slip_m_};
   }
 
   internal::Touch TouchNow() const {
@@ -460,6 +481,8 @@ class Execution {
   double untouched_s_ = 0.0;
   double empty_s_ = 0.0;
   double next_frame_s_ = 0.0;
+  std::string stage_;    ///< for viewers
+  double slip_m_ = 0.0;  ///< likewise
 };
 
 }  // namespace

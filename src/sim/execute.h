@@ -160,11 +160,24 @@ struct ExecutionLog {
   Audit audit;
 };
 
+/// What a viewer may see of an execution at a moment.
+struct ExecutionState {
+  std::string
+      stage;  ///< "reach", "approach", "close", "lift", "carry", "deliver", "hand over", "end"
+  double time_s = 0.0;   ///< of the world
+  int target = 0;        ///< the object that it is of
+  double force_N = 0.0;  ///< that the grip is told
+  double felt_N = 0.0;   ///< on the pads of the side that is pressed less
+  double slip_m = 0.0;   ///< way of the object in the hand since this has closed; 0 before
+};
+
 /// Called at named moments ("pregrasp", "closed", "lifted", "delivered", "end") and, if
 /// frame_period_s > 0, at that period ("frame"). "delivered" is after lowering, before the hand
 /// opens. A trial whose target is lost ends early: it has no later moments but "end".
 struct ExecutionObserver {
   std::function<void(const std::string& moment, World& world)> on_moment;
+  /// Called before each on_moment.
+  std::function<void(const ExecutionState& state)> on_state = {};
   double frame_period_s = 0.0;
 };
 

@@ -68,7 +68,7 @@ void CheckSceneNames(Model& model) {
                "workspace, as in scenes/tabletop.xml"},
         Wanted{mjOBJ_CAMERA, "overview", false, "`snapshot` draws from it",
                "copy it from scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` draws from it",
+        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` looks along it",
                "copy it from scenes/tabletop.xml"}}) {
     CheckOne(model, wanted, file);
   }

@@ -1,6 +1,7 @@
 #include "process/internal/guard.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -217,6 +218,12 @@ void Guard::Kill() {
     }
     usleep(kPoll_us);
   }
+}
+
+std::string HowItEnded(int code) {
+  if (code == kKilled + SIGXFSZ) return "a file that it wrote was larger than the limit";
+  if (code > kKilled) return fmt::format("killed by {}", strsignal(code - kKilled));
+  return fmt::format("ended with code {}", code);
 }
 
 }  // namespace rangegrasp::process::internal

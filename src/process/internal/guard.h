@@ -2,6 +2,8 @@
 
 #include <sys/types.h>
 
+#include <string>
+
 #include "process/ask.h"
 
 namespace rangegrasp::process::internal {
@@ -36,5 +38,8 @@ class Guard {
   int err_ = -1;
   int code_ = -1;
 };
+
+/// An exit code of Guard's in words: "ended with code 3", "killed by Segmentation fault".
+std::string HowItEnded(int code);
 
 }  // namespace rangegrasp::process::internal
