@@ -168,7 +168,7 @@ void AddListCommand(CLI::App& app) {
   command->add_option("what", *what, "one of the words below; without it an overview")
       ->check(CLI::IsMember(words));
   command->footer(footer);
-  command->callback([what] { WriteResult(TextOf(*what)); });
+  command->callback([what] { WriteTables(TextOf(*what)); });
 }
 
 }  // namespace rangegrasp::cli

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdio>
 
+#include "cli/terminal_text.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/words.h"
@@ -27,6 +28,20 @@ void WriteResult(const std::string& text, const std::filesystem::path& file) {
   }
   if (errno == EPIPE) return;  // the reader has seen enough: `| head`
   throw core::RunError("stdout: the results could not be written");
+}
+
+void WriteTables(const std::string& text) {
+  WriteResult(StdoutShowsColors() ? ForTerminal(text) : text);
+}
+
+void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
+                 experiment::TableFormat format) {
+  const std::string text = experiment::Format(report, stamp, format);
+  if (format == experiment::TableFormat::kText) {
+    WriteTables(text);
+  } else {
+    WriteResult(text);
+  }
 }
 
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {

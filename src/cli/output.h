@@ -17,6 +17,13 @@ namespace rangegrasp::cli {
 /// @throws core::RunError naming the target if it cannot be written whole.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
+/// Tables and lists to stdout: with colors where it is a terminal that shows them, as they are
+/// otherwise. @throws as WriteResult.
+void WriteTables(const std::string& text);
+/// The same of a report; only as text it has colors.
+void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
+                 experiment::TableFormat format);
+
 /// Before anything is computed for a file to be written.
 /// @param endings  what the command can write, e.g. {".pcd", ".ply"}
 /// @throws core::InputError naming the file and the endings.

@@ -218,8 +218,7 @@ void Reproduce(const ReproduceArguments& arguments) {
   Reproducer reproducer(arguments);
   reproducer.RunAll();
   reproducer.CheckThatSomeWereRun();
-  WriteResult(
-      experiment::Format(reproducer.Page(), reproducer.Stamp(), TableFormatFrom(arguments.format)));
+  WriteTables(reproducer.Page(), reproducer.Stamp(), TableFormatFrom(arguments.format));
   spdlog::info("the page is {}", (arguments.Folder() / "reproduced.md").string());
   if (!reproducer.failed().empty()) throw core::RunError(core::Join(reproducer.failed(), "\n"));
 }

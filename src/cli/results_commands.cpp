@@ -40,7 +40,12 @@ void AddTable(CLI::App& app) {
   command->callback([a] {
     const auto results = experiment::ReadResults(a->folder);
     const auto report = experiment::ReportOf(results, tasks::AllKinds());
-    WriteResult(experiment::Format(report, results.stamp, TableFormatFrom(a->format)), a->out);
+    const auto format = TableFormatFrom(a->format);
+    if (a->out.empty()) {
+      WriteTables(report, results.stamp, format);
+    } else {
+      WriteResult(experiment::Format(report, results.stamp, format), a->out);
+    }
     if (!a->files) return;
     for (const auto& [name, text] : report.files) {
       WriteResult(text, std::filesystem::path(a->folder) / name);
@@ -125,7 +130,7 @@ void Compare(const std::string& first, const std::string& second) {
   if (c.pairs == 0) {
     throw core::InputError(first + ", " + second + ": no case of the same id and seed in both");
   }
-  WriteResult(fmt::format(
+  WriteTables(fmt::format(
       "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
       "same outcome {}\nMcNemar exact p {:g}\n",
       c.pairs, kind.success, c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));

@@ -57,8 +57,8 @@ void Run(RunArguments arguments) {
   const Ran ran =
       RunExperiment(file, arguments.changes, SeedsFrom(arguments.seeds), arguments.out, options);
   const auto results = experiment::ReadResults(ran.folder);
-  WriteResult(experiment::Format(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
-                                 TableFormatFrom(arguments.format)));
+  WriteTables(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
+              TableFormatFrom(arguments.format));
   if (arguments.report) {
     MakeReport({.folders = {ran.folder}, .out = ran.folder / "report", .jobs = arguments.jobs});
   }
