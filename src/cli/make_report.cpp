@@ -55,8 +55,8 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
 
 // Runs the cases of one store again.
 // @return numbers of those that have a view now
-std::set<std::size_t> WriteViews(const std::filesystem::path& store, std::vector<Shown> shown,
-                                 const ReportRequest& request) {
+std::set<std::size_t> WriteViews(const std::filesystem::path& store,
+                                 const std::vector<Shown>& shown, const ReportRequest& request) {
   const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
   for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
@@ -131,7 +131,7 @@ std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::s
       shown.push_back({run.results.records[*next], first + *next});
     }
     begin = end;
-    if (!shown.empty()) made.merge(WriteViews(store, std::move(shown), request));
+    if (!shown.empty()) made.merge(WriteViews(store, shown, request));
   }
   return made;
 }

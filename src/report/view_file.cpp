@@ -37,7 +37,7 @@ std::string Dump(const ordered_json& json) {
 // @return the mesh's name
 std::string WriteMesh(const geometry::TriangleMesh& mesh, const std::filesystem::path& folder) {
   const std::string text = Dump(internal::PackedMesh(mesh));
-  const std::string name = core::Hex(core::Fnv1a(text));
+  std::string name = core::Hex(core::Fnv1a(text));
   const auto file = folder / "meshes" / (name + ".js");
   if (!std::filesystem::exists(file)) {
     core::WriteFile(file, fmt::format("rangegrasp.meshes[\"{}\"]={};\n", name, text));

@@ -86,7 +86,8 @@ Chart WordChart(const std::vector<Tried>& tried, const char* key, const std::str
   std::map<std::string, Count> counts;
   for (const Tried& one : tried) {
     const auto word = one.data.find(key);
-    if (word == one.data.end() || !word->is_string() || *word == "") continue;
+    if (word == one.data.end() || !word->is_string() || word->get_ref<const std::string&>().empty())
+      continue;
     Count& count = counts[word->get<std::string>()];
     ++count.n;
     count.k += one.delivered ? 1 : 0;

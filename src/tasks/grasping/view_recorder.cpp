@@ -52,7 +52,8 @@ void AddObject(const perception::Scene& scene, const perception::PerceivedObject
 }
 
 void AddScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_W, View& view) {
-  const auto add = [&](const char* layer, geometry::Points points, const View::Color& color) {
+  const auto add = [&](const char* layer, const geometry::Points& points,
+                       const View::Color& color) {
     view.points.push_back({layer, Thinned(points, kMaxRestPoints), color});
   };
   add("table", geometry::Select(scene.points_C, scene.table.points), kTable);
@@ -66,7 +67,7 @@ void AddScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_W, V
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) rest.push_back(scene.cloud.points[i]);
   }
-  add("no object", std::move(rest), kRest);
+  add("no object", rest, kRest);
   const auto look = draw::LookAtScene(scene, sensor_W);
   view.eye_W = look.eye;
   view.target_W = look.target;
