@@ -43,7 +43,10 @@ class VideoTest : public testing::Test {
     std::vector<std::string> arguments = {"trial", (*shared_ / "run").string()};
     arguments.insert(arguments.end(), ids.begin(), ids.end());
     arguments.insert(arguments.end(), {"--video", file});
-    return RunProgram(arguments);
+    // 400 pictures of 0.3 s each.
+    testing_support::Command command(arguments);
+    const int code = command.Wait(580.0);
+    return {code, command.Out(), command.Err()};
   }
   // Runs with a script as ffmpeg.
   Ran FilmWith(const std::string& script, const std::string& file) {
