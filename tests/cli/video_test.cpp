@@ -20,8 +20,8 @@ using testing_support::TempFolder;
 
 // What ffprobe says of a film.
 nlohmann::json Probed(const std::string& file) {
-  const std::string command = "ffprobe -v error -show_streams -show_format -of json '" + file + "'";
-  FILE* pipe = popen(command.c_str(), "r");
+  setenv("FILM", file.c_str(), 1);  // its name needs no quoting then
+  FILE* pipe = popen("ffprobe -v error -show_streams -show_format -of json \"$FILM\"", "r");
   std::string text;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
   EXPECT_EQ(pclose(pipe), 0) << file;
