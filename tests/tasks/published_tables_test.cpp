@@ -32,7 +32,7 @@ TEST(ChosenTables, AreThoseOfNumbersAndChaptersInTheOrderOfTheBook) {
 TEST(ChosenTables, OfAnUnknownNumberNameTheNearest) {
   const std::string error = testing_support::ErrorOf([] { ChosenTables({"5.2", "5.22"}); });
   EXPECT_THAT(error, HasSubstr("'5.22' must be one of 3.1, 3.2"));
-  EXPECT_THAT(error, HasSubstr("nearest: '5.2'"));
+  EXPECT_THAT(error, HasSubstr("nearest: 5.2;"));
 }
 
 TEST(PublishedTables, HaveEveryTableThatTheProgramKnows) {
