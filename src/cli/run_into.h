@@ -43,7 +43,7 @@ struct Ran {
 
 /// The same of an experiment file: of its own seed, or of several, each in a folder of its own
 /// below the results folder.
-/// @param out  empty: results/<name of the experiment>
+/// @param out  empty: "results/" and the name of the experiment
 Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
                   const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
                   const RunIntoOptions& options);

@@ -31,8 +31,8 @@ std::string WithVerdicts(const std::string& row) {
   for (std::sregex_iterator match(row.begin(), row.end(), marked), end; match != end; ++match) {
     text.append(after, (*match)[0].first);
     const bool good = (*match)[0] == "better";
-    text += Styled((*match)[0], fmt::fg(good ? fmt::terminal_color::green
-                                             : fmt::terminal_color::red));
+    text +=
+        Styled((*match)[0], fmt::fg(good ? fmt::terminal_color::green : fmt::terminal_color::red));
     after = (*match)[0].second;
   }
   return text.append(after, row.end());

@@ -72,11 +72,12 @@ TEST_F(TerminalTest, NobodyIsGivenColorsWhoDoesNotWantThem) {
 
 TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
   const TempFolder folder;
-  const std::string file = folder.Write("t.yaml",
-                                        "task: seam\nkind: rates\nsensor: " RANGEGRASP_SOURCE_DIR
-                                        "/models/sensors/stripe_base.yaml\nseams: 2\n"
-                                        "profiles_per_seam: 40\n")
-                               .string();
+  const std::string file =
+      folder
+          .Write("t.yaml", "task: seam\nkind: rates\nsensor: " RANGEGRASP_SOURCE_DIR
+                           "/models/sensors/stripe_base.yaml\nseams: 2\n"
+                           "profiles_per_seam: 40\n")
+          .string();
   const std::string out = (folder / "r").string();
   ASSERT_EQ(RunProgram({"run", file, "--out", out}).code, 0);
   const std::string plain = RunProgram({"table", out}).out;
