@@ -16,34 +16,6 @@ constexpr double kSpreadReach = 3.0;
 // Lines are tried through pairs of so many points.
 constexpr std::size_t kTried = 16;
 
-struct Line {
-  double time_s;  // where it goes through `column`
-  double column;
-  double slope;
-
-  double At(double t) const { return column + slope * (t - time_s); }
-};
-
-// The least-squares line through some points; level if all have one time.
-Line FitLine(std::span<const TimedColumn> points) {
-  double time = 0.0;
-  double column = 0.0;
-  for (const TimedColumn& p : points) {
-    time += p.time_s;
-    column += p.column;
-  }
-  const auto n = static_cast<double>(points.size());
-  time /= n;
-  column /= n;
-  double tt = 0.0;
-  double tc = 0.0;
-  for (const TimedColumn& p : points) {
-    tt += (p.time_s - time) * (p.time_s - time);
-    tc += (p.time_s - time) * (p.column - column);
-  }
-  return {time, column, tt > 0.0 ? tc / tt : 0.0};
-}
-
 // At most `count` of the points, the first and the last among them.
 std::vector<TimedColumn> SpreadOver(std::span<const TimedColumn> points, std::size_t count) {
   if (points.size() <= count) return {points.begin(), points.end()};
@@ -59,7 +31,7 @@ struct Support {
   double squares = 0.0;
 };
 
-Support SupportOf(const Line& line, std::span<const TimedColumn> points, double tolerance) {
+Support SupportOf(const TimedLine& line, std::span<const TimedColumn> points, double tolerance) {
   Support support;
   for (const TimedColumn& p : points) {
     const double error = p.column - line.At(p.time_s);
@@ -88,18 +60,38 @@ std::optional<double> VoteTwoOfThree(const std::array<std::optional<int>, kDetec
   return mean;
 }
 
+TimedLine FitLine(std::span<const TimedColumn> positions) {
+  double time = 0.0;
+  double column = 0.0;
+  for (const TimedColumn& p : positions) {
+    time += p.time_s;
+    column += p.column;
+  }
+  const auto n = static_cast<double>(positions.size());
+  time /= n;
+  column /= n;
+  double tt = 0.0;
+  double tc = 0.0;
+  for (const TimedColumn& p : positions) {
+    tt += (p.time_s - time) * (p.time_s - time);
+    tc += (p.time_s - time) * (p.column - column);
+  }
+  return {time, column, tt > 0.0 ? tc / tt : 0.0};
+}
+
 std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, double time_s,
                                             const LinePredictionOptions& options) {
   if (found.empty()) return std::nullopt;
   if (found.size() == 1) return LinePrediction{found[0].column, 1};
-  Line best{found.back().time_s, found.back().column, 0.0};
+  TimedLine best{found.back().time_s, found.back().column, 0.0};
   Support best_support;
   const std::vector<TimedColumn> tried = SpreadOver(found, kTried);
   for (std::size_t a = 0; a < tried.size(); ++a) {
     for (std::size_t b = a + 1; b < tried.size(); ++b) {
       const double dt = tried[b].time_s - tried[a].time_s;
       if (dt == 0.0) continue;
-      const Line line{tried[a].time_s, tried[a].column, (tried[b].column - tried[a].column) / dt};
+      const TimedLine line{tried[a].time_s, tried[a].column,
+                           (tried[b].column - tried[a].column) / dt};
       if (std::abs(line.slope) > options.max_slope_columns_per_s) continue;
       const Support support = SupportOf(line, found, options.inlier_columns);
       if (support.inliers > best_support.inliers ||

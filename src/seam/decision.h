@@ -19,6 +19,16 @@ struct TimedColumn {
   double time_s;
   double column;
 };
+/// The least-squares line through some positions; level if all have one time.
+struct TimedLine {
+  double time_s;  ///< where it goes through `column`
+  double column;
+  double slope;
+
+  double At(double t) const { return column + slope * (t - time_s); }
+};
+TimedLine FitLine(std::span<const TimedColumn> positions);
+
 struct LinePredictionOptions {
   /// > 0; half a millimetre of the base sensor: wider lets in fibres beside the edge, narrower
   /// leaves out votes of a frayed one.

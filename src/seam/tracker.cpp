@@ -73,10 +73,12 @@ int MaximumAt(const std::vector<float>& weight) {
 }  // namespace
 
 struct EdgeTracker::Impl {
-  Impl(const TrackerOptions& o, const std::optional<Calibration>& c) : options(o), calibration(c) {}
+  Impl(const TrackerOptions& o, const std::optional<Calibration>& c)
+      : options(o), calibration(c), step_track(o.step_track) {}
 
   TrackerOptions options;
   std::optional<Calibration> calibration;
+  StepTrack step_track;
   PreparedProfile prepared;
   std::array<DetectorResult, kDetectors> results;
   std::vector<float> weight;
@@ -98,9 +100,11 @@ struct EdgeTracker::Impl {
   void CheckProfile(const Profile& profile) const;
   std::vector<float> Accumulate();
   const std::vector<float>& Average();
-  // Both return the weight with which the reading is offered for the next packet.
+  // These return the weight with which the reading is offered for the next packet.
+  float Decide(Reading& reading);
   float DecideByVoting(Reading& reading);
   float DecideByWeights(Reading& reading);
+  float DecideBySteps(Reading& reading);
   double HighestStep(const Reading& reading) const;
   void ForgetOldVotes(double time_s);
   double OfLine(double column) const;
@@ -233,6 +237,29 @@ float EdgeTracker::Impl::DecideByWeights(Reading& reading) {
   return weight[static_cast<std::size_t>(column)];
 }
 
+// The fourth detector works on heights as measured, of which it needs few.
+float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
+  const auto points =
+      std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
+  const StepTrack::Estimate found = step_track.Update(prepared.original_m, reading.time_s);
+  if (points < kMinColumns) return 0.0F;
+  reading.local_step = found.strongest;
+  reading.column = found.column;
+  reading.step_m = found.step_m;
+  reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
+  return 0.0F;
+}
+
+float EdgeTracker::Impl::Decide(Reading& reading) {
+  results = {};
+  if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
+  if (!prepared.Usable()) return 0.0F;
+  results = DetectWithin(prepared, options);
+  for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
+  return options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
+                                                   : DecideByWeights(reading);
+}
+
 // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
 void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
   if (!reading.column || (candidate && its_weight < candidate_weight)) return;
@@ -285,21 +312,15 @@ Reading EdgeTracker::Update(const Profile& profile) {
   Reading reading;
   reading.time_s = profile.time_s;
   t.ForgetOldVotes(profile.time_s);
-  if (t.prepared.Usable()) {
-    t.results = DetectWithin(t.prepared, t.options);
-    for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = t.results[d].column;
-    const float weight = t.options.method == DecisionMethod::kVoting ? t.DecideByVoting(reading)
-                                                                     : t.DecideByWeights(reading);
-    if (reading.column) reading.x_m = t.LateralAt(*reading.column);
-    t.Offer(reading, weight);
-  } else {
-    t.results = {};
-  }
+  const float weight = t.Decide(reading);
+  if (reading.column) reading.x_m = t.LateralAt(*reading.column);
+  t.Offer(reading, weight);
   t.EndPeriod(profile.time_s);
   if (reading.column) reading.column = t.OfLine(*reading.column);
   for (auto& column : reading.detected) {
     if (column) column = static_cast<int>(t.OfLine(*column));
   }
+  if (reading.local_step) reading.local_step = static_cast<int>(t.OfLine(*reading.local_step));
   return reading;
 }
 

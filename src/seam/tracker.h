@@ -31,7 +31,9 @@ struct Reading {
   std::optional<double> column;  ///< with kEdge
   double x_m = 0.0;              ///< of the edge, in the line's frame L
   double step_m = 0.0;           ///< step height where the edge was looked for
-  std::array<std::optional<int>, kDetectors> detected;  ///< each detector's own position
+  /// Each detector's own position in this profile; with method steps that of the fourth alone.
+  std::array<std::optional<int>, kDetectors> detected;
+  std::optional<int> local_step;
 };
 
 /// What is sent to the robot control unit every packet_period_s.
@@ -58,10 +60,11 @@ class EdgeTracker {
   Reading Update(const Profile& profile);
   /// The packet due since the last call, if a period has passed.
   std::optional<EdgePacket> TakePacket();
-  /// The profile and detectors' results of the last Update, for pictures and monitors.
+  /// The profile and detectors' results of the last Update, for pictures and monitors. Results are
+  /// empty with method steps, which runs none of the three.
   const PreparedProfile& prepared() const;
   const std::array<DetectorResult, kDetectors>& results() const;
-  /// W or W_h of the last Update (eq. 3.16, 3.20); empty with kVoting.
+  /// W or W_h of the last Update (eq. 3.16, 3.20); empty with kVoting and kSteps.
   const std::vector<float>& weight() const;
   /// Forgets the history (a new seam).
   void Reset();

@@ -60,6 +60,27 @@ void ReadStep(YamlMap map, StepOptions& options) {
   map.Finish();
 }
 
+void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
+  map.ReadScaled("max_step_mm", options.steps.max_step_m, kMm, 0.001, 100.0,
+                 "a higher step is no edge");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "nor is a lower one");
+  map.Read("memory", options.memory, 0.0, 0.999,
+           "share of the evidence for an edge that each profile keeps");
+  map.Read("speed_columns_per_s", options.speed_columns_per_s, 1.0, 1e6,
+           "how fast an edge may be expected to move on the line (standard deviation)");
+  map.Read("max_speed_columns_per_s", options.max_speed_columns_per_s, 1.0, 1e6,
+           "and how fast at most");
+  map.Read("evidence", options.evidence, 0.0, 1e6,
+           "mean log-likelihood ratio over many profiles that makes an edge");
+  map.Read("first_evidence", options.first_evidence, 0.0, 1e6,
+           "what a single profile must have more; n profiles: this by the root of n");
+  map.Read("continued", options.continued, 0.0, 1.0,
+           "share of the evidence that an edge needs to go on");
+  map.Read("line_profiles", options.line_profiles, 2, 1000,
+           "positions that the edge's line is laid through");
+  map.Finish();
+}
+
 void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
   map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
            "distance to the predicting line within which a vote supports it");
@@ -112,6 +133,11 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
   scaled.line_prediction.max_slope_columns_per_s *= scale;
   scaled.history.sigma_columns *= scale;
   scaled.accumulation.spread_columns *= scale;
+  StepTrackOptions& track = scaled.step_track;
+  for (int& half : track.steps.half_windows) whole(half);
+  at_least_one(track.steps.stride);
+  track.speed_columns_per_s *= scale;
+  track.max_speed_columns_per_s *= scale;
   return scaled;
 }
 
@@ -147,6 +173,7 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
            "method accumulated: width of the bell that a candidate's weight is spread over");
   ReadStep(map.Child("step", "the height of a step, which tells whether there is an edge"),
            options.step);
+  ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
   map.Read("positive_edge", options.positive_edge,
            "whether the edge rises with the column number; false: it falls");
 }

@@ -8,6 +8,7 @@
 #include "seam/detectors.h"
 #include "seam/preprocess.h"
 #include "seam/profile.h"
+#include "seam/step_track.h"
 
 namespace rangegrasp::seam {
 
@@ -18,9 +19,10 @@ enum class DecisionMethod {
   /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
   /// and a candidate of local weighted-voting counts for the columns around it too.
   kAccumulated,
+  kSteps,  ///< our own: the fourth detector, tracked before it is judged (seam/step_track.h)
 };
-constexpr std::array<std::string_view, 3> WordsOf(DecisionMethod) {
-  return {"voting", "weights", "accumulated"};
+constexpr std::array<std::string_view, 4> WordsOf(DecisionMethod) {
+  return {"voting", "weights", "accumulated", "steps"};
 }
 
 /// Of kAccumulated.
@@ -40,12 +42,13 @@ struct TrackerOptions {
   double vote_tolerance_m = 1e-3;  ///< > 0
   double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
   /// A step counts only if another profile bears it out; false: at once, as published, and as a
-  /// single profile needs it.
+  /// single profile needs it. kSteps asks a single profile for more evidence instead.
   bool confirm = true;
   LinePredictionOptions line_prediction;
   HistoryOptions history;
   StepOptions step;
   AccumulationOptions accumulation;
+  StepTrackOptions step_track;
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
 

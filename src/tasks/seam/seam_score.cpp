@@ -41,12 +41,13 @@ double BeginOf(const stitching::MatOptions& mats) {
 
 std::string TitleOf(seam::DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
-      "Combined Result", "Sum of weights + history", "Accumulated weights"};
+      "Combined Result", "Sum of weights + history", "Accumulated weights", "Tracked steps"};
   return kTitles[static_cast<std::size_t>(decision)];
 }
 
 std::string MethodTitle(std::size_t method) {
-  if (method >= seam::kDetectors) return TitleOf(kDecisions[method - seam::kDetectors]);
+  if (method >= kAlone) return TitleOf(kDecisions[method - kAlone]);
+  if (method == kLocalStep) return "Local step";
   return std::string(core::Word(static_cast<seam::Detector>(method)));
 }
 
@@ -78,12 +79,15 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& 
     ++result.profiles;
     for (std::size_t d = 0; d < trackers.size(); ++d) {
       const seam::Reading reading = trackers[d].Update(profile);
-      const std::size_t m = seam::kDetectors + d;
+      const std::size_t m = kAlone + d;
       result.no_edge[m] += reading.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
       errors[m] = ErrorOf(reading.column, label);
-      // Every tracker runs the same detectors.
+      // All but the last run the same detectors.
       for (std::size_t k = 0; d == 0 && k < seam::kDetectors; ++k) {
-        errors[k] = reading.detected[k] ? std::abs(*reading.detected[k] - label) : kNone;
+        errors[k] = ErrorOf(reading.detected[k], label);
+      }
+      if (kDecisions[d] == seam::DecisionMethod::kSteps) {
+        errors[kLocalStep] = ErrorOf(reading.local_step, label);
       }
     }
     if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {

@@ -14,8 +14,10 @@ inline constexpr auto kDecisions = core::ValuesOf<seam::DecisionMethod>();
 /// line; before a head that turns it does not.
 inline constexpr std::array kLoopDecisions = {seam::DecisionMethod::kVoting,
                                               seam::DecisionMethod::kWeights};
-/// Detectors and decisions: the rows of table 3.2.
-constexpr std::size_t kMethods = seam::kDetectors + kDecisions.size();
+/// Detectors, with the fourth, and decisions: the rows of table 3.2.
+constexpr std::size_t kLocalStep = seam::kDetectors;
+constexpr std::size_t kAlone = seam::kDetectors + 1;
+constexpr std::size_t kMethods = kAlone + kDecisions.size();
 /// As table 3.2 calls them, where it knows them.
 std::string TitleOf(seam::DecisionMethod decision);
 std::string MethodTitle(std::size_t method);

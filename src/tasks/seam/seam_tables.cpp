@@ -210,7 +210,7 @@ Cells ShapeRow(EdgeShape shape, const std::vector<SeamResult>& seams, std::size_
   for (const Tally& tally : Sum(seams, &SeamResult::all)) {
     row.push_back(ShareCell(tally.within[tolerance], tally.profiles));
   }
-  for (std::size_t m = seam::kDetectors; m < kMethods; ++m) {
+  for (std::size_t m = kAlone; m < kMethods; ++m) {
     row.push_back(ShareCell(no_edge[m], profiles));
   }
   return row;
@@ -335,7 +335,7 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Facts& facts,
   for (const Improvement& one : kImprovements) {
     const auto known = facts.improvements.find(one.name);
     if (known == facts.improvements.end() || known->second.empty() || !known->second[0]) continue;
-    const std::size_t m = seam::kDetectors + static_cast<std::size_t>(one.decision);
+    const std::size_t m = kAlone + static_cast<std::size_t>(one.decision);
     figures.push_back(FigureOf(one.name, *known->second[0],
                                ClustersOf(seams, one.where, m, MillimeterTolerance(facts))));
     figures.back().key = "improvements";
@@ -477,7 +477,7 @@ std::string SeamRows(const std::vector<SeamResult>& seams) {
                    height,
                    fmt::format("{}", seam.profiles),
                    MethodTitle(m),
-                   m >= seam::kDetectors ? fmt::format("{}", seam.no_edge[m]) : "",
+                   m >= kAlone ? fmt::format("{}", seam.no_edge[m]) : "",
                    fmt::format("{}", seam.all[m].profiles)};
       for (const int within : seam.all[m].within) row.push_back(fmt::format("{}", within));
       text += core::CsvLine(row);

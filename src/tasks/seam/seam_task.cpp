@@ -28,7 +28,7 @@ std::string OutcomeOf(const RunResult& run) {
 std::string DetailOf(const SeamResult& seam) {
   std::string detail;
   const std::size_t last = kTolerances_px.size() - 1;
-  for (std::size_t m = seam::kDetectors; m < kMethods; ++m) {
+  for (std::size_t m = kAlone; m < kMethods; ++m) {
     const Tally& tally = seam.all[m];
     detail += fmt::format("{}{}: {} of {} within {} px", detail.empty() ? "" : "; ", MethodTitle(m),
                           tally.within[last], tally.profiles, kTolerances_px[last]);

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace rangegrasp::seam {
+
+/// The fourth detector, our own: at each place a parabola with a step is fitted by least squares to
+/// the measured points of a window, in windows of several widths. Narrow windows are not misled by
+/// a wavy surface, wide ones see through noise and holes.
+struct LocalStepOptions {
+  /// >= 4, half widths of the windows [columns]: 2.5, 6 and 15 mm of the base sensor.
+  std::array<int, 3> half_windows = {30, 72, 180};
+  int stride = 3;  ///< >= 1 [columns] between two places: a quarter of a millimetre
+  /// > 0; a higher step is an obstacle (section 3.7: 3 mm), no mat's edge.
+  double max_step_m = 2.5e-3;
+};
+
+/// What the points about one place say.
+struct LocalStep {
+  /// Log-likelihood ratio of the parabola with a rising step to the parabola without, in the window
+  /// that tells most; 0: nothing speaks for a step.
+  double evidence = 0.0;
+  double height_m = 0.0;      ///< of the step
+  double precision_m2 = 0.0;  ///< 1 / variance of height_m
+};
+
+/// Steps at the columns 0, stride, 2 stride, ...: from there on the points belong to the high side.
+/// Points are first replaced by the median of the nine about them, which takes out filaments and
+/// reflections. Residuals of a real surface are not independent: what likelihoods claim too much is
+/// measured in the profile itself, by the 40 % quantile of the squared t-values of all places
+/// against that of the chi-squared distribution (as a radar keeps its rate of false alarms;
+/// Rohling 1983).
+/// @param height_m  heights as measured, NaN where there is none. O(columns).
+/// @throws std::invalid_argument if an option is out of range.
+std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
+                                     const LocalStepOptions& options = {});
+
+}  // namespace rangegrasp::seam

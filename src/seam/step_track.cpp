@@ -1,0 +1,121 @@
+#include "seam/step_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace rangegrasp::seam {
+namespace {
+
+// Positions off the track by more than it can have moved, and this [columns], are of another one.
+constexpr double kSameTrack_columns = 12.0;
+// A standard deviation of motion is no less than this [places], so that a way may turn.
+constexpr double kMinSpread = 0.25;
+
+void Check(bool good, const char* what) {
+  if (!good) throw std::invalid_argument(std::string("step track: ") + what);
+}
+
+std::size_t StrongestOf(const std::vector<LocalStep>& steps) {
+  const auto less = [](const LocalStep& a, const LocalStep& b) { return a.evidence < b.evidence; };
+  return static_cast<std::size_t>(std::max_element(steps.begin(), steps.end(), less) -
+                                  steps.begin());
+}
+
+}  // namespace
+
+StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
+  Check(options.memory >= 0.0 && options.memory < 1.0, "memory must be at least 0 and below 1");
+  Check(options.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0");
+  Check(options.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0");
+  Check(options.min_step_m >= 0.0, "min_step_m must not be negative");
+  Check(options.continued >= 0.0 && options.continued <= 1.0, "continued must be from 0 to 1");
+  Check(options.line_profiles >= 2, "line_profiles must be at least 2");
+  Check(options.forget_s > 0.0, "forget_s must be above 0");
+}
+
+// Each place goes on with the way that leads to it best: what a way has, less what its motion
+// costs.
+void StepTrack::Continue(const std::vector<LocalStep>& steps, double period_s) {
+  const double stride = options_.steps.stride;
+  const auto places = static_cast<int>(steps.size());
+  const int reach = std::clamp(
+      static_cast<int>(std::ceil(options_.max_speed_columns_per_s * period_s / stride)), 1, places);
+  const double spread = std::max(options_.speed_columns_per_s * period_s / stride, kMinSpread);
+  std::vector<double> best(ways_.size(), 0.0);
+  std::vector<int> from(ways_.size());
+  for (int place = 0; place < places; ++place) from[static_cast<std::size_t>(place)] = place;
+  for (int d = -reach; d <= reach; ++d) {
+    const double cost = d * d / (2.0 * spread * spread);
+    for (int place = std::max(0, -d); place < std::min(places, places - d); ++place) {
+      const auto here = static_cast<std::size_t>(place);
+      const double evidence = ways_[static_cast<std::size_t>(place + d)].evidence - cost;
+      if (evidence <= best[here]) continue;
+      best[here] = evidence;
+      from[here] = place + d;
+    }
+  }
+  std::vector<Way> ways(ways_.size());
+  for (std::size_t place = 0; place < ways.size(); ++place) {
+    const Way& before = ways_[static_cast<std::size_t>(from[place])];
+    const LocalStep& step = steps[place];
+    ways[place] = {options_.memory * best[place] + step.evidence,
+                   options_.memory * before.height + step.precision_m2 * step.height_m,
+                   options_.memory * before.precision + step.precision_m2};
+  }
+  ways_ = std::move(ways);
+  weight_ = options_.memory * weight_ + 1.0;
+}
+
+// Column of the summit of the parabola through a place's evidence and its neighbors'.
+double StepTrack::Peak(std::size_t place) const {
+  const double stride = options_.steps.stride;
+  if (place == 0 || place + 1 >= ways_.size()) return stride * static_cast<double>(place);
+  const double left = ways_[place - 1].evidence;
+  const double right = ways_[place + 1].evidence;
+  const double bend = left - 2.0 * ways_[place].evidence + right;
+  const double offset = bend < 0.0 ? 0.5 * (left - right) / bend : 0.0;
+  return stride * (static_cast<double>(place) + offset);
+}
+
+// Where the line through the last positions of this track stands now.
+double StepTrack::OnLine(double column, double time_s) {
+  positions_.push_back({time_s, column});
+  if (static_cast<int>(positions_.size()) > options_.line_profiles) positions_.pop_front();
+  std::erase_if(positions_, [&](const TimedColumn& earlier) {
+    return std::abs(earlier.column - column) >
+           kSameTrack_columns + options_.max_speed_columns_per_s * (time_s - earlier.time_s);
+  });
+  const std::vector<TimedColumn> track(positions_.begin(), positions_.end());
+  return track.size() < 3 ? column : FitLine(track).At(time_s);
+}
+
+StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double time_s) {
+  const std::vector<LocalStep> steps = FitLocalSteps(height_m, options_.steps);
+  if (!last_time_s_ || time_s - *last_time_s_ > options_.forget_s || ways_.size() != steps.size()) {
+    *this = StepTrack(options_);
+    ways_.resize(steps.size());
+  }
+  Estimate estimate;
+  if (steps.empty()) return estimate;
+  Continue(steps, last_time_s_ ? time_s - *last_time_s_ : 0.0);
+  last_time_s_ = time_s;
+  const std::size_t strongest = StrongestOf(steps);
+  if (steps[strongest].evidence > 0.0) {
+    estimate.strongest = static_cast<int>(strongest) * options_.steps.stride;
+  }
+  const auto less = [](const Way& a, const Way& b) { return a.evidence < b.evidence; };
+  const auto way = std::max_element(ways_.begin(), ways_.end(), less);
+  estimate.evidence = way->evidence / weight_;
+  estimate.step_m = way->precision > 0.0 ? way->height / way->precision : 0.0;
+  const double position = OnLine(Peak(static_cast<std::size_t>(way - ways_.begin())), time_s);
+  const double wanted = (options_.evidence + options_.first_evidence / std::sqrt(weight_)) *
+                        (edge_ ? options_.continued : 1.0);
+  edge_ = estimate.evidence >= wanted && estimate.step_m >= options_.min_step_m;
+  if (edge_) {
+    estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
+  }
+  return estimate;
+}
+
+}  // namespace rangegrasp::seam

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "seam/decision.h"
+#include "seam/local_step.h"
+
+namespace rangegrasp::seam {
+
+struct StepTrackOptions {
+  LocalStepOptions steps;
+  double memory = 0.9;  ///< in [0, 1): share of the evidence that each profile keeps
+  /// > 0, how fast an edge may be expected to move on the line: standard deviation. 20 mm/s at 12
+  /// columns a mm.
+  double speed_columns_per_s = 240.0;
+  double max_speed_columns_per_s = 600.0;  ///< > 0
+  double min_step_m = 0.15e-3;             ///< >= 0: half of the thinnest mat
+  /// Evidence a profile that makes an edge: of very many profiles, and what one profile alone must
+  /// have more. Without an edge the best place has 1.8 (99.5 %: 4.4), and 4.8 (99.5 %: 6 to 14).
+  double evidence = 4.2;
+  double first_evidence = 7.0;
+  double continued = 0.7;  ///< in [0, 1]: share of them that an edge needs to go on
+  int line_profiles = 10;  ///< >= 2: positions that the edge's line is laid through
+  double forget_s = 1.0;   ///< > 0: after a longer gap nothing is known
+};
+
+/// Tracks a step before it is detected: the evidence of each place is added up along the likeliest
+/// ways over the profiles (dynamic programming; Barniv 1985), and only the sum is judged.
+class StepTrack {
+ public:
+  /// What the profiles so far tell.
+  struct Estimate {
+    std::optional<double> column;  ///< of the edge; none: there is none
+    std::optional<int> strongest;  ///< the place with the greatest evidence in this profile
+    double step_m = 0.0;           ///< mean along the best way
+    double evidence = 0.0;         ///< mean along the best way
+  };
+  /// @throws std::invalid_argument if an option is out of range.
+  explicit StepTrack(const StepTrackOptions& options);
+  /// @param height_m  as measured, NaN where there is none; as many at each call.
+  Estimate Update(std::span<const float> height_m, double time_s);
+
+ private:
+  // Sums along the likeliest way to a place, of which each profile forgets a share.
+  struct Way {
+    double evidence = 0.0;
+    double height = 0.0;  // of precision times height
+    double precision = 0.0;
+  };
+  void Continue(const std::vector<LocalStep>& steps, double period_s);
+  double Peak(std::size_t place) const;
+  double OnLine(double column, double time_s);
+
+  StepTrackOptions options_;
+  std::vector<Way> ways_;
+  double weight_ = 0.0;  // of a Way's sums: 1 + memory + memory^2 ...
+  std::optional<double> last_time_s_;
+  std::deque<TimedColumn> positions_;  // of the last profiles
+  bool edge_ = false;
+};
+
+}  // namespace rangegrasp::seam

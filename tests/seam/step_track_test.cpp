@@ -1,0 +1,161 @@
+#include "seam/step_track.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "core/rng.h"
+#include "core/units.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using core::Rng;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr double kPeriod_s = 1.0 / 62.0;
+constexpr int kColumns = 1024;
+constexpr double kColumns_1_mm = 12.0;
+
+// A line over two mats, heights in millimetres.
+struct Surface {
+  const char* name;
+  double step = 0.6;
+  double slant = 0.1;
+  double noise = 0.05;
+  double lost = 0.02;
+  double wave = 0.0;  // amplitude; 10 to 40 mm long
+};
+
+struct Seam {
+  double edge, speed, tilt, bend, length, length_ahead, phase;
+  explicit Seam(Rng& rng)
+      : edge(rng.Uniform(200.0, 824.0)),
+        speed(rng.Uniform(-30.0, 30.0)),
+        tilt(rng.Uniform(-0.05, 0.05)),
+        bend(rng.Uniform(-0.5, 0.5)),
+        length(rng.Uniform(10.0, 40.0)),
+        length_ahead(rng.Uniform(10.0, 40.0)),
+        phase(rng.Uniform(0.0, 2.0 * core::kPi)) {}
+  double EdgeAt(double t) const { return edge + speed * t; }
+};
+
+std::vector<float> Scan(const Surface& surface, const Seam& seam, double t, Rng& rng) {
+  std::vector<float> z;
+  for (int i = 0; i < kColumns; ++i) {
+    const double x = (i - 0.5 * (kColumns - 1)) / kColumns_1_mm;
+    const double rise = (i - seam.EdgeAt(t)) / kColumns_1_mm / surface.slant + 0.5;
+    double height = seam.tilt * x + seam.bend * (x / 42.0) * (x / 42.0);
+    height += surface.step * std::clamp(rise, 0.0, 1.0);
+    height +=
+        surface.wave *
+        std::sin(2.0 * core::kPi * (x / seam.length + 30.0 * t / seam.length_ahead) + seam.phase);
+    height += surface.noise * rng.Normal();
+    z.push_back(rng.Uniform() < surface.lost ? kNone : static_cast<float>(1e-3 * height));
+  }
+  return z;
+}
+
+struct Score {
+  int profiles = 0, within = 0, edges = 0;
+};
+
+Score ScoreOn(const Surface& surface, int seams, int profiles) {
+  Score score;
+  for (int number = 0; number < seams; ++number) {
+    Rng rng(core::DeriveSeed(static_cast<std::uint64_t>(number), surface.name));
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < profiles; ++k) {
+      const double t = k * kPeriod_s;
+      const auto found = track.Update(Scan(surface, seam, t, rng), t);
+      ++score.profiles;
+      score.edges += found.column ? 1 : 0;
+      score.within += found.column && std::abs(*found.column - seam.EdgeAt(t)) <= kColumns_1_mm;
+    }
+  }
+  return score;
+}
+
+class Edges : public testing::TestWithParam<Surface> {};
+INSTANTIATE_TEST_SUITE_P(Surfaces, Edges,
+                         testing::Values(Surface{.name = "slant", .slant = 2.0},
+                                         Surface{.name = "low_slant", .step = 0.3, .slant = 2.0},
+                                         Surface{.name = "low_step", .step = 0.25},
+                                         Surface{.name = "noise", .noise = 0.4},
+                                         Surface{.name = "holes", .lost = 0.9},
+                                         Surface{.name = "waves", .wave = 0.3}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(Edges, AreFoundWithinAMillimetre) {
+  const Score score = ScoreOn(GetParam(), 12, 60);
+  EXPECT_GE(score.within, 0.98 * score.profiles);
+}
+
+class NoEdges : public testing::TestWithParam<Surface> {};
+INSTANTIATE_TEST_SUITE_P(Surfaces, NoEdges,
+                         testing::Values(Surface{.name = "flat", .step = 0.0},
+                                         Surface{.name = "noise", .step = 0.0, .noise = 0.4},
+                                         Surface{.name = "holes", .step = 0.0, .lost = 0.9},
+                                         Surface{.name = "waves", .step = 0.0, .wave = 0.3}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(NoEdges, AreToldToBeNone) {
+  const Score score = ScoreOn(GetParam(), 12, 60);
+  EXPECT_LE(score.edges, 0.005 * score.profiles);
+}
+
+TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
+  Rng rng(5);
+  Seam seam(rng);
+  seam.edge = 200.0;
+  seam.speed = 480.0;  // 40 mm/s
+  StepTrack track({});
+  for (int k = 0; k < 70; ++k) {
+    const double t = k * kPeriod_s;
+    const auto found = track.Update(Scan({.name = ""}, seam, t, rng), t);
+    ASSERT_TRUE(found.column) << k;
+    EXPECT_NEAR(*found.column, seam.EdgeAt(t), 6.0) << k;
+    EXPECT_NEAR(found.step_m, 0.6e-3, 0.1e-3) << k;
+  }
+}
+
+TEST(StepTrack, AStepThatIsTooLowIsNoEdge) {
+  StepTrackOptions options;
+  options.min_step_m = 0.8e-3;
+  StepTrack track(options);
+  Rng rng(6);
+  const Seam seam(rng);
+  for (int k = 0; k < 20; ++k) {
+    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    EXPECT_FALSE(found.column);
+    EXPECT_TRUE(found.strongest);
+  }
+}
+
+TEST(StepTrack, AfterALongGapNothingIsKnown) {
+  Rng rng(7);
+  const Seam seam(rng);
+  const Surface noisy{.name = "", .noise = 0.4};
+  StepTrack once({});
+  StepTrack twice({});
+  for (int k = 0; k < 5; ++k) twice.Update(Scan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
+  const auto z = Scan(noisy, seam, 9.0, rng);
+  EXPECT_EQ(once.Update(z, 9.0).evidence, twice.Update(z, 9.0).evidence);
+}
+
+TEST(StepTrack, OptionsOutOfRangeAreRefused) {
+  StepTrackOptions options;
+  options.memory = 1.0;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+  options = {};
+  options.line_profiles = 1;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam
