@@ -128,9 +128,10 @@ void Calibrate(const CalibrateArguments& arguments) {
 
 ProfileFileOptions RowFileOptions() {
   ProfileFileOptions options;
-  options.unit_m = 1.0;
-  options.image_unit_m = 1.0 / 64.0;
-  options.image_zero = 0.0;
+  options.text.scale.unit_m = 1.0;
+  options.grey = {1.0 / 64.0, 0.0, {0.0}};
+  options.signed_grey = {1.0 / 64.0, 0.0, {0.0}};
+  options.real = {1.0, 0.0, {}};
   options.min_height_m = 0.0;
   options.max_height_m = 65535.0;
   return options;

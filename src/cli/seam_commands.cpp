@@ -74,7 +74,7 @@ class Detection {
   seam::ProfileFileOptions FileOptions() const {
     seam::ProfileFileOptions file;
     file.rate_hz = arguments_.rate_hz;
-    if (arguments_.unit) file.unit_m = UnitOf(*arguments_.unit);
+    if (arguments_.unit) file.text.scale.unit_m = UnitOf(*arguments_.unit);
     if (calibration_) {
       file = RowFileOptions();
       file.rate_hz = arguments_.rate_hz;

@@ -258,7 +258,7 @@ TEST(ProfileFiles, RefuseOptionsOutOfRange) {
   EXPECT_THROW(ReadProfiles("p.csv", options), std::invalid_argument);
   std::istringstream in;
   options = {};
-  options.unit_m = -1.0;
+  options.text.scale.unit_m = -1.0;
   EXPECT_THROW(ProfileStream(in, options), std::invalid_argument);
 }
 
