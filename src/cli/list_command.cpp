@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/seam_profile_file.h"
 #include "core/data_folder.h"
 #include "core/file.h"
 #include "core/words.h"
@@ -139,7 +140,9 @@ const std::vector<Listing>& Listings() {
       {"sensors", "sensors", Sensors},
       {"additions", "keys of grasping experiments that go beyond the dissertation", Additions,
        false},
-      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false}};
+      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false},
+      {"formats", "every key of formats of profiles: the page docs/profile-formats.md",
+       ProfileKeysPage, false}};
   return listings;
 }
 

@@ -10,8 +10,8 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/seam_calibration.h"
+#include "cli/seam_profile_file.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/units.h"
 #include "core/words.h"
 #include "seam/monitor.h"
@@ -28,75 +28,56 @@ using nlohmann::ordered_json;
 // ---- detect: recorded profiles or a stream ----
 
 struct DetectArguments {
-  std::string profiles, options, calibration, method, picture;
-  std::optional<std::string> unit;
+  ProfileFileArguments file;
+  std::string calibration, method, picture;
   std::optional<double> columns_per_mm;
   int picture_row = 1;
   double rate_hz = 62.0;
   bool negative = false, json = false, xml = false;
 };
 
-double UnitOf(const std::string& name) {
-  if (name == "um") return 1e-6;
-  return name == "m" ? 1.0 : 1e-3;
-}
-
-bool IsImage(const std::string& file) {
-  const std::string ending = core::EndingOf(file);
-  return ending == ".png" || ending == ".pgm";
-}
-
-void CheckArguments(const DetectArguments& arguments) {
-  if (arguments.unit && IsImage(arguments.profiles)) {
-    throw core::InputError("--unit " + *arguments.unit + ": is for CSV; a grey level of " +
-                           arguments.profiles + " is 1 um");
-  }
-}
-
 // Everything that one profile goes through.
 class Detection {
  public:
   explicit Detection(const DetectArguments& arguments) : arguments_(arguments) {
-    CheckArguments(arguments);
-    if (!arguments.options.empty()) ReadOptions(arguments.options);
+    ReadOptions();
     if (!arguments.method.empty()) {
       options_.method = core::FromWord<seam::DecisionMethod>(arguments.method, "--method");
-    }
-    if (arguments.columns_per_mm) {
-      options_.line.columns_per_m = *arguments.columns_per_mm * core::kMmPerM;
     }
     if (arguments.negative) options_.positive_edge = false;
     if (!arguments.calibration.empty()) {
       calibration_ = seam::ReadCalibration(arguments.calibration);
+      file_options_.columns = calibration_->columns;
     }
   }
 
-  seam::ProfileFileOptions FileOptions() const {
-    seam::ProfileFileOptions file;
-    file.rate_hz = arguments_.rate_hz;
-    if (arguments_.unit) file.text.scale.unit_m = UnitOf(*arguments_.unit);
-    if (calibration_) {
-      file = RowFileOptions();
-      file.rate_hz = arguments_.rate_hz;
-      file.columns = calibration_->columns;
-    }
-    return file;
+  const seam::ProfileFileOptions& FileOptions() const { return file_options_; }
+
+  /// Of profiles that have x.
+  void SetGrid(const std::optional<seam::ProfileGrid>& grid) {
+    if (!grid || tracker_) return;
+    options_.line.columns_per_m = grid->columns_per_m;
+    center_x_m_ = grid->center_x_m;
   }
 
-  void Take(const seam::Profile& read, std::size_t row) {
-    seam::Profile profile = read;
+  void Take(const seam::ProfileRow& read) {
+    const std::size_t row = read.row;
+    seam::Profile profile = read.profile;
     if (calibration_) {
-      profile = seam::Calibrate({.row_px = read.height_m, .time_s = read.time_s}, *calibration_);
+      profile = seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s},
+                                *calibration_);
     }
-    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()));
-    const seam::Reading reading = tracker_->Update(profile);
-    const auto stop = monitor_->Update(tracker_->prepared(), reading);
+    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), read.position_m.has_value());
+    seam::Reading reading = tracker_->Update(profile);
+    reading.x_m += center_x_m_;
+    auto stop = monitor_->Update(tracker_->prepared(), reading);
+    if (read.gap_s && !stop) stop = OutageBefore(read);
     if (arguments_.xml) {
       if (const auto packet = tracker_->TakePacket()) PrintXml(*packet, stop);
     } else if (arguments_.json) {
-      PrintJson(reading, stop, row);
+      PrintJson(reading, stop, read);
     } else {
-      PrintLine(reading, stop, row);
+      PrintLine(reading, stop, read);
     }
     if (!arguments_.picture.empty() && row == static_cast<std::size_t>(arguments_.picture_row)) {
       WriteResult(tasks::seam_task::ProfileSvg(*tracker_, reading, options_.line),
@@ -116,18 +97,34 @@ class Detection {
   }
 
  private:
-  void ReadOptions(const std::string& file) {
-    auto map = core::YamlMap::FromFile(file);
-    seam::ReadTrackerOptions(map, options_);
-    seam::ReadMonitorOptions(map.Child("monitor", "what stops the head"), monitor_options_);
-    map.Finish();
+  void ReadOptions() {
+    const DetectOptions read = ReadDetectOptions(arguments_.file);
+    options_ = read.tracker;
+    monitor_options_ = read.monitor;
+    file_options_ = read.file;
+    file_options_.rate_hz = arguments_.rate_hz;
+    const auto& columns_per_mm = arguments_.columns_per_mm;
+    if (columns_per_mm && read.has_columns_per_mm) {
+      throw core::InputError("--columns-per-mm excludes --set columns_per_mm");
+    }
+    if (columns_per_mm) options_.line.columns_per_m = *columns_per_mm * core::kMmPerM;
+    if (columns_per_mm || read.has_columns_per_mm) {
+      file_options_.columns_per_m = options_.line.columns_per_m;
+    }
   }
 
-  void Begin(int columns) {
+  // The file's own times tell that nothing was measured.
+  static seam::StopReason OutageBefore(const seam::ProfileRow& row) {
+    spdlog::warn("row {} (line {}): {:.3f} s after the one before it: an outage", row.row, row.line,
+                 *row.gap_s);
+    return seam::StopReason::kOutage;
+  }
+
+  void Begin(int columns, bool has_position) {
     if (columns < seam::kMinColumns) {
+      const std::string& file = arguments_.file.profiles;
       throw core::InputError(fmt::format("{}: its profiles have {} columns; a line has at least {}",
-                                         arguments_.profiles == "-" ? "stdin" : arguments_.profiles,
-                                         columns, seam::kMinColumns));
+                                         file == "-" ? "stdin" : file, columns, seam::kMinColumns));
     }
     options_.line.columns = columns;
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
@@ -136,26 +133,29 @@ class Detection {
     if (!arguments_.json && !arguments_.xml) {
       WriteResult(
           "profile,time_s,status,column,x_mm,step_mm,model_fitting,local_weighted_voting,gradient_"
-          "accumulation,stop\n");
+          "accumulation,stop" +
+          std::string(has_position ? ",position_mm\n" : "\n"));
     }
   }
 
   void PrintLine(const seam::Reading& reading, std::optional<seam::StopReason> stop,
-                 std::size_t row) const {
+                 const seam::ProfileRow& row) const {
     std::string line =
-        fmt::format("{},{:.4f},{},", row, reading.time_s, core::Word(reading.status));
+        fmt::format("{},{:.4f},{},", row.row, reading.time_s, core::Word(reading.status));
     line += reading.column
                 ? fmt::format("{:.2f},{:.4f},", *reading.column, reading.x_m * core::kMmPerM)
                 : ",,";
     line += fmt::format("{:.3f}", reading.step_m * core::kMmPerM);
     for (const auto& column : reading.detected) line += column ? fmt::format(",{}", *column) : ",";
-    WriteResult(fmt::format("{},{}\n", line, stop ? core::Word(*stop) : ""));
+    line += fmt::format(",{}", stop ? core::Word(*stop) : "");
+    if (row.position_m) line += fmt::format(",{:.4f}", *row.position_m * core::kMmPerM);
+    WriteResult(line + "\n");
   }
 
   void PrintJson(const seam::Reading& reading, std::optional<seam::StopReason> stop,
-                 std::size_t row) const {
+                 const seam::ProfileRow& row) const {
     ordered_json json = {
-        {"profile", row},    {"time_s", reading.time_s}, {"status", core::Word(reading.status)},
+        {"profile", row.row},    {"time_s", reading.time_s}, {"status", core::Word(reading.status)},
         {"column", nullptr}, {"x_m", nullptr},           {"step_m", reading.step_m}};
     if (reading.column) {
       json["column"] = *reading.column;
@@ -167,6 +167,7 @@ class Detection {
           reading.detected[d] ? ordered_json(*reading.detected[d]) : ordered_json(nullptr);
     }
     json["stop"] = stop ? ordered_json(core::Word(*stop)) : ordered_json(nullptr);
+    if (row.position_m) json["position_m"] = *row.position_m;
     WriteResult(json.dump() + "\n");
   }
 
@@ -174,8 +175,8 @@ class Detection {
     stitching::Correction correction;
     correction.time_s = packet.time_s;
     correction.valid = packet.column.has_value();
-    correction.edge_x_m = packet.x_m;
-    correction.deviation_m = packet.x_m;
+    correction.edge_x_m = packet.x_m + center_x_m_;
+    correction.deviation_m = correction.edge_x_m;
     correction.stop = stop;
     WriteResult(stitching::ToXml(correction));
   }
@@ -183,9 +184,11 @@ class Detection {
   DetectArguments arguments_;
   seam::TrackerOptions options_;
   seam::MonitorOptions monitor_options_;
+  seam::ProfileFileOptions file_options_;
   std::optional<seam::Calibration> calibration_;
   std::optional<seam::EdgeTracker> tracker_;
   std::optional<seam::SurfaceMonitor> monitor_;
+  double center_x_m_ = 0.0;  // of the line, on the sensor's own x
   bool drawn_ = false;
 };
 
@@ -194,28 +197,39 @@ std::size_t DetectStream(std::istream& in, Detection& detection) {
   seam::ProfileStream stream(in, detection.FileOptions());
   std::size_t rows = 0;
   std::size_t whole = 0;
-  while (const auto row = stream.Next()) {
+  const auto next = [&stream] {
+    try {
+      return stream.Next();
+    } catch (const core::InputError& error) {
+      throw core::InputError(std::string("stdin: ") + error.what());
+    }
+  };
+  while (const auto row = next()) {
     rows = row->row;
     if (!row->fault.empty()) {
       spdlog::warn("stdin: {}; left out", row->fault);
       continue;
     }
-    detection.Take(row->profile, row->row);
+    detection.SetGrid(stream.grid());
+    detection.Take(*row);
     ++whole;
   }
   if (whole == 0) throw core::InputError("stdin: held no whole profile");
   return rows;
 }
 
-void Detect(const DetectArguments& arguments) {
+void Detect(DetectArguments arguments) {
+  arguments.file.calibrated = !arguments.calibration.empty();
   Detection detection(arguments);
   std::size_t rows = 0;
-  if (arguments.profiles == "-") {
+  if (arguments.file.profiles == "-") {
     rows = DetectStream(std::cin, detection);
   } else {
-    const auto profiles = seam::ReadProfiles(arguments.profiles, detection.FileOptions());
-    if (profiles.size() == 1) detection.BelieveSingleProfiles();
-    for (const auto& profile : profiles) detection.Take(profile, ++rows);
+    const auto file = seam::ReadProfileFile(arguments.file.profiles, detection.FileOptions());
+    rows = file.rows.size();
+    detection.SetGrid(file.grid);
+    if (rows == 1) detection.BelieveSingleProfiles();
+    for (const auto& row : file.rows) detection.Take(row);
   }
   detection.Finish(rows);
 }
@@ -225,23 +239,24 @@ void AddDetect(CLI::App& seam) {
       seam.add_subcommand("detect", "Edge positions in profiles, recorded or streamed.");
   auto arguments = std::make_shared<DetectArguments>();
   command
-      ->add_option("profiles", arguments->profiles,
-                   "CSV or 16-bit PNG/PGM, one profile a row; - reads CSV rows from stdin")
+      ->add_option("profiles", arguments->file.profiles,
+                   "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile a row; - reads CSV "
+                   "rows from stdin")
       ->required();
   command->add_option("--method", arguments->method, "how a position is decided (voting)")
       ->check(CLI::IsMember(core::WordList<seam::DecisionMethod>()));
   auto* options =
-      command->add_option("--options", arguments->options,
-                          "YAML of what an experiment has below `tracker`, and of its `monitor`");
+      command->add_option("--options", arguments->file.options,
+                          "YAML of what an experiment has below `tracker`, of its `monitor`, and of "
+                          "`file`");
   auto* columns =
       command
-          ->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12)")
+          ->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12; where there is x, as points lie)")
           ->check(CLI::Range(0.1, 1000.0))
           ->excludes(options);
   command->add_option("--rate", arguments->rate_hz, "profiles a second (62)")
       ->check(CLI::Range(0.1, 1e5));
-  auto* unit = command->add_option("--unit", arguments->unit, "of the heights of a CSV (mm)")
-                   ->check(CLI::IsMember({"um", "mm", "m"}));
+  auto* unit = AddUnit(*command, arguments->file);
   command
       ->add_option("--calibration", arguments->calibration,
                    "YAML; the numbers are then camera rows (images: 64 grey levels a row)")
@@ -253,8 +268,11 @@ void AddDetect(CLI::App& seam) {
   command->add_option("--picture", arguments->picture, "SVG of one profile with its detectors");
   command->add_option("--picture-row", arguments->picture_row, "which profile (1)")
       ->check(CLI::PositiveNumber);
+  AddFormatOptions(*command, arguments->file);
   command->footer(
-      "Example: rangegrasp seam detect profiles.csv --method weights --picture profile.svg");
+      "Example: rangegrasp seam detect profiles.csv --method weights --picture profile.svg\n"
+      "         rangegrasp seam detect recording.csv --preset gocator\n"
+      "         rangegrasp seam detect points.txt --layout points --decimal-comma --no-value -999");
   command->callback([arguments] { Detect(*arguments); });
 }
 

@@ -214,8 +214,6 @@ Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
   return report;
 }
 
-namespace {
-
 std::string KeyTable(const std::vector<core::KeyDoc>& keys) {
   std::string text = "| key | means | default | values |\n| --- | --- | --- | --- |\n";
   for (const core::KeyDoc& key : keys) {
@@ -230,8 +228,6 @@ std::string KeyTable(const std::vector<core::KeyDoc>& keys) {
   }
   return text;
 }
-
-}  // namespace
 
 std::string KeysAsMarkdown(std::span<const TaskKind> kinds) {
   auto common_map = YamlMap::ForDocumentation();

@@ -61,6 +61,9 @@ Report ReportOf(const Results& results, std::span<const TaskKind> kinds);
 /// The case of an id. @throws core::InputError naming the nearest one.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);
 
+/// Keys as a table in Markdown.
+std::string KeyTable(const std::vector<core::KeyDoc>& keys);
+
 /// The keys of every experiment file and those of each kind, as a Markdown page made from the code
 /// that reads them.
 std::string KeysAsMarkdown(std::span<const TaskKind> kinds);

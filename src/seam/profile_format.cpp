@@ -133,6 +133,7 @@ void ReadProfileFileOptions(YamlMap map, ProfileFileOptions& options) {
   if (options.min_height_m >= options.max_height_m) {
     map.Fail("min_height_mm", "must be below max_height_mm");
   }
+  map.Finish();
 }
 
 }  // namespace rangegrasp::seam

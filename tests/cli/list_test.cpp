@@ -45,5 +45,13 @@ TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("` |  |")));
 }
 
+TEST(List, ThePageOfFormatsIsTheOneInTheDocuments) {
+  const auto ran = RunProgram({"list", "formats"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(core::ReadFile(RANGEGRASP_SOURCE_DIR "/docs/profile-formats.md"), ran.out)
+      << "make it anew: scripts/rangegrasp list formats > docs/profile-formats.md";
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("` |  |")));
+}
+
 }  // namespace
 }  // namespace rangegrasp
