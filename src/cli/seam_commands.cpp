@@ -64,8 +64,8 @@ class Detection {
     const std::size_t row = read.row;
     seam::Profile profile = read.profile;
     if (calibration_) {
-      profile = seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s},
-                                *calibration_);
+      profile =
+          seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s}, *calibration_);
     }
     if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), read.position_m.has_value());
     seam::Reading reading = tracker_->Update(profile);
@@ -155,8 +155,8 @@ class Detection {
   void PrintJson(const seam::Reading& reading, std::optional<seam::StopReason> stop,
                  const seam::ProfileRow& row) const {
     ordered_json json = {
-        {"profile", row.row},    {"time_s", reading.time_s}, {"status", core::Word(reading.status)},
-        {"column", nullptr}, {"x_m", nullptr},           {"step_m", reading.step_m}};
+        {"profile", row.row}, {"time_s", reading.time_s}, {"status", core::Word(reading.status)},
+        {"column", nullptr},  {"x_m", nullptr},           {"step_m", reading.step_m}};
     if (reading.column) {
       json["column"] = *reading.column;
       json["x_m"] = reading.x_m;
@@ -239,21 +239,22 @@ void AddDetect(CLI::App& seam) {
       seam.add_subcommand("detect", "Edge positions in profiles, recorded or streamed.");
   auto arguments = std::make_shared<DetectArguments>();
   command
-      ->add_option("profiles", arguments->file.profiles,
-                   "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile a row; - reads CSV "
-                   "rows from stdin")
+      ->add_option(
+          "profiles", arguments->file.profiles,
+          "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile a row; - reads CSV "
+          "rows from stdin")
       ->required();
   command->add_option("--method", arguments->method, "how a position is decided (voting)")
       ->check(CLI::IsMember(core::WordList<seam::DecisionMethod>()));
-  auto* options =
-      command->add_option("--options", arguments->file.options,
-                          "YAML of what an experiment has below `tracker`, of its `monitor`, and of "
-                          "`file`");
-  auto* columns =
-      command
-          ->add_option("--columns-per-mm", arguments->columns_per_mm, "of the sensor's line (12; where there is x, as points lie)")
-          ->check(CLI::Range(0.1, 1000.0))
-          ->excludes(options);
+  auto* options = command->add_option(
+      "--options", arguments->file.options,
+      "YAML of what an experiment has below `tracker`, of its `monitor`, and of "
+      "`file`");
+  auto* columns = command
+                      ->add_option("--columns-per-mm", arguments->columns_per_mm,
+                                   "of the sensor's line (12; where there is x, as points lie)")
+                      ->check(CLI::Range(0.1, 1000.0))
+                      ->excludes(options);
   command->add_option("--rate", arguments->rate_hz, "profiles a second (62)")
       ->check(CLI::Range(0.1, 1e5));
   auto* unit = AddUnit(*command, arguments->file);

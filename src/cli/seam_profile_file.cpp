@@ -26,14 +26,15 @@ constexpr const char* kBothGroup = "Format";
 
 // Keys that only a text has.
 constexpr std::array<std::string_view, 17> kTextKeys = {
-    "layout",        "separator",   "decimal_comma",  "header_lines", "header",   "sections",
-    "time_column",   "axis_column", "encoder_column", "x_column",     "z_column", "profile_column",
-    "x_in_header",   "unit_mm",     "time_unit_s",    "encoder_mm",   "first_column"};
+    "layout",      "separator",   "decimal_comma",  "header_lines", "header",      "sections",
+    "time_column", "axis_column", "encoder_column", "x_column",     "z_column",    "profile_column",
+    "x_in_header", "unit_mm",     "time_unit_s",    "encoder_mm",   "first_column"};
 constexpr std::array<std::string_view, 2> kImageKeys = {"image_scale_mm", "image_offset_mm"};
 // Keys of heights on an x; camera rows have neither.
 constexpr std::array<std::string_view, 11> kHeightKeys = {
-    "unit_mm",     "image_scale_mm", "image_offset_mm", "away",     "min_height_mm",  "max_height_mm",
-    "x_in_header", "axis_column",    "x_column",        "z_column", "profile_column"};
+    "unit_mm",       "image_scale_mm", "image_offset_mm", "away",
+    "min_height_mm", "max_height_mm",  "x_in_header",     "axis_column",
+    "x_column",      "z_column",       "profile_column"};
 
 constexpr const char* kPage = R"(# Formats of profiles
 
@@ -70,8 +71,7 @@ void CheckKeys(const YamlMap& map, const ProfileFileArguments& arguments) {
            "is for images; " + arguments.profiles + " is text, where unit_mm tells the unit");
   }
   if (!arguments.calibrated) return;
-  Refuse(map, kHeightKeys,
-         "tells of heights; with --calibration the numbers are camera rows");
+  Refuse(map, kHeightKeys, "tells of heights; with --calibration the numbers are camera rows");
 }
 
 void ReadPreset(const ProfileFileArguments& arguments, const YamlMap& file,
@@ -85,9 +85,10 @@ void ReadPreset(const ProfileFileArguments& arguments, const YamlMap& file,
     throw InputError(name + ": is for images; " + arguments.profiles + " is text");
   }
   if (!needs.empty() && !file.Has(needs)) {
-    throw InputError(fmt::format("{}: {} differs from sensor to sensor and must be told, too, e.g. "
-                                 "--set file.{}=0.001",
-                                 name, needs, needs));
+    throw InputError(
+        fmt::format("{}: {} differs from sensor to sensor and must be told, too, e.g. "
+                    "--set file.{}=0.001",
+                    name, needs, needs));
   }
   seam::ReadProfileFileOptions(std::move(map), options);
 }
@@ -102,8 +103,10 @@ struct Word {
 };
 
 std::vector<Word> Words() {
-  return {{"--layout", "layout", kTextGroup, "rows of heights, rows of x,height pairs, points "
-           "x,height one a line, or columns (rows)", core::WordList<seam::TextLayout>()},
+  return {{"--layout", "layout", kTextGroup,
+           "rows of heights, rows of x,height pairs, points "
+           "x,height one a line, or columns (rows)",
+           core::WordList<seam::TextLayout>()},
           {"--separator", "separator", kTextGroup, "between columns (auto)",
            core::WordList<seam::TextSeparator>()},
           {"--header-lines", "header_lines", kTextGroup,
@@ -123,7 +126,7 @@ void AddWord(CLI::App& command, ProfileFileArguments& arguments, const Word& wor
   auto* option = command.add_option_function<std::string>(
       word.option,
       [&arguments, key = std::string(word.key)](const std::string& value) {
-        arguments.set.push_back("file." + key + "=" + value);
+        arguments.words.push_back("file." + key + "=" + value);
       },
       word.help);
   option->group(word.group);
@@ -135,7 +138,7 @@ void AddFlag(CLI::App& command, ProfileFileArguments& arguments, const Word& wor
       .add_flag_callback(
           word.option,
           [&arguments, key = std::string(word.key)] {
-            arguments.set.push_back("file." + key + "=true");
+            arguments.words.push_back("file." + key + "=true");
           },
           word.help)
       ->group(word.group);
@@ -149,7 +152,7 @@ CLI::Option* AddUnit(CLI::App& command, ProfileFileArguments& arguments) {
           "--unit",
           [&arguments](const std::string& unit) {
             const char* unit_mm = unit == "um" ? "0.001" : unit == "m" ? "1000" : "1";
-            arguments.set.push_back(std::string("file.unit_mm=") + unit_mm);
+            arguments.words.push_back(std::string("file.unit_mm=") + unit_mm);
           },
           "of heights and x in a text (mm)")
       ->check(CLI::IsMember({"um", "mm", "m"}))
@@ -167,7 +170,7 @@ void AddFormatOptions(CLI::App& command, ProfileFileArguments& arguments) {
       .add_option_function<std::vector<std::string>>(
           "--no-value",
           [&arguments](const std::vector<std::string>& values) {
-            arguments.set.push_back("file.no_values=[" + core::Join(values) + "]");
+            arguments.words.push_back("file.no_values=[" + core::Join(values) + "]");
           },
           "numbers that mean nothing was measured (images: 0)")
       ->allow_extra_args(false)
@@ -186,8 +189,10 @@ void AddFormatOptions(CLI::App& command, ProfileFileArguments& arguments) {
 DetectOptions ReadDetectOptions(const ProfileFileArguments& arguments) {
   DetectOptions options;
   if (arguments.calibrated) options.file = RowFileOptions();
-  auto map = arguments.options.empty() ? YamlMap::FromText("{}", "--set", arguments.set)
-                                       : YamlMap::FromFile(arguments.options, arguments.set);
+  std::vector<std::string> keys = arguments.words;
+  keys.insert(keys.end(), arguments.set.begin(), arguments.set.end());
+  auto map = arguments.options.empty() ? YamlMap::FromText("{}", "--set", keys)
+                                       : YamlMap::FromFile(arguments.options, keys);
   auto file = map.Child("file", "how profiles stand in a file");
   CheckKeys(file, arguments);
   if (!arguments.preset.empty()) ReadPreset(arguments, file, options.file);
@@ -205,9 +210,10 @@ std::string ProfileKeysPage() {
   seam::ReadProfileFileOptions(map.Child("file", "how profiles stand in a file"), options);
   std::string page = kPage + experiment::KeyTable(map.Keys()) + "\n## Presets\n";
   for (const auto& preset : seam::FormatPresets()) {
-    page += fmt::format("\n`{}`: {}.{}\n\n```yaml{}```\n", preset.name, preset.about,
-                        preset.needs.empty() ? "" : fmt::format(" `{}` must be told, too.", preset.needs),
-                        preset.yaml);
+    page += fmt::format(
+        "\n`{}`: {}.{}\n\n```yaml{}```\n", preset.name, preset.about,
+        preset.needs.empty() ? "" : fmt::format(" `{}` must be told, too.", preset.needs),
+        preset.yaml);
   }
   return page;
 }

@@ -16,8 +16,9 @@ struct ProfileFileArguments {
   std::string profiles;  ///< "-": stdin
   std::string options;   ///< YAML
   std::string preset;
-  std::vector<std::string> set;  ///< KEY=VALUE each, over the file
-  bool calibrated = false;       ///< numbers are camera rows
+  std::vector<std::string> words;  ///< KEY=VALUE each, of options of their own; over the file
+  std::vector<std::string> set;    ///< KEY=VALUE each, over both
+  bool calibrated = false;         ///< numbers are camera rows
 };
 
 /// What is done with them.

@@ -153,7 +153,8 @@ void ReadPage(TIFF* file, const Memory& memory, Tiff& tiff) {
   if (TIFFIsTiled(file) != 0) throw InputError("is tiled; a TIFF image of strips is needed");
   const Size size = SizeOfPage(file, memory);
   if (tiff.picture.grey.size() > memory.bytes.size() * kMaxPacking) FailReading(memory);
-  const auto needed = static_cast<std::size_t>(size.width) * (tiff.pixel == TiffPixel::kFloat32 ? 4 : 2);
+  const auto needed =
+      static_cast<std::size_t>(size.width) * (tiff.pixel == TiffPixel::kFloat32 ? 4 : 2);
   const tmsize_t scanline = TIFFScanlineSize(file);
   if (scanline < 0 || static_cast<std::size_t>(scanline) < needed) FailReading(memory);
   std::vector<std::uint8_t> row(static_cast<std::size_t>(scanline));

@@ -23,9 +23,10 @@ void CheckScale(const HeightScale& scale) {
 // A list of numbers, which YAML may write as text.
 void ReadNoValues(YamlMap& map, ProfileFileOptions& options) {
   std::vector<std::string> words;
-  map.Read("no_values", words,
-           "numbers that mean that nothing was measured, besides nan; none: 0 in images of 16 bits, "
-           "-32768 in signed ones");
+  map.Read(
+      "no_values", words,
+      "numbers that mean that nothing was measured, besides nan; none: 0 in images of 16 bits, "
+      "-32768 in signed ones");
   if (!map.Has("no_values")) return;
   std::vector<double> numbers;
   for (const std::string& word : words) {
@@ -123,8 +124,9 @@ void ReadProfileFileOptions(YamlMap map, ProfileFileOptions& options) {
     map.Fail("header", "and header_lines tell the header twice; one of them is needed");
   }
   if (text.decimal_comma && text.separator == TextSeparator::kComma) {
-    map.Fail("decimal_comma", "with commas between columns nobody can tell which is which; "
-                              "separator must be semicolon, tab or blank");
+    map.Fail("decimal_comma",
+             "with commas between columns nobody can tell which is which; "
+             "separator must be semicolon, tab or blank");
   }
   if (text.x_in_header && text.header_lines == 0 && text.header.empty()) {
     map.Fail("x_in_header", "needs a header: header_lines or header");

@@ -63,12 +63,12 @@ struct TextFormat {
 struct ProfileFileOptions {
   TextFormat text;
   // Images: a row is a profile.
-  HeightScale grey{1e-6, 32768.0, {0.0}};            ///< 16 bits
-  HeightScale signed_grey{1e-6, 0.0, {-32768.0}};    ///< 16 bits, signed
-  HeightScale real{1e-3, 0.0, {}};                   ///< floating point
-  int columns = 0;         ///< expected columns; 0: those of most of the first three whole rows
-  bool away = false;       ///< heights grow away from the sensor: their sign is turned
-  double rate_hz = 62.0;   ///< > 0: profiles a second; gives each row its time if the file does not
+  HeightScale grey{1e-6, 32768.0, {0.0}};          ///< 16 bits
+  HeightScale signed_grey{1e-6, 0.0, {-32768.0}};  ///< 16 bits, signed
+  HeightScale real{1e-3, 0.0, {}};                 ///< floating point
+  int columns = 0;        ///< expected columns; 0: those of most of the first three whole rows
+  bool away = false;      ///< heights grow away from the sensor: their sign is turned
+  double rate_hz = 62.0;  ///< > 0: profiles a second; gives each row its time if the file does not
   double time_unit_s = 1.0;     ///< > 0: of the time column
   double encoder_m = 1e-3;      ///< not 0: path a count of the encoder
   double feed_m_per_s = 30e-3;  ///< > 0: an encoder without a time column tells times by it

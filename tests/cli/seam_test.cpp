@@ -192,9 +192,105 @@ TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
   EXPECT_THAT(ran.err, HasSubstr("there are only 2 profiles"));
 }
 
+// ---- formats of other sensors ----
+
+TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
+  std::string text = "Profile\nFrame Count\n5\nFrame,Time,Encoder,Axis";
+  for (int i = 0; i < 256; ++i) text += fmt::format(",{:.2f}", 50.0 + 0.1 * i);
+  text += "\n";
+  for (int k = 0; k < 5; ++k) {
+    text += fmt::format("{},{},{},Z", k, 16000 * k, 7 * k);
+    for (int i = 0; i < 256; ++i) text += i >= 120 ? ",31.0" : i % 9 == 4 ? "," : ",30.0";
+    text += "\n";
+  }
+  const std::string file = folder_.Write("g.csv", text + "End\n").string();
+  const Ran ran = RunProgram({"seam", "detect", file, "--preset", "gocator"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("5,0.0640,edge,120.00,62.0000,"));
+  // Columns are 0.1 mm apart, the first at x = 50 mm.
+  const Ran with = RunProgram({"seam", "detect", file, "--preset", "gocator", "--encoder-column",
+                               "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
+  ASSERT_EQ(with.code, 0) << with.err;
+  const auto json = nlohmann::json::parse(Lines(with.out).back());
+  EXPECT_NEAR(json["x_m"], 62e-3, 1e-9);
+  EXPECT_NEAR(json["position_m"], 14e-3, 1e-9);
+}
+
+TEST_F(SeamTest, PacketsTellTheSensorsOwnX) {
+  std::string text;
+  for (int k = 0; k < 20; ++k) {
+    for (int i = 0; i < 256; ++i) text += fmt::format("{} {}\n", 50.0 + 0.1 * i, i >= 120 ? 1 : 0);
+    text += "\n";
+  }
+  const std::string file = folder_.Write("p.txt", text).string();
+  const Ran ran = RunProgram({"seam", "detect", file, "--layout", "points", "--xml"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NEAR(stitching::FromXml(Lines(ran.out).back()).edge_x_m, 62e-3, 1e-4);
+}
+
+TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
+  std::string text;
+  for (const double time_s : {1.0, 1.02, 1.04, 2.04, 2.06})
+    text += fmt::format("{},", time_s) + Row(90);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const Ran ran = Detect({file, "--time-column", "1"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the one before it: an outage"));
+  const auto lines = Lines(ran.out);
+  EXPECT_THAT(lines[4], testing::EndsWith(",outage"));
+  EXPECT_THAT(lines[5], StartsWith("5,2.0600,edge,90.00,"));
+  EXPECT_THAT(lines[5], testing::EndsWith(","));
+  const Ran patient = Detect({file, "--time-column", "1", "--set", "file.max_gap_s=1.5"});
+  EXPECT_THAT(patient.err, testing::Not(HasSubstr("outage")));
+}
+
+TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
+  const std::string text = folder_.Write("p.csv", Row(90)).string();
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.tif")}).code, 0);
+  const std::string image = File("s.tif");
+  const auto refused = [&](std::vector<std::string> arguments, const std::string& says) {
+    arguments.insert(arguments.begin(), {"seam", "detect"});
+    ExpectRefused(arguments, says);
+  };
+  refused({image, "--unit", "um"}, "file.unit_mm: key 'unit_mm': is for text; " + image);
+  refused({image, "--layout", "pairs"}, "key 'layout': is for text");
+  refused({image, "--preset", "gocator"}, "--preset gocator:");
+  refused({image, "--preset", "sick"},
+          "--preset sick: image_scale_mm differs from sensor to sensor");
+  refused({text, "--preset", "sick", "--image-scale", "1"}, "key 'image_scale_mm': is for images");
+  refused({text, "--preset", "keyence"}, "--preset keyence: ");
+  refused({text, "--preset", "other"}, "--preset");
+  refused({text, "--image-offset", "1"}, "key 'image_offset_mm': is for images; " + text);
+  refused({text, "--decimal-comma", "--separator", "comma"}, "key 'decimal_comma'");
+  refused({text, "--separator", "dot"}, "--separator");
+  refused({text, "--header-lines", "two"}, "key 'header_lines': 'two' must be a whole number");
+  refused({text, "--no-value", "none"}, "key 'no_values': 'none' must be a number");
+  refused({text, "--max-height", "-300"}, "key 'min_height_mm': must be below max_height_mm");
+  refused({text, "--time-column", "Time"}, text + ": time_column: 'Time' is neither");
+  refused({text, "--set", "file.layouts=pairs"}, "unknown key 'layouts'");
+  refused({text, "--set", "monitor.windows=3"}, "unknown key 'windows'");
+  refused({text, "--set", "layout"}, "must be KEY=VALUE");
+  refused({text, "--columns-per-mm", "10", "--set", "columns_per_mm=12"},
+          "--columns-per-mm excludes");
+  for (const char* key : {"image_scale_mm", "away", "min_height_mm"}) {
+    refused({image, "--calibration", "c.yaml", "--set", std::string("file.") + key + "=true"},
+            std::string("key '") + key + "': tells of heights; with --calibration");
+  }
+}
+
+TEST_F(SeamTest, EveryKeyIsReachedFromTheCommandLine) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) text += Row(i < 3 ? 90 : 256);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const Ran ran = Detect({file, "--set", "monitor.window=6", "--set", "monitor.mat_end_profiles=3",
+                          "--set", "step.min_step_mm=0.5"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(Lines(ran.out).back(), testing::EndsWith(",mat_end"));
+}
+
 TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
   std::vector<std::string> first;
-  for (const char* name : {"s.csv", "s.png", "s.pgm"}) {
+  for (const char* name : {"s.csv", "s.png", "s.pgm", "s.tif"}) {
     ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "3", "-o", File(name)}).code, 0);
     const Ran ran = RunProgram({"seam", "detect", File(name)});
     ASSERT_EQ(ran.code, 0) << ran.err;

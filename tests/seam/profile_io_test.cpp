@@ -60,7 +60,7 @@ void ExpectSame(const std::vector<Profile>& a, const std::vector<Profile>& b) {
 
 TEST(ProfileFiles, EveryFormatGivesBackWhatWasWritten) {
   const TempFolder folder;
-  for (const char* name : {"p.csv", "p.txt", "p.png", "p.pgm", "P.CSV"}) {
+  for (const char* name : {"p.csv", "p.txt", "p.png", "p.pgm", "p.tif", "p.TIFF", "P.CSV"}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const auto profiles = RandomProfiles(seed);
       WriteProfiles(profiles, folder / name, {});
@@ -71,7 +71,7 @@ TEST(ProfileFiles, EveryFormatGivesBackWhatWasWritten) {
 
 TEST(ProfileFiles, TheSameProfilesAreTheSameBytes) {
   const TempFolder folder;
-  for (const char* name : {"a.csv", "a.png", "a.pgm"}) {
+  for (const char* name : {"a.csv", "a.png", "a.pgm", "a.tif"}) {
     WriteProfiles(RandomProfiles(7), folder / name, {});
     const std::string first = core::ReadFile(folder / name);
     WriteProfiles(RandomProfiles(7), folder / name, {});
@@ -220,7 +220,7 @@ TEST(ProfileFiles, DamagedFilesGiveProfilesOrAnError) {
   const TempFolder folder;
   int refused = 0;
   int read = 0;
-  for (const char* name : {"p.csv", "p.png", "p.pgm"}) {
+  for (const char* name : {"p.csv", "p.png", "p.pgm", "p.tif"}) {
     WriteProfiles(RandomProfiles(3), folder / name, {});
     const std::string whole = core::ReadFile(folder / name);
     for (std::uint64_t seed = 0; seed < 400; ++seed) {

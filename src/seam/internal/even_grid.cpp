@@ -14,6 +14,8 @@ namespace {
 // Times the median distance of neighbouring points: two points with one or more missing between
 // them are further apart, points on slopes that a sensor sees are nearer.
 constexpr double kGap = 1.8;
+// A column takes the height of a point up to half the distance of two away, and what rounding adds.
+constexpr double kNear = 0.5 * (1.0 + 1e-9);
 // A line with more is a mistake in the unit or an outlier in x.
 constexpr double kMaxColumns = 65536.0;
 
@@ -75,7 +77,7 @@ std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   std::vector<float> heights(grid.columns, std::numeric_limits<float>::quiet_NaN());
   const auto points = PointsOf(row);
   const double typical = MedianDistance(points);
-  const double near = 0.5 * std::max(typical, grid.pitch_m);
+  const double near = kNear * std::max(typical, grid.pitch_m);
   std::size_t next = 0;  // the first point at or behind the column
   for (std::size_t column = 0; column < grid.columns; ++column) {
     const double x = grid.first_m + static_cast<double>(column) * grid.pitch_m;
@@ -84,9 +86,8 @@ std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
     const Point* left = next > 0 ? &points[next - 1] : nullptr;
     if (left != nullptr && right != nullptr && right->x_m - left->x_m <= kGap * typical) {
       const double share = (x - left->x_m) / (right->x_m - left->x_m);
-      heights[column] =
-          static_cast<float>((1.0 - share) * static_cast<double>(left->height_m) +
-                             share * static_cast<double>(right->height_m));
+      heights[column] = static_cast<float>((1.0 - share) * static_cast<double>(left->height_m) +
+                                           share * static_cast<double>(right->height_m));
     } else if (right != nullptr && right->x_m - x <= near) {
       heights[column] = right->height_m;
     } else if (left != nullptr && x - left->x_m <= near) {

@@ -28,7 +28,8 @@ RawRow RowOf(std::span<const Pixel> levels, std::size_t number, const HeightOf& 
     const auto level = static_cast<double>(levels[i]);
     row.height_m.push_back(height_of(level, fault));
     if (fault.empty()) continue;
-    throw InputError(fmt::format("row {}, column {}: level {:.7g} {}", number, i + 1, level, fault));
+    throw InputError(
+        fmt::format("row {}, column {}: level {:.7g} {}", number, i + 1, level, fault));
   }
   return row;
 }
@@ -51,10 +52,12 @@ std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& s
 
 std::vector<RawRow> RowsOfTiff(const std::string& bytes, const ProfileFileOptions& options) {
   const image::Tiff tiff = image::DecodeTiff(bytes);
-  const HeightScale* scale = &options.grey;
-  if (tiff.pixel == image::TiffPixel::kSigned16) scale = &options.signed_grey;
-  if (tiff.pixel == image::TiffPixel::kFloat32) scale = &options.real;
-  return RowsOf(tiff.picture, *scale, options);
+  HeightScale scale = options.grey;
+  if (tiff.pixel == image::TiffPixel::kSigned16) scale = options.signed_grey;
+  if (tiff.pixel == image::TiffPixel::kFloat32) scale = options.real;
+  // As the file holds them: -999.9999 is no float.
+  for (double& none : scale.no_values) none = static_cast<float>(none);
+  return RowsOf(tiff.picture, scale, options);
 }
 
 }  // namespace

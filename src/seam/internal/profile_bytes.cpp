@@ -90,8 +90,7 @@ void CheckShape(const std::vector<Profile>& profiles) {
 }  // namespace
 
 std::string UnknownEnding(const std::string& ending) {
-  return "unknown ending '" + ending +
-         "'; profiles are .csv, .txt, .png, .pgm, .tif or .tiff";
+  return "unknown ending '" + ending + "'; profiles are .csv, .txt, .png, .pgm, .tif or .tiff";
 }
 
 std::string BytesOf(const std::vector<Profile>& profiles, const std::string& ending,

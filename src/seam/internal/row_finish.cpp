@@ -49,8 +49,12 @@ std::optional<double> RowFinish::GapBefore(const Stamp& stamp) {
 }
 
 ProfileRow RowFinish::operator()(RawRow&& row) {
-  ProfileRow made{.row = row.row, .line = row.line, .profile = {}, .fault = row.fault,
-                  .position_m = row.position_m, .gap_s = {}};
+  ProfileRow made{.row = row.row,
+                  .line = row.line,
+                  .profile = {},
+                  .fault = row.fault,
+                  .position_m = row.position_m,
+                  .gap_s = {}};
   if (!made.fault.empty()) return made;
   const Stamp stamp = StampOf(row);
   std::string fault = StampFault(stamp);

@@ -58,8 +58,7 @@ void TextRows::FindColumns() {
   columns.encoder = Find(text.encoder_column, "encoder_column");
   columns.axis = Find(text.axis_column, "axis_column");
   columns.profile = Find(text.profile_column, "profile_column");
-  columns.first =
-      std::max({columns.time, columns.encoder, columns.axis, columns.profile, -1}) + 1;
+  columns.first = std::max({columns.time, columns.encoder, columns.axis, columns.profile, -1}) + 1;
   if (!text.first_column.empty()) columns.first = Find(text.first_column, "first_column");
   columns.x = text.x_column.empty() ? columns.first : Find(text.x_column, "x_column");
   columns.z = text.z_column.empty() ? columns.x + 1 : Find(text.z_column, "z_column");
@@ -74,7 +73,8 @@ void TextRows::ReadHeaderX() {
   header_x_m_.clear();
   for (int i = columns_->first; i < static_cast<int>(fields.size()); ++i) {
     double x = 0.0;
-    if (fields[static_cast<std::size_t>(i)].empty() && i + 1 == static_cast<int>(fields.size())) break;
+    if (fields[static_cast<std::size_t>(i)].empty() && i + 1 == static_cast<int>(fields.size()))
+      break;
     const std::string fault = ParseNumber(fields, i, x);
     if (!fault.empty()) throw InputError("header, " + fault);
     header_x_m_.push_back(x * options_.text.scale.unit_m);
@@ -121,8 +121,8 @@ std::string TextRows::ParseHeight(const Fields& fields, int field, float& height
   if (IsDamaged(fault)) return fault;
   height_m = HeightOf(options_, options_.text.scale)(number, fault);
   if (!IsDamaged(fault)) return fault;
-  return fmt::format("column {}: {} {}", field + 1,
-                     Quoted(fields[static_cast<std::size_t>(field)]), fault);
+  return fmt::format("column {}: {} {}", field + 1, Quoted(fields[static_cast<std::size_t>(field)]),
+                     fault);
 }
 
 std::string TextRows::ParseStamps(const Fields& fields, RawRow& row) const {
@@ -131,8 +131,8 @@ std::string TextRows::ParseStamps(const Fields& fields, RawRow& row) const {
     double number = 0.0;
     std::string fault = ParseNumber(fields, column, number);
     if (fault.empty() && std::isnan(number)) {
-      fault = fmt::format("column {}: there is no number; time and encoder must have one",
-                          column + 1);
+      fault =
+          fmt::format("column {}: there is no number; time and encoder must have one", column + 1);
     }
     if (fault.empty()) value = number * unit;
     return fault;
@@ -144,8 +144,7 @@ std::string TextRows::ParseStamps(const Fields& fields, RawRow& row) const {
 std::string TextRows::ParseHeights(const Fields& fields, RawRow& row) const {
   row.height_m.assign(row.width, 0.0F);
   for (std::size_t i = 0; i < row.width; ++i) {
-    std::string fault =
-        ParseHeight(fields, columns_->first + static_cast<int>(i), row.height_m[i]);
+    std::string fault = ParseHeight(fields, columns_->first + static_cast<int>(i), row.height_m[i]);
     if (IsDamaged(fault)) return fault;
   }
   row.x_m = columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
