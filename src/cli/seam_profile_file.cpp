@@ -79,11 +79,11 @@ void ReadPreset(const ProfileFileArguments& arguments, const YamlMap& file,
   const seam::FormatPreset& preset = seam::PresetOf(arguments.preset);
   const std::string name = "--preset " + arguments.preset;
   auto map = YamlMap::FromText(std::string(preset.yaml), name);
-  CheckKeys(map, arguments);
   const std::string needs(preset.needs);
   if (!needs.empty() && !IsImage(arguments.profiles)) {
     throw InputError(name + ": is for images; " + arguments.profiles + " is text");
   }
+  CheckKeys(map, arguments);
   if (!needs.empty() && !file.Has(needs)) {
     throw InputError(
         fmt::format("{}: {} differs from sensor to sensor and must be told, too, e.g. "

@@ -309,6 +309,17 @@ TEST(ProfileGrids, AGapStaysAGapAndWhatIsBetweenNeighboursIsLinear) {
   }
 }
 
+// 1024 columns of 1/12 mm, written with three digits: half a column off at the end would be too
+// much.
+TEST(ProfileGrids, RoundedXDoesNotShiftAlongTheLine) {
+  const TempFolder folder;
+  std::string text;
+  for (int i = 0; i < 1024; ++i) text += fmt::format("{:.3f} 1\n", i / 12.0);
+  const auto file = ReadText(folder, text, "{layout: points}");
+  EXPECT_NEAR(file.grid->columns_per_m, 12e3, 0.2);  // a millimetre's thousandth over the line
+  EXPECT_EQ(file.rows[0].profile.height_m.size(), 1024U);
+}
+
 TEST(ProfileGrids, XMayFallAndTheGridHoldsAllRows) {
   const TempFolder folder;
   const auto file =

@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/error.h"
 
 namespace rangegrasp::seam {
 namespace {
 
-// Times the median distance of neighbouring points: two points with one or more missing between
+// Times the usual distance of neighbouring points: two points with one or more missing between
 // them are further apart, points on slopes that a sensor sees are nearer.
-constexpr double kGap = 1.8;
+constexpr double kGap = 1.5;
 // A column takes the height of a point up to half the distance of two away, and what rounding adds.
 constexpr double kNear = 0.5 * (1.0 + 1e-9);
 // A line with more is a mistake in the unit or an outlier in x.
@@ -36,8 +37,9 @@ std::vector<Point> PointsOf(const RawRow& row) {
   return points;
 }
 
-// 0 if there are fewer than two places.
-double MedianDistance(const std::vector<Point>& points) {
+// Of neighbours: the mean of the distances that are no gap, which numbers that were rounded to a
+// few digits do not shift along the line as a median would. 0 if there are fewer than two places.
+double UsualDistance(const std::vector<Point>& points) {
   std::vector<double> distances;
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double distance = points[i].x_m - points[i - 1].x_m;
@@ -46,7 +48,10 @@ double MedianDistance(const std::vector<Point>& points) {
   if (distances.empty()) return 0.0;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::ranges::nth_element(distances, middle);
-  return *middle;
+  const double longest = kGap * *middle;
+  std::erase_if(distances, [longest](double distance) { return distance > longest; });
+  return std::accumulate(distances.begin(), distances.end(), 0.0) /
+         static_cast<double>(distances.size());
 }
 
 }  // namespace
@@ -60,7 +65,7 @@ std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_
     if (points.size() < 2) continue;
     low = std::min(low, points.front().x_m);
     high = std::max(high, points.back().x_m);
-    if (pitch == 0.0) pitch = MedianDistance(points);
+    if (pitch == 0.0) pitch = UsualDistance(points);
   }
   if (!(pitch > 0.0) || !(high > low)) return std::nullopt;
   const double columns = std::round((high - low) / pitch) + 1.0;
@@ -76,7 +81,7 @@ std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_
 std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   std::vector<float> heights(grid.columns, std::numeric_limits<float>::quiet_NaN());
   const auto points = PointsOf(row);
-  const double typical = MedianDistance(points);
+  const double typical = UsualDistance(points);
   const double near = kNear * std::max(typical, grid.pitch_m);
   std::size_t next = 0;  // the first point at or behind the column
   for (std::size_t column = 0; column < grid.columns; ++column) {

@@ -18,12 +18,12 @@ struct EvenGrid {
 };
 
 /// The grid that holds all points that have a height, with so many columns a metre; 0: with the
-/// median distance of neighbouring points. nullopt if no row has two points.
+/// usual distance of neighbouring points. nullopt if no row has two points.
 /// @throws core::InputError if it has more columns than a profile can have.
 std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_m);
 
 /// A row's heights at the columns of a grid, linear between neighbouring points. Between points
-/// that are further from each other than 1.8 times their median distance there is nothing: a gap
+/// that are further from each other than 1.5 times their usual distance there is nothing: a gap
 /// stays a gap, and so does what was not measured.
 std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid);
 
