@@ -286,6 +286,14 @@ TEST_F(SeamTest, EveryKeyIsReachedFromTheCommandLine) {
                           "--set", "step.min_step_mm=0.5"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(Lines(ran.out).back(), testing::EndsWith(",mat_end"));
+  const std::string options =
+      folder_.Write("o.yaml", "file: {unit_mm: 0.001, away: true}\n").string();
+  const Ran turned = RunProgram({"seam", "detect", file, "--options", options, "--negative"});
+  ASSERT_EQ(turned.code, 0) << turned.err;
+  EXPECT_THAT(Lines(turned.out)[3], StartsWith("3,0.0323,edge,"));
+  ExpectRefused({"seam", "detect", file, "--options",
+                 folder_.Write("b.yaml", "file:\n  layout: lines\n").string()},
+                "b.yaml:2: key 'layout': 'lines' must be one of rows, pairs, points, columns");
 }
 
 TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {

@@ -419,6 +419,16 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
   }
 }
 
+TEST(BadFormats, PointsThatNoProfileEndsInFillNoMemory) {
+  std::string text;
+  for (int i = 0; i < 70'000; ++i) text += "1 2\n";
+  std::istringstream in(text);
+  ProfileStream stream(in, OptionsOf("{layout: points}"));
+  const auto row = stream.Next();
+  ASSERT_TRUE(row);
+  EXPECT_THAT(row->fault, HasSubstr("row 1 has more than 65536 points; an empty line"));
+}
+
 TEST(BadFormats, ImagesNameTheirPixel) {
   const TempFolder folder;
   WriteTiff<std::int16_t>(folder / "i.tif", {{2, {0, 1, 2, 30000}}});

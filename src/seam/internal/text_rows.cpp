@@ -18,6 +18,10 @@ using core::InputError;
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
+// A line of a sensor has fewer; without a bound a text that no profile ends in would fill the
+// memory.
+constexpr std::size_t kMaxPoints = 65536;
+
 bool IsDamaged(const std::string& fault) { return !fault.empty(); }
 
 }  // namespace
@@ -260,6 +264,13 @@ std::optional<RawRow> TextRows::NextOfPoints() {
       fault = ParseStamps(fields, row);
     }
     if (IsDamaged(fault)) continue;
+    if (row.x_m.size() == kMaxPoints) {
+      fault = fmt::format(
+          "has more than {} points; an empty line or another number in profile_column ends a "
+          "profile",
+          kMaxPoints);
+      break;
+    }
     fault = line->too_long ? "is longer than a point can be" : ParsePoint(fields, row);
     if (IsDamaged(fault)) row.line = line->number;
   }
