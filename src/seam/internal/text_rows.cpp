@@ -90,7 +90,8 @@ void TextRows::ReadHeaderX() {
 // Without the nothing behind a separator at the line's end, which begins no further field.
 TextRows::Fields TextRows::ValuesOf(const TextLine& line) const {
   Fields fields = FieldsOf(line.text, options_.text);
-  const auto expected = static_cast<std::size_t>(options_.columns + columns_->first);
+  const auto expected =
+      static_cast<std::size_t>(options_.columns) + static_cast<std::size_t>(columns_->first);
   if (fields.size() > 1 && fields.back().empty() &&
       (options_.columns == 0 || fields.size() == expected + 1)) {
     fields.pop_back();
