@@ -8,7 +8,19 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-int Count(const mjModel* model, mjtObj type) {
+std::string_view NameOf(const mjModel* model, mjtObj type, int id) {
+  const char* name = mj_id2name(model, type, id);
+  return name ? std::string_view(name) : std::string_view();
+}
+
+}  // namespace
+
+std::string_view Suffix(std::string_view name) {
+  const std::size_t slash = name.rfind('/');
+  return slash == std::string_view::npos ? name : name.substr(slash + 1);
+}
+
+int CountOf(const mjModel* model, mjtObj type) {
   switch (type) {
     case mjOBJ_BODY:
       return static_cast<int>(model->nbody);
@@ -31,20 +43,8 @@ int Count(const mjModel* model, mjtObj type) {
   }
 }
 
-std::string_view NameOf(const mjModel* model, mjtObj type, int id) {
-  const char* name = mj_id2name(model, type, id);
-  return name ? std::string_view(name) : std::string_view();
-}
-
-}  // namespace
-
-std::string_view Suffix(std::string_view name) {
-  const std::size_t slash = name.rfind('/');
-  return slash == std::string_view::npos ? name : name.substr(slash + 1);
-}
-
 int TryFind(const mjModel* model, mjtObj type, std::string_view suffix) {
-  for (int id = 0; id < Count(model, type); ++id) {
+  for (int id = 0; id < CountOf(model, type); ++id) {
     if (Suffix(NameOf(model, type, id)) == suffix) return id;
   }
   return -1;
@@ -54,7 +54,7 @@ int Find(const mjModel* model, mjtObj type, std::string_view suffix) {
   const int id = TryFind(model, type, suffix);
   if (id >= 0) return id;
   std::vector<std::string> known;
-  for (int i = 0; i < Count(model, type); ++i) {
+  for (int i = 0; i < CountOf(model, type); ++i) {
     const std::string_view name = Suffix(NameOf(model, type, i));
     if (!name.empty()) known.emplace_back(name);
   }
@@ -85,7 +85,7 @@ std::vector<double> NumericOf(const mjModel* model, std::string_view suffix) {
 }
 
 bool InSubtree(const mjModel* model, int body, int root) {
-  while (body > root) body = model->body_parentid[body];
+  while (body > root) body = model->body_parentid[body];  // parents have lower ids
   return body == root;
 }
 

@@ -11,6 +11,9 @@ namespace rangegrasp::mjcf {
 /// What follows the last '/' of a name.
 std::string_view Suffix(std::string_view name);
 
+/// How many elements of a type a model has; 0 of types that have no names here.
+int CountOf(const mjModel* model, mjtObj type);
+
 /// The first element of a type whose name ends so; -1 if there is none.
 int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);
 /// @throws core::InputError naming the element and those that exist.

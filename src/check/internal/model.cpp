@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/words.h"
+#include "mjcf/names.h"
 #include "sim/model.h"
 
 namespace rangegrasp::check::internal {
@@ -163,8 +164,7 @@ void Model::Warn(const std::string& where, const std::string& element, const std
 }
 
 bool Model::InSubtree(int body, int root) const {
-  while (body > root) body = m().body_parentid[body];
-  return body == root;
+  return mjcf::InSubtree(&m(), body, root);
 }
 
 bool Model::Collides(int geom) const {

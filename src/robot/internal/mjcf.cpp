@@ -7,30 +7,10 @@
 #include <cstdint>
 
 #include "core/error.h"
+#include "mjcf/names.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
-
-std::string_view Suffix(std::string_view name) { return name.substr(name.find_last_of('/') + 1); }
-
-int Count(const mjModel& m, mjtObj type) {
-  switch (type) {
-    case mjOBJ_BODY:
-      return static_cast<int>(m.nbody);
-    case mjOBJ_JOINT:
-      return static_cast<int>(m.njnt);
-    case mjOBJ_GEOM:
-      return static_cast<int>(m.ngeom);
-    case mjOBJ_SITE:
-      return static_cast<int>(m.nsite);
-    case mjOBJ_NUMERIC:
-      return static_cast<int>(m.nnumeric);
-    case mjOBJ_TUPLE:
-      return static_cast<int>(m.ntuple);
-    default:
-      return 0;
-  }
-}
 
 // While one lives, the engine neither prints warnings nor leaves a log file: a scene's are told by
 // who compiles it to simulate it.
@@ -133,8 +113,8 @@ std::string Mjcf::GeomTitle(int geom) const {
 int Mjcf::Require(mjtObj type, std::string_view name) const {
   int found = -1;
   const std::string what = fmt::format("{} \"{}\"", mju_type2Str(type), name);
-  for (int id = 0; id < Count(*model_, type); ++id) {
-    if (Suffix(Name(type, id)) != name) continue;
+  for (int id = 0; id < mjcf::CountOf(model_.get(), type); ++id) {
+    if (mjcf::Suffix(Name(type, id)) != name) continue;
     if (found >= 0) {
       Fail(fmt::format("{} is there twice: {} and {}", what, Name(type, found), Name(type, id)));
     }
@@ -145,10 +125,7 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
 }
 
 int Mjcf::FindIfAny(mjtObj type, std::string_view name) const {
-  for (int id = 0; id < Count(*model_, type); ++id) {
-    if (Suffix(Name(type, id)) == name) return id;
-  }
-  return -1;
+  return mjcf::TryFind(model_.get(), type, name);
 }
 
 std::vector<int> Mjcf::TupleIfAny(std::string_view name, mjtObj type) const {
@@ -175,8 +152,7 @@ Eigen::VectorXd Mjcf::Numeric(std::string_view name, int size) const {
 }
 
 bool Mjcf::InSubtree(int body, int root) const {
-  while (body > root) body = model_->body_parentid[body];  // parents have lower ids
-  return body == root;
+  return mjcf::InSubtree(model_.get(), body, root);
 }
 
 bool Mjcf::Collides(int geom) const {
