@@ -27,10 +27,10 @@ constexpr double kColumns = 100.0;
 
 constexpr int kMedianHalf = 4;
 
-// The functions below run over many columns or places side by side.
+// Runs over many columns side by side.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define RANGEGRASP_VECTORISED __attribute__((target_clones("avx2", "default"), optimize("O3")))
+#define RANGEGRASP_VECTORISED __attribute__((target_clones("avx2", "default")))
 #else
 #define RANGEGRASP_VECTORISED
 #endif
@@ -135,41 +135,41 @@ struct Fits {
 
 // z = c0 + c1 u + c2 u^2 + h [u >= 0], u = x - place: the parabola is taken out of the step and of
 // the heights (Frisch and Waugh 1933), then h is a quotient.
-RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, double spacing,
-                                      Fits& fits) {
-  const double* before[PlaceSums::kKinds];
-  for (std::size_t kind = 0; kind < PlaceSums::kKinds; ++kind) {
-    before[kind] = sums.before[kind].data() + sums.pad;
-  }
-  double* points = fits.points.data();
-  double* height = fits.height_mm.data();
-  double* variance = fits.variance_mm2.data();
-  double* t_squared = fits.t_squared.data();
+void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& fits) {
+  const auto before = [&](std::size_t kind) { return sums.before[kind].data() + sums.pad; };
+  const double* const n = before(0);
+  const double* const x = before(1);
+  const double* const xx = before(2);
+  const double* const xxx = before(3);
+  const double* const xxxx = before(4);
+  const double* const z = before(5);
+  const double* const zx = before(6);
+  const double* const zxx = before(7);
+  const double* const zz = before(8);
+  double* const points = fits.points.data();
+  double* const height = fits.height_mm.data();
+  double* const variance = fits.variance_mm2.data();
+  double* const t_squared = fits.t_squared.data();
   const auto places = static_cast<int>(sums.places);
   const auto reach = static_cast<int>(half);
   for (int place = 0; place < places; ++place) {
-    double all[PlaceSums::kKinds];
-    double right[PlaceSums::kKinds];
-    for (std::size_t kind = 0; kind < PlaceSums::kKinds; ++kind) {
-      const double end = before[kind][place + reach];
-      all[kind] = end - before[kind][place - reach];
-      right[kind] = end - before[kind][place];
-    }
+    const auto all = [=](const double* sum) { return sum[place + reach] - sum[place - reach]; };
+    const auto right = [=](const double* sum) { return sum[place + reach] - sum[place]; };
     // Moments about the place.
     const double c = place * spacing;
     const double c2 = c * c;
-    const double a0 = all[0];
-    const double a1 = all[1] - c * all[0];
-    const double a2 = all[2] - 2.0 * c * all[1] + c2 * all[0];
-    const double a3 = all[3] - 3.0 * c * all[2] + 3.0 * c2 * all[1] - c2 * c * all[0];
-    const double a4 =
-        all[4] - 4.0 * c * all[3] + 6.0 * c2 * all[2] - 4.0 * c2 * c * all[1] + c2 * c2 * all[0];
-    const double z0 = all[5];
-    const double z1 = all[6] - c * all[5];
-    const double z2 = all[7] - 2.0 * c * all[6] + c2 * all[5];
-    const double r0 = right[0];
-    const double r1 = right[1] - c * right[0];
-    const double r2 = right[2] - 2.0 * c * right[1] + c2 * right[0];
+    const double a0 = all(n);
+    const double a1 = all(x) - c * a0;
+    const double a2 = all(xx) - 2.0 * c * all(x) + c2 * a0;
+    const double a3 = all(xxx) - 3.0 * c * all(xx) + 3.0 * c2 * all(x) - c2 * c * a0;
+    const double a4 = all(xxxx) - 4.0 * c * all(xxx) + 6.0 * c2 * all(xx) -
+                      4.0 * c2 * c * all(x) + c2 * c2 * a0;
+    const double z0 = all(z);
+    const double z1 = all(zx) - c * z0;
+    const double z2 = all(zxx) - 2.0 * c * all(zx) + c2 * z0;
+    const double r0 = right(n);
+    const double r1 = right(x) - c * r0;
+    const double r2 = right(xx) - 2.0 * c * right(x) + c2 * r0;
     // Adjugate of the parabola's normal matrix.
     const double d00 = a2 * a4 - a3 * a3;
     const double d01 = a2 * a3 - a1 * a4;
@@ -183,11 +183,11 @@ RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, d
     const double step1 = (d01 * r0 + d11 * r1 + d12 * r2) * scale;
     const double step2 = (d02 * r0 + d12 * r1 + d22 * r2) * scale;
     const double own = r0 - (step0 * r0 + step1 * r1 + step2 * r2);
-    const double own_height = right[5] - (step0 * z0 + step1 * z1 + step2 * z2);
+    const double own_height = right(z) - (step0 * z0 + step1 * z1 + step2 * z2);
     const double flat0 = (d00 * z0 + d01 * z1 + d02 * z2) * scale;
     const double flat1 = (d01 * z0 + d11 * z1 + d12 * z2) * scale;
     const double flat2 = (d02 * z0 + d12 * z1 + d22 * z2) * scale;
-    const double residual = all[8] - (flat0 * z0 + flat1 * z1 + flat2 * z2);
+    const double residual = all(zz) - (flat0 * z0 + flat1 * z1 + flat2 * z2);
     const double h = own_height / std::max(own, kMinOwnPoints);
     const double left_over =
         std::max(residual - h * own_height, 0.0) + a0 * kResolution_mm * kResolution_mm;
