@@ -71,7 +71,7 @@ std::set<std::size_t> WriteViews(const std::filesystem::path& store,
     experiment::ReplayOptions options;
     options.view = &view;
     Result result = e.task->Replay(which, options);
-    report::WriteView(view, request.out, by_id.at(which.id)->number);
+    if (!view.Empty()) report::WriteView(view, request.out, by_id.at(which.id)->number);
     return result;
   };
   std::set<std::size_t> made;

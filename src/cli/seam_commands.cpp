@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "core/words.h"
+#include "draw/plot.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
 #include "seam/tracker.h"
@@ -80,7 +81,7 @@ class Detection {
       PrintLine(reading, stop, read);
     }
     if (!arguments_.picture.empty() && row == static_cast<std::size_t>(arguments_.picture_row)) {
-      WriteResult(tasks::seam_task::ProfileSvg(*tracker_, reading, options_.line),
+      WriteResult(draw::PlotSvg(tasks::seam_task::ProfilePanels(*tracker_, reading, options_.line)),
                   arguments_.picture);
       drawn_ = true;
     }

@@ -1,17 +1,20 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/frames.h"
+#include "draw/plot.h"
 #include "geometry/mesh.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::experiment {
 
-/// What a person may look at of a case, from all sides and over time, in the task's own words. What
-/// shows it (a report's page) knows nothing of the task. All in one frame W [m], z up.
+/// What a person may look at of a case, from all sides and over time, or as diagrams, in the task's
+/// own words. What shows it (a report's page) knows nothing of the task. All in one frame W [m], z
+/// up. A task fills in what it has.
 struct View {
   using Color = Eigen::Vector4f;  ///< red, green, blue, opacity in 0..1
 
@@ -31,6 +34,14 @@ struct View {
     geometry::TriangleMesh mesh_W;
     Color color;
   };
+  /// A surface whose triangles have colors. Each is a layer and stands in a picture of its own,
+  /// beside the others; all are turned as one.
+  struct Painted {
+    std::string layer;
+    geometry::TriangleMesh mesh_W;
+    std::vector<std::uint8_t> paint;  ///< of each triangle, its position in colors
+    std::vector<Color> colors;
+  };
   /// What moves as one.
   struct Body {
     std::string name;
@@ -49,15 +60,28 @@ struct View {
     std::vector<Force> forces;
   };
 
+  /// Diagrams that are shown together, one such page at a time.
+  struct Page {
+    std::string name;
+    std::vector<draw::Panel> panels;
+  };
+
   std::vector<Points> points;
   std::vector<Line> lines;
   std::vector<Surface> surfaces;
+  std::vector<Painted> painted;
   std::vector<Body> bodies;
   std::vector<Frame> frames;                         ///< in the order of time; empty: nothing moves
   Eigen::Vector3d eye_W = Eigen::Vector3d::UnitX();  ///< where it is looked at from
   Eigen::Vector3d target_W = Eigen::Vector3d::Zero();
 
-  bool Empty() const { return points.empty() && surfaces.empty() && bodies.empty(); }
+  std::vector<draw::Panel> panels;  ///< always shown
+  std::vector<Page> pages;          ///< leafed through
+
+  bool Empty() const {
+    return points.empty() && surfaces.empty() && painted.empty() && bodies.empty() &&
+           panels.empty() && pages.empty();
+  }
 };
 
 }  // namespace rangegrasp::experiment

@@ -52,6 +52,7 @@ void WritePage(const std::filesystem::path& folder) {
   for (const Library& library : kLibraries) {
     core::WriteFile(folder / "lib" / library.name, core::ReadFile(library.file));
   }
+  core::WriteFile(folder / "plots.js", internal::kPlotsJs);
   core::WriteFile(folder / "report.css", internal::kReportCss);
   core::WriteFile(folder / "report.js", internal::kReportJs);
   core::WriteFile(folder / "view.js", internal::kViewJs);

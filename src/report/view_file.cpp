@@ -8,9 +8,10 @@
 
 #include "core/file.h"
 #include "core/hash.h"
-#include "draw/canvas.h"
 #include "image/png.h"
+#include "report/internal/base64.h"
 #include "report/internal/packed.h"
+#include "report/internal/view_picture.h"
 
 namespace rangegrasp::report {
 namespace {
@@ -18,11 +19,6 @@ namespace {
 using experiment::View;
 using nlohmann::ordered_json;
 
-// Of the small picture [px]: what a row of the list shows, twice as fine for sharp screens.
-constexpr int kPictureWidth_px = 192;
-constexpr int kPictureHeight_px = 144;
-constexpr float kDot_px = 1.5F;
-constexpr float kLine_px = 1.5F;
 constexpr double kForceDigits = 1e3;  // of forces and their places: mN, mm
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -79,6 +75,61 @@ ordered_json BodiesJson(const View& view, const std::filesystem::path& folder) {
   return json;
 }
 
+ordered_json PaintedJson(const View& view, const std::filesystem::path& folder) {
+  ordered_json json = ordered_json::array();
+  for (const View::Painted& one : view.painted) {
+    ordered_json colors = ordered_json::array();
+    for (const View::Color& color : one.colors) colors.push_back(Json(color));
+    json.push_back({{"layer", one.layer},
+                    {"mesh", WriteMesh(one.mesh_W, folder)},
+                    {"colors", colors},
+                    {"paint", internal::Base64(one.paint)}});
+  }
+  return json;
+}
+
+// null: 0, 1, 2 and so on, which the page counts itself.
+ordered_json AbscissasJson(const std::vector<double>& x) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] != static_cast<double>(i)) return internal::PackedNumbers(x);
+  }
+  return nullptr;
+}
+
+ordered_json PanelJson(const draw::Panel& panel) {
+  ordered_json json = {{"title", panel.title},
+                       {"x", panel.x_label},
+                       {"y", panel.y_label},
+                       {"equal", panel.equal_axes},
+                       {"series", ordered_json::array()},
+                       {"markers", ordered_json::array()}};
+  for (const draw::Series& series : panel.series) {
+    json["series"].push_back({{"name", series.label},
+                              {"color", series.color},
+                              {"dots", series.dots},
+                              {"x", AbscissasJson(series.x)},
+                              {"y", internal::PackedNumbers(series.y)}});
+  }
+  for (const draw::Marker& marker : panel.markers) {
+    json["markers"].push_back({{"x", marker.x}, {"name", marker.label}, {"color", marker.color}});
+  }
+  return json;
+}
+
+ordered_json PanelsJson(const std::vector<draw::Panel>& panels) {
+  ordered_json json = ordered_json::array();
+  for (const draw::Panel& panel : panels) json.push_back(PanelJson(panel));
+  return json;
+}
+
+ordered_json PagesJson(const std::vector<View::Page>& pages) {
+  ordered_json json = ordered_json::array();
+  for (const View::Page& page : pages) {
+    json.push_back({{"name", page.name}, {"panels", PanelsJson(page.panels)}});
+  }
+  return json;
+}
+
 ordered_json ViewJson(const View& view, const std::filesystem::path& folder) {
   ordered_json json = {{"eye", Json(view.eye_W)}, {"target", Json(view.target_W)}};
   for (const char* part : {"points", "lines", "surfaces"}) json[part] = ordered_json::array();
@@ -95,37 +146,20 @@ ordered_json ViewJson(const View& view, const std::filesystem::path& folder) {
   for (const auto& one : view.surfaces) {
     add("surfaces", one, "mesh", internal::PackedMesh(one.mesh_W));
   }
+  json["painted"] = PaintedJson(view, folder);
   json["bodies"] = BodiesJson(view, folder);
   json["frames"] = FramesJson(view.frames);
+  json["panels"] = PanelsJson(view.panels);
+  json["pages"] = PagesJson(view.pages);
   return json;
-}
-
-// Of what nothing was perceived, the bodies as they stand at first.
-image::Image Picture(const View& view) {
-  draw::Canvas canvas;
-  for (const auto& one : view.points) canvas.dots.push_back({one.points_W, one.color, kDot_px});
-  for (const auto& one : view.lines) {
-    if (one.layer != "colliding grasps")
-      canvas.lines.push_back({one.points_W, one.color, kLine_px});
-  }
-  for (const auto& one : view.surfaces) canvas.surfaces.push_back({one.mesh_W, one.color});
-  if (view.points.empty() && view.surfaces.empty()) {
-    for (const auto& body : view.bodies) {
-      canvas.surfaces.push_back(
-          {geometry::Transformed(body.mesh_B, body.X_WB.front()), body.color});
-    }
-  }
-  draw::View look;
-  look.eye = view.eye_W;
-  look.target = view.target_W;
-  return draw::Render(canvas, look, kPictureWidth_px, kPictureHeight_px);
 }
 
 }  // namespace
 
 void WriteView(const View& view, const std::filesystem::path& folder, std::size_t number) {
   const auto file = folder / "views" / fmt::format("{}.js", number);
-  image::WritePng(std::filesystem::path(file).replace_extension(".png"), Picture(view));
+  image::WritePng(std::filesystem::path(file).replace_extension(".png"),
+                  internal::ViewPicture(view));
   core::WriteFile(file,
                   fmt::format("rangegrasp.views[{}]={};\n", number, Dump(ViewJson(view, folder))));
 }

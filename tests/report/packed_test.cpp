@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -83,6 +84,24 @@ TEST(PackedPoints, OnePointAndNoneAreExact) {
   EXPECT_TRUE(Unpacked(PackedPoints({})).empty());
   const Eigen::Vector3d p(0.1, -0.2, 0.3);
   EXPECT_EQ(Unpacked(PackedPoints({p, p})), (geometry::Points{p, p}));
+}
+
+TEST(PackedNumbers, AreWithinHalfAStepAndGapsStayGaps) {
+  core::Rng rng(13);
+  std::vector<double> numbers = {NAN, INFINITY, -7.0, 5.0};
+  for (int i = 0; i < 500; ++i) numbers.push_back(rng.Uniform(-7.0, 5.0));
+  const auto json = PackedNumbers(numbers);
+  const auto steps = Numbers<std::uint16_t>(json["data"]);
+  ASSERT_EQ(steps.size(), numbers.size());
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    EXPECT_EQ(steps[i] == 65535, !std::isfinite(numbers[i])) << i;
+    if (steps[i] == 65535) continue;
+    const double read = json["low"].get<double>() + json["step"].get<double>() * steps[i];
+    EXPECT_LE(std::abs(read - numbers[i]), 0.5 * 12.0 / 65534.0 + 1e-12);
+  }
+  EXPECT_EQ(PackedNumbers({})["data"], "");
+  EXPECT_EQ(Numbers<std::uint16_t>(PackedNumbers(std::vector<double>{NAN})["data"])[0], 65535);
+  EXPECT_EQ(PackedNumbers(std::vector{2.0, 2.0})["low"].get<double>(), 2.0);
 }
 
 TEST(PackedMesh, HasWideCornersOnlyWhereItNeedsThem) {

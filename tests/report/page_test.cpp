@@ -34,7 +34,7 @@ TEST(PrepareFolder, LeavesNoViewOfAnEarlierReport) {
 TEST(WritePage, NamesNoPlaceOutsideTheReport) {
   const TempFolder folder;
   WritePage(folder.path());
-  for (const char* file : {"index.html", "report.css", "report.js", "view.js"}) {
+  for (const char* file : {"index.html", "report.css", "plots.js", "report.js", "view.js"}) {
     const std::string text = core::ReadFile(folder / file);
     EXPECT_THAT(text, Not(HasSubstr("http"))) << file;
     EXPECT_THAT(text, Not(HasSubstr("innerHTML"))) << file;  // texts of a run stay text

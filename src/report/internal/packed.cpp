@@ -1,6 +1,7 @@
 #include "report/internal/packed.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -72,6 +73,26 @@ ordered_json PackedPoses(const std::vector<core::Pose>& poses) {
     }
   }
   return {{"places", PackedPoints(places)}, {"turns", Bytes(turns)}};
+}
+
+ordered_json PackedNumbers(std::span<const double> numbers) {
+  constexpr std::uint16_t kNone = 65535;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const double x : numbers) {
+    if (!std::isfinite(x)) continue;
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  if (!(low <= high)) low = high = 0.0;
+  const double step = high > low ? (high - low) / (kNone - 1) : 1.0;
+  std::vector<std::uint16_t> steps;
+  steps.reserve(numbers.size());
+  for (const double x : numbers) {
+    steps.push_back(std::isfinite(x) ? static_cast<std::uint16_t>(std::lround((x - low) / step))
+                                     : kNone);
+  }
+  return {{"low", low}, {"step", step}, {"data", Bytes(steps)}};
 }
 
 }  // namespace rangegrasp::report::internal

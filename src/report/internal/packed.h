@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <vector>
 
 #include "core/frames.h"
@@ -18,5 +19,9 @@ nlohmann::ordered_json PackedPoints(const geometry::Points& points);
 nlohmann::ordered_json PackedMesh(const geometry::TriangleMesh& mesh);
 /// {"places": as points, "turns": quaternions (x, y, z, w) times 32767, signed 16-bit}.
 nlohmann::ordered_json PackedPoses(const std::vector<core::Pose>& poses);
+
+/// {"low": l, "step": s, "data": 16-bit steps above low}: within half a step, 1 / 65534 of their
+/// range; 65535 for a number that is not finite.
+nlohmann::ordered_json PackedNumbers(std::span<const double> numbers);
 
 }  // namespace rangegrasp::report::internal

@@ -225,16 +225,30 @@ function showRecord(record) {
   $('record').replaceChildren(list);
 }
 
+function hideViews() {
+  rangegrasp.hideView?.();
+  rangegrasp.hidePlots?.();
+  $('view').replaceChildren();
+}
+
 async function showView(number) {
   if (!data.cases[number][CASE.view]) {
     $('view').textContent = 'This case has no view; `rangegrasp report --views all` makes one for each.';
     return;
   }
   $('view').textContent = 'Loading';
-  await Promise.all([load('lib/three.min.js').then(() => load('lib/OrbitControls.js')), load('view.js'), load(`views/${number}.js`)]);
+  await load(`views/${number}.js`);
   const view = rangegrasp.views[number];
-  await Promise.all([...new Set(view.bodies.map(body => body.mesh))].map(mesh => load(`meshes/${mesh}.js`)));
-  if (opened === number) rangegrasp.showView($('view'), view);
+  const meshes = new Set([...view.bodies, ...view.painted].map(one => one.mesh));
+  const isSolid = meshes.size + view.points.length + view.surfaces.length > 0;
+  const isPlot = view.panels.length + view.pages.length > 0;
+  await Promise.all([
+    ...(isSolid ? [load('lib/three.min.js').then(() => load('lib/OrbitControls.js')), load('view.js')] : []),
+    ...(isPlot ? [load('plots.js')] : []), ...[...meshes].map(mesh => load(`meshes/${mesh}.js`))]);
+  if (opened !== number) return;
+  hideViews();
+  if (isSolid) rangegrasp.showView($('view'), view);
+  if (isPlot) rangegrasp.showPlots($('view'), view);
 }
 
 function stepTo(button, number) {
@@ -267,7 +281,7 @@ function setUpCase() {
   $('close').addEventListener('click', () => $('case').close());
   $('case').addEventListener('close', () => {
     opened = -1;
-    rangegrasp.hideView?.();
+    hideViews();
   });
 }
 

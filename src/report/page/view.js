@@ -1,5 +1,6 @@
 'use strict';
-// Draws one case: what was perceived, and what happened, in time. One renderer serves all cases; it draws when something changes.
+// Draws one case in 3-D: what was perceived, what happened, in time, and what is painted, side by side. One renderer serves all cases; it
+// draws when something changes.
 (() => {
   const element = rangegrasp.element;
   const forceLength_m = 0.001;  // of an arrow, for each newton
@@ -7,6 +8,7 @@
   const pointSize_px = 2;
   const replayEye = [0.95, -1.05, 0.75];  // from what is looked at, where the arm shows as well
   const width = 860, height = 560;
+  const halfField = Math.tan(35 / 2 * Math.PI / 180);  // of what is seen, up and down
 
   let renderer, camera, controls, scene, present, playing;
 
@@ -92,6 +94,24 @@
     }
   }
 
+  // Triangles with colours of their own share no corners.
+  function addPainted(one) {
+    const shared = geometry(rangegrasp.meshes[one.mesh]);
+    const made = shared.toNonIndexed();
+    shared.dispose();
+    const paint = new Uint8Array(bytes(one.paint));
+    const shades = new Float32Array(9 * paint.length);
+    paint.forEach((color, i) => {
+      for (let k = 0; k < 9; ++k) shades[9 * i + k] = one.colors[color][k % 3];
+    });
+    made.setAttribute('color', new THREE.BufferAttribute(shades, 3));
+    const mesh = new THREE.Mesh(made, new THREE.MeshPhongMaterial({
+      vertexColors: THREE.VertexColors, flatShading: true, shininess: 15, side: THREE.DoubleSide}));
+    layer(one.layer).add(mesh);
+    const name = element('span', {textContent: one.layer});
+    present.cells.push({layer: present.layers[one.layer], name});
+  }
+
   function freeAll() {
     if (!scene) return;
     scene.traverse(one => {
@@ -169,8 +189,47 @@
 
   // ---- looking ----
 
+  function seeThrough(aspect) {
+    camera.aspect = aspect;
+    camera.fov = 360 / Math.PI * Math.atan(halfField / Math.min(1, aspect));
+    camera.updateProjectionMatrix();
+  }
+
+  // As many columns as make the pictures largest.
+  function columnsFor(count) {
+    const size = columns => Math.min(width / columns, height / Math.ceil(count / columns));
+    return Array.from({length: count}, (_, i) => i + 1).reduce((best, one) => size(one) > size(best) ? one : best, 1);
+  }
+
+  // Each in a picture of its own, all from the same side.
+  function drawCells(cells) {
+    const columns = columnsFor(cells.length), rows = Math.ceil(cells.length / columns);
+    const wide = Math.floor(width / columns), high = Math.floor(height / rows);
+    renderer.clear();
+    renderer.setScissorTest(true);
+    seeThrough(wide / high);
+    cells.forEach(({layer, name}, i) => {
+      const left = i % columns, top = Math.floor(i / columns);
+      for (const other of cells) other.layer.group.visible = other.layer === layer;
+      const box = [left * wide, height - (top + 1) * high, wide, high];
+      renderer.setViewport(...box);
+      renderer.setScissor(...box);
+      renderer.render(scene, camera);
+      name.style.left = `${100 * left * wide / width}%`;
+      name.style.top = `${100 * top * high / height}%`;
+    });
+    for (const {layer} of cells) layer.group.visible = true;
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, width, height);
+  }
+
   function draw() {
-    if (scene) renderer.render(scene, camera);
+    if (!scene) return;
+    for (const {layer, name} of present.cells) name.hidden = !layer.group.visible;
+    const cells = present.cells.filter(cell => cell.layer.group.visible);
+    if (cells.length > 0) return drawCells(cells);
+    seeThrough(width / height);
+    renderer.render(scene, camera);
   }
 
   function lookFrom(eye, target) {
@@ -232,8 +291,8 @@
         draw();
       });
       const swatch = element('span', {className: 'swatch'});
-      swatch.style.background = `rgb(${one.color.slice(0, 3).map(c => Math.round(255 * c)).join()})`;
-      boxes.append(element('label', {}, one.box, swatch, name));
+      if (one.color) swatch.style.background = `rgb(${one.color.slice(0, 3).map(c => Math.round(255 * c)).join()})`;
+      boxes.append(element('label', {}, one.box, ...(one.color ? [swatch] : []), name));
     }
     return boxes;
   }
@@ -260,8 +319,6 @@
   }
 
   rangegrasp.showView = (holder, view) => {
-    stop();
-    freeAll();
     try {
       if (!renderer) setUp();
     } catch (error) {
@@ -270,16 +327,19 @@
     }
     scene = new THREE.Scene();
     lights();
-    present = {view, layers: {}, bodies: [], frame: 0, moving: new Set([...view.bodies.map(body => body.layer), 'contact forces'])};
+    present = {view, layers: {}, bodies: [], cells: [], frame: 0, moving: new Set([...view.bodies.map(body => body.layer), 'contact forces'])};
     addPerceived(view);
+    view.painted.forEach(addPainted);
     view.bodies.forEach(addBody);
-    layer('contact forces', [0.76, 0.09, 0.36, 1]);
+    const moves = view.frames.length > 0;
+    if (moves) layer('contact forces', [0.76, 0.09, 0.36, 1]);
     present.modes = [modeButton('What was perceived', showPerceived), modeButton('What happened', showHappened)];
     const bar = player(view);
-    holder.replaceChildren(element('div', {className: 'player'}, ...present.modes),
-        element('div', {className: 'stage'}, renderer.domElement, layerBoxes()), bar);
-    if (view.frames.length > 0) showFrame(0);
-    if (view.points.length + view.surfaces.length > 0) showPerceived(); else showHappened();
+    const picture = element('div', {className: 'picture'}, renderer.domElement, ...present.cells.map(cell => cell.name));
+    holder.append(element('div', {className: 'player', hidden: !moves}, ...present.modes),
+        element('div', {className: 'stage'}, picture, layerBoxes()), bar);
+    if (moves) showFrame(0);
+    if (moves && view.points.length + view.surfaces.length === 0) showHappened(); else showPerceived();
     rangegrasp.shown = present;
   };
 

@@ -12,6 +12,7 @@
 #include "parts/metrics/human_score.h"
 #include "tasks/parts/parts_report.h"
 #include "tasks/parts/parts_setup.h"
+#include "tasks/parts/parts_view.h"
 #include "tasks/parts/write_parts.h"
 
 namespace rangegrasp::tasks {
@@ -66,10 +67,14 @@ class PartsExperiment : public experiment::Task {
     }
     Running running;
     Result result = RunCase(which, running);
-    if (running.found) {
-      const parts::HumanModel& model = *running.model;
-      WriteParts(options.folder / which.id, model.input,
-                 parts::LabelsOfInput(model.shape, model.input, *running.found), kAxisUp);
+    if (!running.model) return result;
+    const parts::HumanModel& model = *running.model;
+    std::vector<std::int32_t> labels;
+    if (running.found) labels = parts::LabelsOfInput(model.shape, model.input, *running.found);
+    if (options.view) {
+      *options.view = PartsView(model, json::parse(which.params).at("method"), labels);
+    } else if (running.found) {
+      WriteParts(options.folder / which.id, model.input, labels, kAxisUp);
     }
     return result;
   }
@@ -149,7 +154,8 @@ const experiment::TaskKind& PartsTask() {
       .success = {},
       .read = ReadParts,
       .read_keys = ReadPartsKeys,
-      .report = PartsReport};
+      .report = PartsReport,
+      .has_views = true};
   return kind;
 }
 

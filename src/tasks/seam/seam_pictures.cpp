@@ -2,21 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 
 #include "core/units.h"
 #include "core/words.h"
-#include "draw/plot.h"
 
 namespace rangegrasp::tasks::seam_task {
 namespace {
 
 using draw::Panel;
 using draw::Series;
-
-// The dissertation's colours (fig. 3.17): green, blue, red.
-constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
 
 Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
                     const std::string& color) {
@@ -30,8 +25,8 @@ Series ColumnSeries(const std::vector<float>& values, double unit, const std::st
 
 }  // namespace
 
-std::string ProfileSvg(const seam::EdgeTracker& tracker, const seam::Reading& reading,
-                       const seam::LineGeometry& line) {
+std::vector<Panel> ProfilePanels(const seam::EdgeTracker& tracker, const seam::Reading& reading,
+                                 const seam::LineGeometry& line) {
   const auto& prepared = tracker.prepared();
   Panel measured{"Profile as measured", "", "height [mm]", {}, {}, {}};
   measured.series.push_back(ColumnSeries(prepared.original_m, core::kMmPerM, "", "#444444"));
@@ -58,11 +53,11 @@ std::string ProfileSvg(const seam::EdgeTracker& tracker, const seam::Reading& re
     weights.series.push_back(
         ColumnSeries(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
   }
-  return draw::PlotSvg({measured, flat, weights});
+  return {measured, flat, weights};
 }
 
-std::string TrackSvg(const stitching::TrackResult& track, const stitching::Mats& mats,
-                     double wanted_distance_m) {
+std::vector<Panel> TrackPanels(const stitching::TrackResult& track, const stitching::Mats& mats,
+                               double wanted_distance_m) {
   Panel map{"Closed loop, seen from above", "along the track [mm]", "across [mm]", {}, {}, {}};
   map.equal_axes = true;
   Series edge{"edge", {}, {}, "#444444"};
@@ -83,9 +78,16 @@ std::string TrackSvg(const stitching::TrackResult& track, const stitching::Mats&
     sensed.x.push_back(point.y_m * core::kMmPerM);
     sensed.y.push_back(-point.x_m * core::kMmPerM);
   }
+  // The line runs ahead of the needle: what it tells of the last stretch has its truth, too.
+  constexpr double kStep_m = 1e-3;
+  const double end_m = track.sensed.empty() ? 0.0 : track.sensed.back().y_m;
+  for (double y_m = track.path.back().y_m; y_m < end_m; y_m += kStep_m) {
+    edge.x.push_back(y_m * core::kMmPerM);
+    edge.y.push_back(-mats.EdgeX(y_m) * core::kMmPerM);
+  }
   map.series = {edge, sensed, needle};
   errors.series = {error};
-  return draw::PlotSvg({map, errors}, 900, 320);
+  return {map, errors};
 }
 
 }  // namespace rangegrasp::tasks::seam_task

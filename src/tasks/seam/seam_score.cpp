@@ -63,37 +63,46 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
-SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
-                     const stitching::Recording& recording, int number) {
+void ReadSeam(
+    const SeamExperiment& experiment, const seam::Calibration& calibration,
+    const stitching::Recording& recording,
+    const std::function<void(std::size_t, const std::array<seam::Reading, kDecisions.size()>&,
+                             const std::vector<seam::EdgeTracker>&)>& told) {
   std::vector<seam::EdgeTracker> trackers;
   for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(experiment, decision));
+  for (std::size_t i = 0; i < recording.raw.size(); ++i) {
+    const seam::Profile profile = seam::Calibrate(recording.raw[i], calibration);
+    std::array<seam::Reading, kDecisions.size()> readings;
+    for (std::size_t d = 0; d < trackers.size(); ++d) readings[d] = trackers[d].Update(profile);
+    told(i, readings, trackers);
+  }
+}
+
+SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
+                     const stitching::Recording& recording, int number) {
   SeamResult result;
   result.seam = number;
   result.shape = ShapeOf(experiment, number);
   result.height_m = MatsOf(experiment, number).height_m;
   const int columns = experiment.sensor.line.columns;
-  for (std::size_t i = 0; i < recording.raw.size(); ++i) {
-    const seam::Profile profile = seam::Calibrate(recording.raw[i], calibration);
-    const double label = recording.label_column[i];
-    std::array<double, kMethods> errors{};
-    ++result.profiles;
-    for (std::size_t d = 0; d < trackers.size(); ++d) {
-      const seam::Reading reading = trackers[d].Update(profile);
-      const std::size_t m = kAlone + d;
-      result.no_edge[m] += reading.status == seam::ProfileStatus::kNoEdge ? 1 : 0;
-      errors[m] = ErrorOf(reading.column, label);
-      // All but the last run the same detectors.
-      for (std::size_t k = 0; d == 0 && k < seam::kDetectors; ++k) {
-        errors[k] = ErrorOf(reading.detected[k], label);
-      }
-      if (kDecisions[d] == seam::DecisionMethod::kSteps) {
-        errors[kLocalStep] = ErrorOf(reading.local_step, label);
-      }
-    }
-    if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
-      CountPositions(errors, label, columns, result);
-    }
-  }
+  ReadSeam(experiment, calibration, recording,
+           [&](std::size_t i, const auto& readings, const auto&) {
+             const double label = recording.label_column[i];
+             std::array<double, kMethods> errors{};
+             ++result.profiles;
+             for (std::size_t d = 0; d < readings.size(); ++d) {
+               const std::size_t m = kAlone + d;
+               result.no_edge[m] += readings[d].status == seam::ProfileStatus::kNoEdge ? 1 : 0;
+               errors[m] = ErrorOf(readings[d].column, label);
+             }
+             // All but the fourth decision run the same detectors.
+             for (std::size_t k = 0; k < seam::kDetectors; ++k) {
+               errors[k] = ErrorOf(readings.front().detected[k], label);
+             }
+             if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
+               CountPositions(errors, label, columns, result);
+             }
+           });
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 
 #include "core/words.h"
@@ -61,6 +62,15 @@ struct RunResult {
   double max_error_m = 0.0;
   double share_within_1mm = 0.0;
 };
+
+/// Hands the profiles of a recorded seam to a tracker of each way to decide, in order.
+/// @param told  of each profile: its position, what each way to decide (kDecisions) made of it, and
+/// the trackers, which hold it until the next one
+void ReadSeam(
+    const SeamExperiment& experiment, const seam::Calibration& calibration,
+    const stitching::Recording& recording,
+    const std::function<void(std::size_t, const std::array<seam::Reading, kDecisions.size()>&,
+                             const std::vector<seam::EdgeTracker>&)>& told);
 
 /// Every method on a recorded seam, a number of the experiment from 0.
 SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,

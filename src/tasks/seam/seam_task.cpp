@@ -12,6 +12,7 @@
 #include "tasks/seam/seam_pictures.h"
 #include "tasks/seam/seam_tables.h"
 #include "tasks/seam/seam_times.h"
+#include "tasks/seam/seam_view.h"
 
 namespace rangegrasp::tasks::seam_task {
 namespace {
@@ -88,14 +89,25 @@ class SeamRunner final : public experiment::Task {
     const core::Stopwatch watch;
     const auto folder = options.folder / which.id;
     if (!params.method) {
-      ShowSeam(params.number, folder);
+      if (options.view) {
+        *options.view =
+            SeamView(experiment_, calibration_, RecordSeam(experiment_, sensor_, params.number));
+      } else {
+        ShowSeam(params.number, folder);
+      }
       return Measured(params, watch);
     }
     const TrackedRun tracked = TrackOf(params);
+    if (options.view) {
+      *options.view = TrackView(experiment_, tracked);
+      return Driven(params, tracked, watch);
+    }
     core::WriteFile(folder / "path.csv", PathCsv(tracked.result));
     core::WriteFile(folder / "packets.xml", PacketsXml(tracked.result));
     core::WriteFile(folder / "path.svg",
-                    TrackSvg(tracked.result, tracked.mats, experiment_.track.wanted_distance_m));
+                    draw::PlotSvg(TrackPanels(tracked.result, tracked.mats,
+                                              experiment_.track.wanted_distance_m),
+                                  900, 320));
     return Driven(params, tracked, watch);
   }
 
@@ -146,7 +158,8 @@ class SeamRunner final : public experiment::Task {
     seam::WriteProfiles(profiles, folder / "profiles.csv", {});
     seam::EdgeTracker tracker(TrackerFor(experiment_, seam::DecisionMethod::kWeights));
     const seam::Reading reading = tracker.Update(profiles.front());
-    core::WriteFile(folder / "profile.svg", ProfileSvg(tracker, reading, experiment_.sensor.line));
+    core::WriteFile(folder / "profile.svg",
+                    draw::PlotSvg(ProfilePanels(tracker, reading, experiment_.sensor.line)));
   }
 
   SeamExperiment experiment_;
@@ -175,7 +188,8 @@ const experiment::TaskKind& SeamTask() {
       .success = {},
       .read = Read,
       .read_keys = ReadKeysAlone,
-      .report = ReportOf};
+      .report = ReportOf,
+      .has_views = true};
   return kind;
 }
 

@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "parts/method.h"
 #include "parts/metrics/human_score.h"
+#include "tasks/parts/parts_view.h"
 #include "tasks/parts/peanuts.h"
 
 namespace rangegrasp::tasks {
@@ -118,6 +119,46 @@ TEST_F(PartsTaskTest, AReplayLeavesLabelsColoursAndAPicture) {
   EXPECT_EQ(labels.size(), parts::ReadInput(peanuts_.folder / "off/2.off").triangles.size());
   EXPECT_THAT(core::ReadFile(folder / "peanut-0002-kmeans.ply"), testing::StartsWith("ply\n"));
   EXPECT_THAT(core::ReadFile(folder / "peanut-0002-kmeans.png"), testing::StartsWith("\x89PNG"));
+}
+
+// The view of a case shows its method first and then every person, whatever folder there is.
+TEST_F(PartsTaskTest, AViewStandsBesideThoseOfPeople) {
+  experiment::View view;
+  experiment::ReplayOptions options;
+  options.view = &view;
+  const Case which = CaseOf("peanut-0002-kmeans");
+  EXPECT_EQ(task_->Replay(which, options).data, Run(which.id).data);
+  const auto input = parts::ReadInput(peanuts_.folder / "off/2.off");
+  ASSERT_EQ(view.painted.size(), 3U);
+  EXPECT_EQ(view.painted[0].layer, "kmeans: 3 parts");
+  EXPECT_EQ(view.painted[1].layer, "person 1: 2 parts");
+  EXPECT_EQ(view.painted[2].layer, "person 2: 3 parts");
+  for (const auto& one : view.painted) {
+    EXPECT_EQ(one.mesh_W.triangles, input.triangles);
+    ASSERT_EQ(one.paint.size(), input.triangles.size());
+    for (const auto color : one.paint) ASSERT_LT(color, one.colors.size());
+    for (const auto& p : one.mesh_W.vertices) EXPECT_LE(p.cwiseAbs().maxCoeff(), 0.5 + 1e-12);
+  }
+}
+
+TEST_F(PartsTaskTest, AModelThatCannotBeReadHasNoView) {
+  peanuts_.folder.Write("off/2.off", "OFF\nrubbish\n");
+  experiment::View view;
+  experiment::ReplayOptions options;
+  options.view = &view;
+  EXPECT_EQ(task_->Replay(CaseOf("peanut-0002-sdf"), options).outcome, "failed");
+  EXPECT_TRUE(view.Empty());
+}
+
+TEST(MatchedLabels, AreThoseOfTheOtherWithWhichMostFacesAreShared) {
+  using Labels = std::vector<std::int32_t>;
+  // The same parts under other names.
+  EXPECT_EQ(MatchedLabels({5, 5, 0, 0, 0, 9}, {1, 1, 2, 2, 2, 0}), (Labels{1, 1, 2, 2, 2, 0}));
+  // Two parts where the other has one: the larger keeps its label, the smaller gets a new one.
+  EXPECT_EQ(MatchedLabels({0, 1, 1, 1, 2}, {3, 3, 3, 3, 7}), (Labels{8, 3, 3, 3, 7}));
+  // One where the other has two.
+  EXPECT_EQ(MatchedLabels({4, 4, 4}, {0, 1, 1}), (Labels{1, 1, 1}));
+  EXPECT_TRUE(MatchedLabels({}, {}).empty());
 }
 
 TEST_F(PartsTaskTest, AReplayHasNoVideo) {

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "experiment/view.h"
 #include "tasks/seam/seam_json.h"
 #include "tasks/seam/small_experiment.h"
 #include "temp_folder.h"
@@ -143,6 +146,76 @@ TEST(SeamTask, ReplayLeavesTheProfilesLabelsAndPictureOfASeam) {
   EXPECT_EQ(lines("labels.csv"), 41);
   EXPECT_THAT(core::ReadFile(folder / "r" / which.id / "profile.svg"),
               HasSubstr("Gradient-Accumulation"));
+}
+
+// What a view shows is what the record counts: of each method as many positions within 10 px.
+TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
+  const auto task = Shortened("seam_base", 1);
+  const Case which = task->Cases()[0];
+  experiment::View view;
+  ReplayOptions options;
+  options.view = &view;
+  const Result result = task->Replay(which, options);
+  EXPECT_EQ(result.data, task->Run(which).data);
+  ASSERT_EQ(view.panels.size(), 2U);
+  const auto& series = view.panels[0].series;
+  ASSERT_EQ(series.size(), 1 + kMethods);
+  EXPECT_EQ(series[0].label, "truth");
+  constexpr double kColumnsPerMm = 12.0;
+  constexpr double kMarginToEnd_mm = 20.0 / kColumnsPerMm;  // edges nearer to it are not counted
+  const double end_mm = 0.5 * 1023 / kColumnsPerMm - kMarginToEnd_mm;
+  const auto seam = SeamResultFrom(ParamsFrom(which.params), result.data);
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    EXPECT_EQ(series[m + 1].label, MethodTitle(m));
+    int within = 0;
+    for (std::size_t i = 0; i < 40; ++i) {
+      if (std::abs(series[0].y[i]) > end_mm) continue;
+      within += std::abs(series[m + 1].y[i] - series[0].y[i]) <= 10.0 / kColumnsPerMm ? 1 : 0;
+    }
+    EXPECT_EQ(within, seam.all[m].within[1]) << MethodTitle(m);
+  }
+}
+
+TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem) {
+  const auto task = Shortened("seam_base", 6);
+  for (const Case& which : task->Cases()) {
+    experiment::View view;
+    ReplayOptions options;
+    options.view = &view;
+    task->Replay(which, options);
+    EXPECT_GE(view.pages.size(), 8U);
+    EXPECT_LE(view.pages.size(), 16U);
+    const auto& errors = view.panels[1].series[1].y;  // of the decision that pages show
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (std::isfinite(errors[i]) && !(std::abs(errors[i]) <= std::abs(errors[worst]))) worst = i;
+    }
+    bool missed = false;  // counts as more wrong than any error
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      missed |= std::isnan(errors[i]);
+    }
+    const auto name = "profile " + std::to_string(worst + 1) + " of 40,";
+    const auto is_worst = [&](const auto& page) { return page.name.starts_with(name); };
+    EXPECT_TRUE(missed || std::any_of(view.pages.begin(), view.pages.end(), is_worst)) << name;
+    for (const auto& page : view.pages) {
+      ASSERT_EQ(page.panels.size(), 3U);
+      EXPECT_EQ(page.panels[0].series[0].y.size(), 1024U);
+    }
+  }
+}
+
+TEST(SeamTask, AViewOfARunHasTheTruthAsFarAsTheSensorLooked) {
+  const auto task = Shortened("seam_track", 1);
+  experiment::View view;
+  ReplayOptions options;
+  options.view = &view;
+  task->Replay(task->Cases()[1], options);
+  ASSERT_EQ(view.panels.size(), 3U);
+  const auto& map = view.panels[0].series;
+  EXPECT_EQ(map[0].label, "edge");
+  EXPECT_NEAR(map[0].x.back(), map[1].x.back(), 1.0);  // edge and positions that were sent
+  // The head settles on the wanted distance, 5 mm: the error that the second panel shows is small.
+  EXPECT_LT(std::abs(view.panels[1].series[0].y.back()), 1.0);
 }
 
 TEST(SeamTask, EveryKeyIsDocumented) {
