@@ -1,8 +1,11 @@
 #include "cli/make_report.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "cli/progress_bar.h"
@@ -106,8 +109,11 @@ std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs
     const auto of_run = report::ChooseViews(records, success, choice);
     chosen.emplace_back(of_run.begin(), of_run.end());
     if (choice == report::ViewChoice::kNone || success.empty()) continue;
-    for (const auto& [a, b] :
-         experiment::Differing(runs.front().results.records, records, success)) {
+    auto differing = experiment::Differing(runs.front().results.records, records, success);
+    if (choice == report::ViewChoice::kSome && differing.size() > report::kFailuresShown) {
+      differing.resize(report::kFailuresShown);
+    }
+    for (const auto& [a, b] : differing) {
       chosen.front().insert(a);
       chosen.back().insert(b);
     }
@@ -136,6 +142,56 @@ std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::s
   return made;
 }
 
+std::uintmax_t SizeOf(const std::filesystem::path& folder) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+// Takes views away until the report is no larger than it may be.
+std::set<std::size_t> Cut(const std::set<std::size_t>& views, const std::filesystem::path& out) {
+  const auto files = [&](std::size_t number) {
+    const auto base = (out / "views" / std::to_string(number)).string();
+    return std::array{std::filesystem::path(base + ".js"), std::filesystem::path(base + ".png")};
+  };
+  std::vector<std::size_t> numbers(views.begin(), views.end());
+  std::vector<std::uintmax_t> sizes;
+  for (const std::size_t number : numbers) {
+    auto& size = sizes.emplace_back(0);
+    for (const auto& file : files(number)) size += std::filesystem::file_size(file);
+  }
+  const auto all = std::accumulate(sizes.begin(), sizes.end(), std::uintmax_t{0});
+  const auto rest = std::min(report::kMaxReport_bytes, SizeOf(out) - all);
+  std::set<std::size_t> kept;
+  for (const std::size_t i : report::Fitting(sizes, report::kMaxReport_bytes - rest)) {
+    kept.insert(numbers[i]);
+  }
+  for (const std::size_t number : numbers) {
+    if (kept.contains(number)) continue;
+    for (const auto& file : files(number)) std::filesystem::remove(file);
+  }
+  return kept;
+}
+
+// What the page and the program say of cases without a view; empty where every failure has one.
+std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::size_t>& views) {
+  const std::string& success = runs.front().kind->success;
+  std::size_t number = 0, failed = 0, shown = 0;
+  for (const report::Run& run : runs) {
+    for (const Record& record : run.results.records) {
+      const bool counts = success.empty() || record.result.outcome != success;
+      failed += counts ? 1 : 0;
+      shown += counts && views.contains(number) ? 1 : 0;
+      ++number;
+    }
+  }
+  if (shown == failed) return "";
+  return fmt::format("{} of {} cases{} can be looked at; --views all makes a view of every case.",
+                     shown, failed, success.empty() ? "" : " that failed");
+}
+
 }  // namespace
 
 void MakeReport(const ReportRequest& request) {
@@ -149,8 +205,13 @@ void MakeReport(const ReportRequest& request) {
     views.merge(WriteViewsOf(runs[i], chosen[i], request.folders[i], first, request));
     first += runs[i].results.records.size();
   }
-  report::WriteData(runs, views, request.out);
   report::WritePage(request.out);
+  report::WriteData(runs, views, "", request.out);  // for its size
+  if (request.views == report::ViewChoice::kSome) views = Cut(views, request.out);
+  const bool is_cut = request.views == report::ViewChoice::kSome && runs.front().kind->has_views;
+  const std::string note = is_cut ? NoteOf(runs, views) : "";
+  report::WriteData(runs, views, note, request.out);
+  if (!note.empty()) spdlog::info(note);
   spdlog::info("{} cases, {} to look at, in {:.1f} s: open {}", first, views.size(),
                watch.Seconds(), (request.out / "index.html").string());
 }

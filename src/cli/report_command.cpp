@@ -23,10 +23,10 @@ void AddReportCommand(CLI::App& app) {
   command->add_option("folders", a->folders, "results folders, of several seeds, too")->required();
   command->add_option("-o,--out", a->out, "folder of the report (default: FOLDER/report)");
   command
-      ->add_option(
-          "--views", a->views,
-          "trials that can be looked at, which are run again: all that failed and 60 others "
-          "(some), all, none (task: grasping)")
+      ->add_option("--views", a->views,
+                   "cases that can be looked at, which are run again: up to 100 that failed and 60 "
+                   "others, 60 "
+                   "MB at most (some), all, none (tasks: grasping, parts, seam)")
       ->check(CLI::IsMember(core::WordList<report::ViewChoice>()));
   command->add_option("--jobs", a->jobs, "trials at the same time (default: the number of cores)")
       ->check(CLI::Range(1, 1024));

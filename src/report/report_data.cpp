@@ -110,9 +110,10 @@ void WriteRecords(const std::vector<const Record*>& records, const std::filesyst
 }  // namespace
 
 void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
-               const std::filesystem::path& folder) {
+               const std::string& note, const std::filesystem::path& folder) {
   ordered_json json = {{"version", core::Version()},
                        {"block", kBlock},
+                       {"viewNote", note},
                        {"runs", ordered_json::array()},
                        {"comparisons", ordered_json::array()},
                        {"cases", ordered_json::array()}};

@@ -23,8 +23,9 @@ struct Run {
 /// line a case) and `records/<i>.js` (all of a case's record), which are loaded when a case is
 /// looked at. Cases are numbered from 0, run after run.
 /// @param views  numbers of the cases that have one
+/// @param note   a sentence about which have one; may be empty
 /// @throws core::InputError as the kinds' charts.
 void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
-               const std::filesystem::path& folder);
+               const std::string& note, const std::filesystem::path& folder);
 
 }  // namespace rangegrasp::report

@@ -37,6 +37,24 @@ TEST(ChooseViews, TakesAllWhereThereAreFewer) {
   EXPECT_TRUE(ChooseViews({}, "delivered", ViewChoice::kSome).empty());
 }
 
+TEST(ChooseViews, OfManyThatFailedItTakesAHundredFromEndToEnd) {
+  std::vector<experiment::Record> records(5000);
+  for (auto& record : records) record.result.outcome = "dropped";
+  const auto chosen = ChooseViews(records, "delivered", ViewChoice::kSome);
+  ASSERT_EQ(chosen.size(), 100u);
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(chosen[i] / 50, i);
+  EXPECT_EQ(ChooseViews(records, "delivered", ViewChoice::kAll).size(), 5000u);
+}
+
+TEST(Fitting, KeepsAsManyAsFitFromEndToEnd) {
+  EXPECT_EQ(Fitting({5, 5, 5, 5}, 20).size(), 4u);
+  EXPECT_EQ(Fitting({5, 5, 5, 5}, 19).size(), 3u);
+  EXPECT_EQ(Fitting({5, 5, 5, 5}, 10), (std::vector<std::size_t>{0, 2}));
+  EXPECT_TRUE(Fitting({5, 5}, 4).empty());
+  EXPECT_TRUE(Fitting({}, 4).empty());
+  EXPECT_EQ(Fitting({0, 0}, 0).size(), 2u);
+}
+
 TEST(ChooseViews, WithoutASuccessNoneHasFailed) {
   EXPECT_EQ(ChooseViews(Records(600), "", ViewChoice::kSome).size(), 60u);
 }

@@ -194,6 +194,7 @@ function setUpList() {
     names.push('run');
     addFilter('run', 'Run', value => data.runs[value].name);
   }
+  $('view-note').textContent = data.viewNote;
   addFilter('title', 'Group');
   addFilter('outcome', 'Outcome');
   addFilter('stage', 'Ended in stage');
