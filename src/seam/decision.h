@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "seam/detectors.h"
@@ -68,12 +69,24 @@ double Bell(double x, double x1, double sigma);
 void WeightByHistory(std::span<float> weight, std::span<const double> history,
                      double sigma_columns);
 
+/// How the height of a step is measured.
+enum class StepRule {
+  kRange,  ///< the range of the smoothed heights about it (section 3.5.3)
+  kFit,    ///< a least-squares fit of a parabola and a step (seam/step_test.h)
+};
+constexpr std::array<std::string_view, 2> WordsOf(StepRule) { return {"range", "fit"}; }
+
 struct StepOptions {
+  StepRule rule = StepRule::kFit;
+  /// Of kFit: share of min_step_m from which a step is an edge's. A fit is off by a tenth of a
+  /// millimetre at most; a range has noise added to it.
+  double fitted = 0.6;
   int half_window = 10;  ///< >= 1 [columns] (section 3.5.3)
   /// >= 0 [columns], of the median filter. One as wide as the window would flatten slanted edges.
   int median_half_width = 6;
   /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a
-  /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published.
+  /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published. Of
+  /// kRange.
   double continued = 0.7;
   double min_step_m = 0.3e-3;  ///< > 0; the thinnest mat (section 3.5.3)
 };

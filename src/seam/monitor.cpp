@@ -25,6 +25,12 @@ constexpr double kWithin_m = 1e-3;
 // decides only what the points leave open.
 constexpr double kPriorWeight = 1e-9;
 
+// The height of an edge is known by the mean of its last steps, over this many profiles.
+constexpr double kStepGain = 1.0 / 32.0;
+// A step of less than this share of it is no longer the edge: the fit of a double or frayed edge
+// tells half of its height at least.
+constexpr double kStepShare = 0.4;
+
 using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
 
 double At(const Curve& curve, double u) { return curve[0] + u * (curve[1] + u * curve[2]); }
@@ -213,7 +219,10 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   if (!usable) return std::nullopt;  // which tells nothing of the mats
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
   // An edge that only goes on by what was seen before does not count here.
-  const bool edge = reading.status == ProfileStatus::kEdge && reading.step_m >= options_.min_step_m;
+  const double decided_m = reading.status == ProfileStatus::kEdge ? reading.step_m : 0.0;
+  const double step_m = std::max(decided_m, reading.followed_step_m);
+  const bool edge = step_m >= std::max(options_.min_step_m, kStepShare * usual_step_m_);
+  if (edge) usual_step_m_ += kStepGain * (step_m - usual_step_m_);
   no_edge_.push_back(edge_seen_ && !edge);
   if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
   if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
@@ -222,11 +231,17 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   return stop_;
 }
 
+bool SurfaceMonitor::SeesEdge() const {
+  return edge_seen_ && 2 * std::count(no_edge_.begin(), no_edge_.end(), false) >
+                           static_cast<std::ptrdiff_t>(no_edge_.size());
+}
+
 void SurfaceMonitor::Reset() {
   heights_.clear();
   rising_.clear();
   no_edge_.clear();
   edge_seen_ = false;
+  usual_step_m_ = 0.0;
   unusable_ = 0;
   stop_.reset();
 }

@@ -28,7 +28,8 @@ struct MonitorOptions {
   double obstacle_width_m = 1e-3;   ///< > 0; narrower ones are filaments (bundles: up to 0.9 mm)
   /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more come later.
   int obstacle_profiles = 3;
-  double min_step_m = 0.3e-3;  ///< > 0; a lower step is no edge (section 3.7)
+  double min_step_m = 0.18e-3;  ///< > 0; a lower step is no edge: 0.6 of the thinnest mat's, as in
+                                ///< the tracker
   /// >= 1 of the last `window` usable ones without an edge of the minimal step: 80 % of it, so that
   /// chance edges do not hide an end and gaps of a low edge do not make one.
   int mat_end_profiles = 24;
@@ -60,6 +61,8 @@ class SurfaceMonitor {
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
   /// The reason to stop, if the profiles so far give one; it stays until Reset, but for an outage.
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
+  /// Whether most of the last usable profiles showed the edge.
+  bool SeesEdge() const;
   void Reset();
 
  private:
@@ -73,6 +76,7 @@ class SurfaceMonitor {
   std::deque<bool> no_edge_;
   int unusable_ = 0;  // one after the other, up to now
   bool edge_seen_ = false;
+  double usual_step_m_ = 0.0;  // of the edge
   std::optional<StopReason> stop_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/quantile.h"
+#include "seam/step_test.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 // Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
 // 3.4). A slower sensor's are older than a period.
 constexpr std::size_t kRecent = 3;
+// Readings in a row that draw an edge that is followed away from its place: two periods at 50 Hz.
+constexpr int kStrays = 10;
 // A sampling time that falls on a period's end by rounding belongs to it.
 constexpr double kTimeSlack_s = 1e-9;
 
@@ -74,18 +77,25 @@ int MaximumAt(const std::vector<float>& weight) {
 
 struct EdgeTracker::Impl {
   Impl(const TrackerOptions& o, const std::optional<Calibration>& c)
-      : options(o), calibration(c), step_track(o.step_track) {}
+      : options(o),
+        calibration(c),
+        step_track(o.step_track),
+        step_test(o.line, {.period_s = o.packet_period_s}) {}
 
   TrackerOptions options;
   std::optional<Calibration> calibration;
   StepTrack step_track;
   PreparedProfile prepared;
   std::array<DetectorResult, kDetectors> results;
+  StepTest step_test;
   std::vector<float> weight;
   std::optional<double> last_time_s;
   std::deque<double> times;         // of the last profiles
   std::deque<TimedColumn> votes;    // of the last packet period
   std::optional<TimedColumn> sent;  // the last position transmitted
+  std::optional<double> place;      // where the edge has been followed to
+  bool followed = false;            // in this period
+  int strays = 0;                   // readings in a row that were elsewhere
   std::vector<double> recent;       // positions of the last steps, decided or not, oldest first
   std::vector<float> accumulated;
   std::vector<float> average;
@@ -105,16 +115,18 @@ struct EdgeTracker::Impl {
   float DecideByVoting(Reading& reading);
   float DecideByWeights(Reading& reading);
   float DecideBySteps(Reading& reading);
-  double HighestStep(const Reading& reading) const;
+  double StepAt(double column, const std::vector<float>& height_m);
+  double HighestStep(const Reading& reading);
   void ForgetOldVotes(double time_s);
   double OfLine(double column) const;
   double LateralAt(double column) const;
   void Offer(const Reading& reading, float its_weight);
+  void Refine();
+  void Follow(Reading& reading);
+  void OfferFollowed();
   void EndPeriod(double time_s);
   std::optional<double> PredictFromVotes(double time_s);
-  bool IsStep(double step_m, bool goes_on) const {
-    return step_m >= options.step.min_step_m * (goes_on ? options.step.continued : 1.0);
-  }
+  bool IsStep(double step_m, bool goes_on) const;
   EdgePacket PacketAt(double time_s) const;
 };
 
@@ -130,11 +142,26 @@ void EdgeTracker::Impl::CheckProfile(const Profile& profile) const {
   }
 }
 
+// By the rule that the options name; by their range where there is not enough of the line for a
+// fit.
+double EdgeTracker::Impl::StepAt(double column, const std::vector<float>& height_m) {
+  const auto fitted =
+      options.step.rule == StepRule::kFit ? step_test.HeightAt(column) : std::nullopt;
+  if (fitted) return *fitted;
+  return StepHeight(height_m, static_cast<int>(std::lround(column)), options.step);
+}
+
+bool EdgeTracker::Impl::IsStep(double step_m, bool goes_on) const {
+  const bool fit = options.step.rule == StepRule::kFit;
+  const double share = fit ? options.step.fitted : goes_on ? options.step.continued : 1.0;
+  return step_m >= share * options.step.min_step_m;
+}
+
 // The step where any detector sees its edge.
-double EdgeTracker::Impl::HighestStep(const Reading& reading) const {
+double EdgeTracker::Impl::HighestStep(const Reading& reading) {
   double highest = 0.0;
   for (const auto& column : reading.detected) {
-    if (column) highest = std::max(highest, StepHeight(prepared.height_m, *column, options.step));
+    if (column) highest = std::max(highest, StepAt(*column, prepared.height_m));
   }
   return highest;
 }
@@ -172,9 +199,7 @@ std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
 float EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
   const auto vote = VoteTwoOfThree(reading.detected, tolerance);
-  reading.step_m =
-      vote ? StepHeight(prepared.height_m, static_cast<int>(std::lround(*vote)), options.step)
-           : HighestStep(reading);
+  reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
   // A profile whose step is too small gives no vote; the others of the period still tell where the
   // edge is.
   const auto expected = PredictFromVotes(reading.time_s);
@@ -184,6 +209,7 @@ float EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   reading.column = PredictFromVotes(reading.time_s);
   if (reading.column) {
     reading.status = ProfileStatus::kEdge;
+    if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
   } else {
     // A step that no other profile of the period bears out is a disturbance.
     reading.status = votes.size() >= 2 ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
@@ -218,7 +244,7 @@ float EdgeTracker::Impl::DecideByWeights(Reading& reading) {
   WeightByHistory(weight, history, options.history.sigma_columns);
   const int column = MaximumAt(weight);
   const bool averaged = options.method == DecisionMethod::kAccumulated;
-  reading.step_m = StepHeight(averaged ? Average() : prepared.height_m, column, options.step);
+  reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
   const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
   const bool goes_on = std::ranges::any_of(
       recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
@@ -253,11 +279,14 @@ float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
 float EdgeTracker::Impl::Decide(Reading& reading) {
   results = {};
   if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
+  step_test.Take(prepared);
   if (!prepared.Usable()) return 0.0F;
   results = DetectWithin(prepared, options);
   for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
-  return options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
-                                                   : DecideByWeights(reading);
+  const float weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
+                                                                 : DecideByWeights(reading);
+  Follow(reading);
+  return weight;
 }
 
 // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
@@ -277,12 +306,55 @@ EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
   return made;
 }
 
+// What was decided is sent unless a step fits the period's profiles best elsewhere near by.
+void EdgeTracker::Impl::Refine() {
+  const auto column =
+      step_test.Locate(candidate->column, options.refine_m * options.line.columns_per_m);
+  const double apart = column ? std::abs(*column - candidate->column) : 0.0;
+  if (apart <= options.keep_m * options.line.columns_per_m) return;
+  candidate = TimedColumn{step_test.MiddleTime(), *column};
+  candidate_x_m = LateralAt(*column);
+}
+
+// An edge moves little from one profile to the next: as long as a step fits where it was, it is
+// there, whatever the detectors see elsewhere. Many readings elsewhere with a higher step are
+// right.
+void EdgeTracker::Impl::Follow(Reading& reading) {
+  if (options.step.rule != StepRule::kFit) return;
+  const double reach = options.refine_m * options.line.columns_per_m;
+  const bool decided = reading.column && IsStep(reading.step_m, false);
+  const auto found = place ? step_test.Locate(*place, reach) : std::nullopt;
+  const double step_m = found ? step_test.HeightAt(*found).value_or(0.0) : 0.0;
+  const bool goes_on = IsStep(step_m, false);
+  const bool stray = decided && place && std::abs(*reading.column - *place) > reach;
+  strays = stray && reading.step_m > step_m ? strays + 1 : 0;
+  if (decided && (!goes_on || !stray || strays >= kStrays)) {
+    place = *reading.column;
+    strays = 0;
+    reading.followed_step_m = reading.step_m;
+  } else if (goes_on) {
+    place = *found;
+    reading.followed_step_m = step_m;
+  }
+  followed = followed || decided || goes_on;
+}
+
+// Where nothing was decided in a period the place is sent to which the edge was followed in it.
+void EdgeTracker::Impl::OfferFollowed() {
+  if (candidate || !followed) return;
+  candidate = TimedColumn{step_test.MiddleTime(), *place};
+  candidate_x_m = LateralAt(*place);
+}
+
 void EdgeTracker::Impl::EndPeriod(double time_s) {
   if (!period_begin_s) period_begin_s = time_s;
   if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
+  if (candidate && options.refine_m > 0.0) Refine();
+  if (options.refine_m > 0.0) OfferFollowed();
   packet = PacketAt(time_s);
   if (candidate) sent = candidate;
   candidate.reset();
+  followed = false;
   candidate_weight = 0.0F;
   // Packets keep their period, whatever the profiles' times are.
   *period_begin_s +=

@@ -31,6 +31,8 @@ struct Reading {
   std::optional<double> column;  ///< with kEdge
   double x_m = 0.0;              ///< of the edge, in the line's frame L
   double step_m = 0.0;           ///< step height where the edge was looked for
+  /// Step height where the edge has been followed to: it may be there although no detector sees it.
+  double followed_step_m = 0.0;
   /// Each detector's own position in this profile; with method steps that of the fourth alone.
   std::array<std::optional<int>, kDetectors> detected;
   std::optional<int> local_step;

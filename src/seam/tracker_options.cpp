@@ -50,12 +50,18 @@ void ReadDetectors(YamlMap map, DetectorOptions& options) {
 }
 
 void ReadStep(YamlMap map, StepOptions& options) {
+  map.Read("rule", options.rule,
+           "how its height is measured: fit is by least squares over the millimetres beside it, "
+           "range is as published");
+  map.Read("fitted", options.fitted, 0.0, 1.0,
+           "rule fit: share of min_step_mm from which a step is an edge's");
   map.Read("half_window_columns", options.half_window, 1, 512,
            "columns on each side of an edge in which its height is measured");
   map.Read("median_half_width_columns", options.median_half_width, 0, 512,
            "columns on each side that the median filter before it takes");
   map.Read("continued", options.continued, 0.0, 1.0,
-           "share of min_step_mm that an edge needs where the last ones were; 1 is as published");
+           "rule range: share of min_step_mm that an edge needs where the last ones were; 1 is as "
+           "published");
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "a lower step is no edge");
   map.Finish();
 }
@@ -96,6 +102,7 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.border_columns >= 0, "border_columns must not be negative");
   Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
   Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
+  Check(options.refine_m >= 0.0, "refine_m must not be negative");
   Check(options.line_prediction.inlier_columns > 0.0,
         "line_prediction.inlier_columns must be above 0");
   Check(options.line_prediction.max_slope_columns_per_s > 0.0,
@@ -109,6 +116,8 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
   Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,
         "step.continued must be from 0 to 1");
+  Check(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
+        "step.fitted must be from 0 to 1");
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 
@@ -160,6 +169,9 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
                  "two detectors agree if their positions are this near to each other");
   map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
                  "time between two packets to the robot");
+  map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
+                 "a packet tells where a step fits best to its profiles, this near to what was "
+                 "decided; 0: what was decided");
   map.Read("confirm", options.confirm,
            "whether a step counts only if another of the last profiles shows it, too");
   ReadLinePrediction(map, options.line_prediction);

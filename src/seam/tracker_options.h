@@ -41,6 +41,10 @@ struct TrackerOptions {
   DecisionMethod method = DecisionMethod::kVoting;
   double vote_tolerance_m = 1e-3;  ///< > 0
   double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
+  /// >= 0; a packet tells where, within this distance of what was decided, a step fits best to all
+  /// profiles of the period, ... 0: what was decided, as published.
+  double refine_m = 2e-3;
+  double keep_m = 0.5e-3;  ///< ... but for what was decided this near to it, which is sharper
   /// A step counts only if another profile bears it out; false: at once, as published, and as a
   /// single profile needs it. kSteps asks a single profile for more evidence instead.
   bool confirm = true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <stdexcept>
 
 #include "core/rng.h"
@@ -20,6 +21,8 @@ using internal::Point;
 // A head that takes this much longer than its track would at full speed makes no way.
 constexpr double kMaxSlowness = 20.0;
 constexpr double kMaxDelay_s = 60.0;
+// Profiles whose poses are remembered: more than a packet rests on at 100 Hz.
+constexpr std::size_t kPlaces = 64;
 
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("track: ") + what);
@@ -91,10 +94,8 @@ class SensorUnit {
       other.Take(Scan(head, other, time_s));
       other.tracker.TakePacket();
     }
-    if (reading.column) {
-      const LinePose line = head.Line(lines_.front().ahead_m);
-      places_.push_back({time_s, line.x_m + reading.x_m * std::cos(line.heading_rad)});
-    }
+    places_.push_back({time_s, head.Line(lines_.front().ahead_m)});
+    if (places_.size() > kPlaces) places_.pop_front();
     return reading;
   }
 
@@ -109,19 +110,25 @@ class SensorUnit {
     if (packet->column && place != places_.end()) {
       correction.valid = true;
       correction.edge_x_m = packet->x_m;
-      correction.deviation_m = place->deviation_m;
+      correction.deviation_m = place->line.x_m + packet->x_m * std::cos(place->line.heading_rad);
     }
-    places_.clear();
     for (const Line& line : lines_) {
-      if (!correction.stop) correction.stop = line.stop;
+      if (!correction.stop) correction.stop = StopOf(line);
     }
     return correction;
   }
 
  private:
   struct Place {
-    double time_s, deviation_m;
+    double time_s;
+    LinePose line;
   };
+
+  // Where the first line still sees the edge the mats have not ended further behind.
+  std::optional<seam::StopReason> StopOf(const Line& line) const {
+    const bool end = line.stop == seam::StopReason::kMatEnd;
+    return end && lines_.front().monitor.SeesEdge() ? std::nullopt : line.stop;
+  }
 
   seam::Profile Scan(const HeadState& head, const Line& line, double time_s) {
     const seam::RawProfile* previous = previous_.row_px.empty() ? nullptr : &previous_;
@@ -136,7 +143,7 @@ class SensorUnit {
   core::Rng rng_;
   int count_ = 0;
   std::vector<Line> lines_;
-  std::vector<Place> places_;  // of the readings since the last packet
+  std::deque<Place> places_;  // of the last profiles
   seam::RawProfile previous_;
 };
 

@@ -1,6 +1,7 @@
 #include "tasks/seam/seam_experiment.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/rng.h"
 #include "core/units.h"
@@ -22,6 +23,22 @@ constexpr int kMaxProfiles = 1'000'000;
 // Distances at which the calibration body is scanned: nearly twice the five terms of the function
 // of 4th order that is fitted.
 constexpr int kCalibrationDistances = 9;
+
+// Where a closed loop begins the sensor must see the edge: within this share of half of its line.
+constexpr double kSeenAtStart = 0.7;
+
+// A course that leaves the line where it first lies is scaled down until it does not.
+void BeginOnLine(const SeamExperiment& experiment, stitching::EdgeCourse& course) {
+  const seam::LineGeometry& line = experiment.sensor.line;
+  const double seen_m = kSeenAtStart * line.ToMeters(line.columns - 1);
+  const double start_m = course.XAt(experiment.sensor.lines_ahead_m.front());
+  // The needle begins at the wanted distance from x = 0, and the line's middle before it.
+  const double middle_m = -experiment.track.wanted_distance_m;
+  if (std::abs(start_m - middle_m) <= seen_m) return;
+  const double scale = (middle_m + std::copysign(seen_m, start_m - middle_m)) / start_m;
+  course.offset_m *= scale;
+  for (auto& wave : course.waves) wave.amplitude_m *= scale;
+}
 
 void ReadTexture(YamlMap map, stitching::MatTexture& texture) {
   map.ReadScaled("weave_period_mm", texture.weave_period_m, kMm, 0.2, 50.0, "width of a tow");
@@ -154,6 +171,7 @@ MatOptions MatsOf(const SeamExperiment& experiment, int number) {
     options.course.half_circle_radius_m = experiment.half_circle_radius_m;
     options.course.half_circle_y_m = 0.5 * experiment.track.length_m;
   }
+  if (curved) BeginOnLine(experiment, options.course);
   if (experiment.kind == SeamKind::kHazards) {
     stitching::AddRandomHazard(options, experiment.track.wanted_distance_m,
                                SeedOf(experiment, number, "hazard"));
