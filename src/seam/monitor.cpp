@@ -126,19 +126,19 @@ std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
 
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
   std::vector<bool> rising(above.size(), false);
-  std::size_t points = 0;
+  const auto wanted = static_cast<float>(height);
+  std::size_t high = 0;
   std::size_t low = 0;
   std::size_t marked = 0;
+  const auto count = [&](float z, std::size_t change) {  // NaN is neither
+    if (z >= wanted) high += change;
+    if (z < wanted) low += change;
+  };
   for (std::size_t end = 1; end <= above.size(); ++end) {
-    const auto count = [&](float z, std::size_t change) {
-      if (!std::isfinite(z)) return;
-      points += change;
-      if (static_cast<double>(z) < height) low += change;
-    };
     count(above[end - 1], 1);
     if (end < width) continue;
     if (end > width) count(above[end - width - 1], static_cast<std::size_t>(-1));
-    if (low > 0 || 2 * points < width || points == 0) continue;
+    if (low > 0 || 6 * high < 5 * width) continue;
     for (marked = std::max(marked, end - width); marked < end; ++marked) rising[marked] = true;
   }
   return rising;
@@ -147,6 +147,8 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
 void ReadMonitorOptions(core::YamlMap map, MonitorOptions& options) {
   map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, core::kMm, 0.5, 100.0,
                  "what rises this far above the surface is an obstacle");
+  map.Read("obstacle_share", options.obstacle_share, 0.1, 1.0,
+           "of that height, as seen from the surface between both mats, is enough");
   map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, core::kMm, 0.1, 100.0,
                  "if it is this wide");
   map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
@@ -169,6 +171,7 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
       options_(options) {
   if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
+      !(options.obstacle_share > 0.0 && options.obstacle_share <= 1.0) ||
       options.obstacle_profiles < 1 || options.mat_end_profiles < 1 ||
       options.outage_profiles < 1 ||
       options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
@@ -182,7 +185,7 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
 // itself, above what was there before: in two profiles, since one may be too low there by noise. It
 // must be seen in one column again and again.
 bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
-  const auto height = options_.obstacle_height_m;
+  const auto height = options_.obstacle_share * options_.obstacle_height_m;
   auto rising = RisingColumns(HeightAboveSurface(profile), width_, height);
   const auto& now = profile.original_m;
   if (heights_.size() >= 2 && heights_[0].size() == now.size() &&

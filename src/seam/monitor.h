@@ -25,8 +25,14 @@ constexpr std::array<std::string_view, 3> WordsOf(StopReason) {
 
 struct MonitorOptions {
   double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7): rises above the surface
-  double obstacle_width_m = 1e-3;   ///< > 0; narrower ones are filaments (bundles: up to 0.9 mm)
-  /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more come later.
+  /// In (0, 1] of that height is enough: an obstacle on the low mat rises less above the surface
+  /// between both, by half a mat, and its border slopes. Filaments and bundles are 1.4 mm at most.
+  double obstacle_share = 0.7;
+  /// > 0; of a stretch that is so high. An obstacle of twice this width shows one for certain,
+  /// since its borders slope. Lower for a sensor without outliers.
+  double obstacle_width_m = 1e-3;
+  /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more ask for a
+  /// slower head.
   int obstacle_profiles = 3;
   double min_step_m = 0.18e-3;  ///< > 0; a lower step is no edge: 0.6 of the thinnest mat's, as in
                                 ///< the tracker
@@ -49,8 +55,8 @@ void ReadMonitorOptions(core::YamlMap map, MonitorOptions& options);
 /// surface bend it. Columns without a point: NaN.
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile);
 
-/// Columns of a stretch of `width` columns that rises by at least `height` throughout; up to half
-/// of it may be missing (NaN).
+/// Columns of a stretch of `width` columns that rises by at least `height` throughout; a sixth of
+/// it may be missing (NaN): where more is, phantoms may make up the rest.
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height);
 
 /// Watches a line for the end of the mats and for obstacles. A line that is only watched (the

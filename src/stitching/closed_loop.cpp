@@ -36,6 +36,7 @@ void Check(const TrackOptions& options) {
   Check(head.max_rotation_rad_s > 0.0, "head.max_rotation_rad_s must be above 0");
   Check(head.max_rotation_acceleration_rad_s2 > 0.0,
         "head.max_rotation_acceleration_rad_s2 must be above 0");
+  Check(head.max_jump_m > 0.0, "head.max_jump_m must be above 0");
   Check(head.correction_period_s >= kControlPeriod_s,
         "head.correction_period_s must not be below the control period of 0.01 s");
   Check(options.wanted_distance_m > 0.0, "wanted_distance_m must be above 0");

@@ -21,6 +21,10 @@ struct HeadOptions {
   double max_acceleration_m_s2 = 0.3;
   double max_rotation_rad_s = 0.5;
   double max_rotation_acceleration_rad_s2 = 2.0;
+  /// By which a packet may move the edge at once, besides what the head itself can move across in
+  /// the time since the last one; others are ignored. The half circle of fig. 3.25 begins with
+  /// 10.5 mm.
+  double max_jump_m = 12e-3;
   bool rotate = true;                ///< turn into the seam; false: only shift (section 3.5.2)
   double correction_period_s = 0.1;  ///< (section 3.4)
 };

@@ -61,11 +61,11 @@ constexpr double kHazardBegin_m = 0.15;
 constexpr double kHazardEnd_m = 0.25;
 // Beside the needle's path at most: the widest obstacle then still reaches it.
 constexpr double kObstacleBeside_m = 0.01;
-// Footprint and height: from what is just above the 3 mm that the monitor must find (section 3.7)
-// to what no head could miss.
-constexpr double kObstacleMinSize_m = 0.003;
+// Footprint and height: from the smallest that the monitor must find, 3 mm high (section 3.7), to
+// what no head could miss.
+constexpr double kObstacleMinSize_m = 0.001;
 constexpr double kObstacleMaxSize_m = 0.02;
-constexpr double kObstacleMinHeight_m = 0.0033;
+constexpr double kObstacleMinHeight_m = 0.003;
 constexpr double kObstacleMaxHeight_m = 0.02;
 
 double SlopeOf(const EdgeCourse::Wave& wave) {

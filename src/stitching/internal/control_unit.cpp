@@ -22,6 +22,12 @@ constexpr double kAtRest_m = 0.05e-3;
 // How fast the needle returns to its route: a tenth of a second, the period of corrections.
 constexpr double kFollowGain_1_s = 10.0;
 
+// Length over which an obstacle is high enough, in the widths of the stretch that must be high: it
+// is twice as long as those, less its borders. As many profiles as must show it lie within.
+constexpr double kSeenLength = 1.4;
+// Points that a jump is measured from: a stray one among them does no harm.
+constexpr std::size_t kLast = 3;
+
 double SmoothStep(double t) {
   const double u = std::clamp(t, 0.0, 1.0);
   return u * u * (3.0 - 2.0 * u);
@@ -33,8 +39,10 @@ ControlUnit::ControlUnit(const TrackOptions& options, double line_ahead_m, doubl
     : options_(options),
       ahead_m_(line_ahead_m),
       window_s_(options.monitor.window / rate_hz + options.head.correction_period_s),
-      speed_m_s_(SafeSpeed(line_ahead_m - 2.0 * kStopMargin_m, window_s_ + kControlPeriod_s,
-                           options.head)),
+      speed_m_s_(std::min(
+          SafeSpeed(line_ahead_m - 2.0 * kStopMargin_m, window_s_ + kControlPeriod_s, options.head),
+          kSeenLength * options.monitor.obstacle_width_m * rate_hz /
+              options.monitor.obstacle_profiles)),
       known_to_y_m_(line_ahead_m) {}
 
 HeadState ControlUnit::PoseAt(double time_s) const {
@@ -57,6 +65,9 @@ std::optional<TrackPoint> ControlUnit::Receive(const std::string& xml) {
   const LinePose line = PoseAt(correction.time_s).Line(ahead_m_);
   const Point edge(line.x_m + correction.edge_x_m * std::cos(line.heading_rad),
                    line.y_m + correction.edge_x_m * std::sin(line.heading_rad));
+  if (IsJump(edge, correction.time_s)) return std::nullopt;
+  last_.push_back({correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0});
+  if (last_.size() > kLast) last_.erase(last_.begin());
   TakeEdge(edge);
   return TrackPoint{correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0};
 }
@@ -68,6 +79,16 @@ void ControlUnit::TakeStop(const Correction& correction) {
   // before the last edge that was seen; the nearer of both is safe.
   const double window_y = PoseAt(correction.time_s - window_s_).Line(ahead_m_).y_m;
   mat_end_y_m_ = edge_.empty() ? window_y : std::min(window_y, edge_.back().y());
+}
+
+// Further from each of the last points than the head could go.
+bool ControlUnit::IsJump(const Point& edge, double time_s) const {
+  if (last_.size() < kLast) return false;
+  return std::ranges::all_of(last_, [&](const TrackPoint& p) {
+    const double reach = options_.head.max_jump_m +
+                         options_.head.max_lateral_speed_m_s * std::max(0.0, time_s - p.time_s);
+    return std::abs(edge.x() - p.x_m) > reach;
+  });
 }
 
 void ControlUnit::TakeEdge(const Point& edge) {

@@ -31,6 +31,7 @@ class ControlUnit {
 
  private:
   void TakeStop(const Correction& correction);
+  bool IsJump(const Point& edge, double time_s) const;
   void TakeEdge(const Point& edge);
   std::vector<Point> EdgeFrom(double from_y);
   void PlanRoute();
@@ -42,6 +43,7 @@ class ControlUnit {
   double speed_m_s_;  // from which the head can stop for what the line sees
   std::vector<HeadState> poses_;
   std::vector<Point> edge_;         // as sensed, ascending in y
+  std::vector<TrackPoint> last_;    // of them, the last ones that were taken
   double known_to_y_m_;             // where the needle can go with what is known
   std::optional<double> join_y_m_;  // where the needle begins to leave the CAD track
   std::optional<double> mat_end_y_m_;

@@ -76,6 +76,10 @@ void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
   map.Read("rotate", head.rotate, "whether the head turns into the seam; false: it only shifts");
   map.ReadScaled("max_lateral_speed_mm_s", head.max_lateral_speed_m_s, kMm, 1.0, 2000.0,
                  "of the head's corrections");
+  map.ReadScaled(
+      "max_jump_mm", head.max_jump_m, kMm, 0.1, 1000.0,
+      "by which a packet may move the edge, besides what the head can move across in the "
+      "time since the last one; others are ignored");
   map.ReadScaled("max_acceleration_mm_s2", head.max_acceleration_m_s2, kMm, 1.0, 20'000.0,
                  "of the head");
   map.Read("max_rotation_rad_s", head.max_rotation_rad_s, 0.01, 20.0, "of the head");
