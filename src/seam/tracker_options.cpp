@@ -103,6 +103,7 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
   Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
   Check(options.refine_m >= 0.0, "refine_m must not be negative");
+  Check(options.keep_m >= 0.0, "keep_m must not be negative");
   Check(options.line_prediction.inlier_columns > 0.0,
         "line_prediction.inlier_columns must be above 0");
   Check(options.line_prediction.max_slope_columns_per_s > 0.0,
@@ -172,6 +173,8 @@ void ReadTrackerOptions(core::YamlMap& map, TrackerOptions& options) {
   map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
                  "a packet tells where a step fits best to its profiles, this near to what was "
                  "decided; 0: what was decided");
+  map.ReadScaled("keep_mm", options.keep_m, kMm, 0.0, 100.0,
+                 "what was decided is sent if it is this near to where the step fits best");
   map.Read("confirm", options.confirm,
            "whether a step counts only if another of the last profiles shows it, too");
   ReadLinePrediction(map, options.line_prediction);

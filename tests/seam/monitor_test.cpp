@@ -269,6 +269,47 @@ TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
   EXPECT_EQ(stop, StopReason::kObstacle);
 }
 
+// Detectors may lose an edge that is there: what a fit still sees is no mat end.
+TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  Reading followed = Told(ProfileStatus::kNoEdge);
+  followed.followed_step_m = 0.4e-3;
+  for (int i = 0; i < 3 * options.window; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), followed)) << i;
+  }
+  EXPECT_TRUE(monitor.SeesEdge());
+  // Far less than its usual height is not that edge any more.
+  followed.followed_step_m = 0.2 * Told(ProfileStatus::kEdge).step_m;
+  std::optional<StopReason> stop;
+  for (int i = 0; i < options.mat_end_profiles; ++i) {
+    stop = monitor.Update(WithBlock(0, 0), followed);
+  }
+  EXPECT_EQ(stop, StopReason::kMatEnd);
+  EXPECT_FALSE(monitor.SeesEdge());
+}
+
+// On the low mat: the surface between both is half a millimetre higher.
+TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
+  const LineGeometry line;
+  MonitorOptions options;
+  options.obstacle_width_m = 0.5e-3;
+  options.obstacle_profiles = 1;
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.outliers = 0.0;
+    scene.obstacle_x_m = scene.edge_m - rng.Uniform(0.002, 0.01);
+    scene.obstacle_width_m = 0.7e-3;  // of 1 mm, but for its borders
+    scene.obstacle_height_m = 3e-3;
+    SurfaceMonitor monitor(line, options);
+    missed += monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge)) ? 0 : 1;
+  }
+  EXPECT_EQ(missed, 0);
+}
+
 // An edge that goes on with a step too low for a new one is none here.
 TEST(SurfaceMonitor, TheMatsEndThoughALowStepGoesOn) {
   const MonitorOptions options;

@@ -87,6 +87,22 @@ TEST_P(EveryDecision, TellsNoEdgeOnAMatWithoutOne) {
   }
 }
 
+// Noise of 0.2 mm has ranges of more than the minimal step everywhere.
+TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
+  int told = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    Line line;
+    line.step_m = 0.0;
+    line.noise_m = 0.2e-3;
+    for (int i = 0; i < 60; ++i) {
+      told += tracker.Update(Scan(line, kPeriod_s * i, rng)).status == ProfileStatus::kNoEdge;
+    }
+  }
+  EXPECT_GE(told, 1188);  // 99 % of 1200
+}
+
 TEST_P(EveryDecision, OneDisturbedProfileMovesNothing) {
   Rng rng(1);
   EdgeTracker tracker(With(GetParam()));

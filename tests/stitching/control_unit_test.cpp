@@ -52,6 +52,17 @@ TEST(ControlUnit, AnEdgePointIsWhereTheLineWasWhenItWasSeen) {
   EXPECT_NEAR(point->y_m, 0.05 + kAhead_m * std::cos(0.2) + 3e-3 * std::sin(0.2), 1e-12);
 }
 
+TEST(ControlUnit, IgnoresAPacketThatMovesTheEdgeFurtherThanTheHeadCouldGo) {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  for (int i = 0; i <= 100; ++i) unit.Record(At(0.0, 0.3e-3 * i, 0.0));
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(unit.Receive(Packet(0.1 * i, 0.0)));
+  EXPECT_FALSE(unit.Receive(Packet(0.4, 0.038)));
+  EXPECT_FALSE(unit.Receive(Packet(0.4, -0.038)));
+  // A half circle of 20 mm begins with 10.5 mm in 3 mm along the track.
+  EXPECT_TRUE(unit.Receive(Packet(0.5, -0.0105)));
+  EXPECT_TRUE(unit.Receive(Packet(0.6, 0.0)));
+}
+
 TEST(ControlUnit, PacketsWithoutAPositionTellNone) {
   ControlUnit unit({}, kAhead_m, 62.0);
   unit.Record({});

@@ -96,11 +96,16 @@ SeamResult SeamResultFrom(const SeamParams& params, const std::string& text) {
 }
 
 std::string ToJson(const RunResult& result) {
-  return ordered_json{
-      {"end", core::Word(result.end)},         {"reached_hazard", result.reached_hazard},
-      {"stopped_early", result.stopped_early}, {"settled_m", result.settled_m},
-      {"mean_error_m", result.mean_error_m},   {"p95_error_m", result.p95_error_m},
-      {"max_error_m", result.max_error_m},     {"share_within_1mm", result.share_within_1mm}}
+  return ordered_json{{"end", core::Word(result.end)},
+                      {"reached_hazard", result.reached_hazard},
+                      {"stopped_early", result.stopped_early},
+                      {"settled_m", result.settled_m},
+                      {"mean_error_m", result.mean_error_m},
+                      {"p95_error_m", result.p95_error_m},
+                      {"max_error_m", result.max_error_m},
+                      {"share_within_1mm", result.share_within_1mm},
+                      {"rest_m", result.rest_m},
+                      {"beside_corners_m", result.good_beside_corners_m}}
       .dump();
 }
 
@@ -118,6 +123,9 @@ RunResult RunResultFrom(const SeamParams& params, const std::string& text) {
     result.p95_error_m = json.at("p95_error_m");
     result.max_error_m = json.at("max_error_m");
     result.share_within_1mm = json.at("share_within_1mm");
+    // Runs of earlier versions have neither.
+    result.rest_m = json.value("rest_m", 0.0);
+    result.good_beside_corners_m = json.value("beside_corners_m", 0.0);
     return result;
   });
 }

@@ -37,7 +37,34 @@ double BeginOf(const stitching::MatOptions& mats) {
   return mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
 }
 
+// Of what counts as followed (section 3.7.1).
+constexpr double kGood_m = 1e-3;
+
+double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>& corners,
+                  double wanted_m) {
+  double good = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const TrackPoint& p = path[i];
+    const bool corner =
+        std::ranges::any_of(corners, [&](double y) { return std::abs(p.y_m - y) <= kCorner_m; });
+    const bool settled = p.y_m >= path.front().y_m + stitching::kSettle_m;
+    if (corner || !settled || !(std::abs(p.distance_m - wanted_m) <= kGood_m)) continue;
+    good += std::max(0.0, p.y_m - path[i - 1].y_m);
+  }
+  return good;
+}
+
 }  // namespace
+
+// The path at the wanted distance from the circle meets that from the straight edge.
+std::vector<double> CornersOf(const SeamExperiment& experiment) {
+  const double radius = experiment.half_circle_radius_m;
+  if (radius <= 0.0) return {};
+  const double wanted = experiment.track.wanted_distance_m;
+  const double apart = std::sqrt((radius + wanted) * (radius + wanted) - wanted * wanted);
+  const double middle = 0.5 * experiment.track.length_m;
+  return {middle - apart, middle + apart};
+}
 
 std::string TitleOf(seam::DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
@@ -127,6 +154,12 @@ RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method
   result.p95_error_m = track.p95_error_m;
   result.max_error_m = track.max_error_m;
   result.share_within_1mm = track.share_within_1mm;
+  result.rest_m = last.y_m;
+  const auto corners = CornersOf(experiment);
+  if (!corners.empty()) {
+    result.good_beside_corners_m =
+        GoodBeside(track.path, corners, experiment.track.wanted_distance_m);
+  }
   return result;
 }
 

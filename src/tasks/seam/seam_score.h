@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "core/words.h"
 #include "tasks/seam/seam_experiment.h"
@@ -61,7 +62,15 @@ struct RunResult {
   double p95_error_m = 0.0;
   double max_error_m = 0.0;
   double share_within_1mm = 0.0;
+  double rest_m = 0.0;  ///< where along the track the head came to rest
+  /// Half circles: along the track, after the first kSettle_m, followed within 1 mm and not within
+  /// kCorner_m of a corner.
+  double good_beside_corners_m = 0.0;
 };
+/// Corners of a half circle: rounding and smoothing reach this far from them.
+inline constexpr double kCorner_m = 6e-3;
+/// Where along the track the seam of a half circle has its corners; none without one.
+std::vector<double> CornersOf(const SeamExperiment& experiment);
 
 /// Hands the profiles of a recorded seam to a tracker of each way to decide, in order.
 /// @param told  of each profile: its position, what each way to decide (kDecisions) made of it, and

@@ -52,6 +52,7 @@ struct Facts {
   int profiles_per_seam;
   double columns_per_m;
   double wanted_m;  // of a run's path: what is to be followed after the head has settled
+  double beside_corners_m = 0.0;  // of it, of a half circle
   Published reference, improvements, runtimes;
 };
 
@@ -62,6 +63,7 @@ Facts FactsOf(const Stamp& stamp) {
               std::stoi(at("profiles_per_seam")),
               std::stod(at("columns_per_m")),
               std::stod(at("wanted_m")),
+              0.0,
               ReadPublished(at("reference"), at("reference_file")),
               ReadPublished(at("improvements"), at("improvements_file")),
               {}};
@@ -70,6 +72,8 @@ Facts FactsOf(const Stamp& stamp) {
   if (runtimes != stamp.data.end()) {
     facts.runtimes = ReadPublished(runtimes->second, at("runtimes_file"));
   }
+  const auto beside = stamp.data.find("beside_corners_m");
+  if (beside != stamp.data.end()) facts.beside_corners_m = std::stod(beside->second);
   for (const std::string& word : core::Split(at("shapes"), ',')) {
     facts.shapes.push_back(core::FromWord<EdgeShape>(word, "shapes"));
   }
@@ -426,6 +430,39 @@ Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
   return section;
 }
 
+// A half circle without its corners, where the edge turns by 90 degrees.
+Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
+  Section section{
+      fmt::format("Half circle: not within {:.0f} mm of its corners", kCorner_m * core::kMmPerM),
+      NumberGrid({"method", "runs", "within 1 mm, % of the wanted length", "+-"})};
+  for (const auto method : kLoopDecisions) {
+    std::vector<Part> parts;
+    double good = 0.0;
+    for (const RunResult& run : runs) {
+      if (run.method != method) continue;
+      good += run.good_beside_corners_m;
+      parts.push_back({run.good_beside_corners_m, facts.beside_corners_m});
+    }
+    const double wanted = static_cast<double>(parts.size()) * facts.beside_corners_m;
+    section.grid.rows.push_back({TitleOf(method), fmt::format("{}", parts.size()),
+                                 parts.empty() ? "-" : Fixed(good / wanted * 100.0, 2),
+                                 ErrorCell(parts)});
+  }
+  return section;
+}
+
+Section EarlySection(const std::vector<RunResult>& runs) {
+  Section section{"Runs that stopped early",
+                  NumberGrid({"run", "method", "hazard", "end", "at rest, mm along the track"})};
+  for (const RunResult& run : runs) {
+    if (!run.stopped_early) continue;
+    section.grid.rows.push_back(
+        {fmt::format("{}", run.run), TitleOf(run.method), std::string(core::Word(run.hazard)),
+         std::string(core::Word(run.end)), Fixed(run.rest_m * core::kMmPerM, 1)});
+  }
+  return section;
+}
+
 Cells HazardsRow(const std::vector<RunResult>& all, Hazard hazard, seam::DecisionMethod method) {
   int runs = 0;
   int found = 0;
@@ -528,6 +565,12 @@ void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
   stamp.data["profiles_per_seam"] = fmt::format("{}", experiment.record.profiles);
   stamp.data["columns_per_m"] = fmt::format("{}", experiment.sensor.line.columns_per_m);
   stamp.data["wanted_m"] = fmt::format("{}", experiment.track.length_m - stitching::kSettle_m);
+  const auto corners = CornersOf(experiment);
+  if (!corners.empty()) {
+    stamp.data["beside_corners_m"] =
+        fmt::format("{}", experiment.track.length_m - stitching::kSettle_m -
+                              2.0 * kCorner_m * static_cast<double>(corners.size()));
+  }
   stamp.data["reference"] = PublishedText(experiment.reference);
   stamp.data["reference_file"] = experiment.reference.filename().string();
   stamp.data["improvements"] = PublishedText(experiment.improvements);
@@ -552,6 +595,10 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
     const auto runs = RunsOf(records);
     report.sections = {facts.kind == SeamKind::kTracks ? TracksSection(facts, runs)
                                                        : HazardsSection(runs)};
+    if (facts.beside_corners_m > 0.0) report.sections.push_back(CornersSection(facts, runs));
+    if (std::ranges::any_of(runs, &RunResult::stopped_early)) {
+      report.sections.push_back(EarlySection(runs));
+    }
     report.files.emplace_back("rows.csv", RunRows(runs, records));
   }
   const auto failed = std::ranges::count_if(records, Failed);

@@ -189,6 +189,26 @@ TEST(SeamTables, TracksAreWeightedByTheirLength) {
   EXPECT_EQ(rows[1][8], "-");
 }
 
+TEST(SeamTables, RunsThatStoppedEarlyAreListed) {
+  RunResult early;
+  early.run = 7;
+  early.end = stitching::TrackEnd::kMatEnd;
+  early.stopped_early = true;
+  early.rest_m = 0.2135;
+  const Report report = ReportOn(Shipped("seam_track"), {RunRecord({}), RunRecord(early)});
+  ASSERT_EQ(report.sections.size(), 2U);
+  EXPECT_EQ(report.sections[1].grid.rows,
+            (std::vector<Cells>{{"7", "Combined Result", "none", "mat_end", "213.5"}}));
+}
+
+// 300 mm less two corners of 12 mm.
+TEST(SeamTables, CornersOfAHalfCircleAreToldApart) {
+  RunResult run;
+  run.good_beside_corners_m = 0.138;
+  const Report report = ReportOn(Shipped("seam_half_circle"), {RunRecord(run)});
+  EXPECT_EQ(report.sections[1].grid.rows[0][2], "50.00");
+}
+
 TEST(SeamTables, ACrashedCaseCountsAsFailed) {
   auto seams = Rates();
   SeamParams params;
