@@ -77,8 +77,15 @@ void ControlUnit::TakeStop(const Correction& correction) {
   if (*correction.stop != seam::StopReason::kMatEnd || mat_end_y_m_) return;
   // The mats ended no earlier than where the line was when the monitor's window began, and not
   // before the last edge that was seen; the nearer of both is safe.
-  const double window_y = PoseAt(correction.time_s - window_s_).Line(ahead_m_).y_m;
-  mat_end_y_m_ = edge_.empty() ? window_y : std::min(window_y, edge_.back().y());
+  const LinePose line = PoseAt(correction.time_s - window_s_).Line(ahead_m_);
+  if (last_.empty()) {
+    mat_end_y_m_ = line.y_m;
+    return;
+  }
+  // A line that is turned lies elsewhere along the track where the edge was than in its middle.
+  const double window_y =
+      line.y_m + std::min(0.0, std::tan(line.heading_rad) * (last_.back().x_m - line.x_m));
+  mat_end_y_m_ = std::min(window_y, edge_.back().y());
 }
 
 // Further from each of the last points than the head could go.
