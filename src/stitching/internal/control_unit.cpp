@@ -25,6 +25,8 @@ constexpr double kFollowGain_1_s = 10.0;
 // Length over which an obstacle is high enough, in the widths of the stretch that must be high: it
 // is twice as long as those, less its borders. As many profiles as must show it lie within.
 constexpr double kSeenLength = 1.4;
+// Of a line that is turned, from its middle: so far out an edge may have been.
+constexpr double kTurned_m = 20e-3;
 // Points that a jump is measured from: a stray one among them does no harm.
 constexpr std::size_t kLast = 3;
 
@@ -78,14 +80,9 @@ void ControlUnit::TakeStop(const Correction& correction) {
   // The mats ended no earlier than where the line was when the monitor's window began, and not
   // before the last edge that was seen; the nearer of both is safe.
   const LinePose line = PoseAt(correction.time_s - window_s_).Line(ahead_m_);
-  if (last_.empty()) {
-    mat_end_y_m_ = line.y_m;
-    return;
-  }
-  // A line that is turned lies elsewhere along the track where the edge was than in its middle.
-  const double window_y =
-      line.y_m + std::min(0.0, std::tan(line.heading_rad) * (last_.back().x_m - line.x_m));
-  mat_end_y_m_ = std::min(window_y, edge_.back().y());
+  const double seen_y = edge_.empty() ? line.y_m : std::min(line.y_m, edge_.back().y());
+  // A line that is turned sees the mats' end as an edge that runs along it, before its middle.
+  mat_end_y_m_ = seen_y - kTurned_m * std::abs(std::tan(line.heading_rad));
 }
 
 // Further from each of the last points than the head could go.
