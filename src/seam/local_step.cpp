@@ -19,8 +19,8 @@ constexpr double kMinOwnPoints = 1e-3;
 // Heights are not known better than this, so that a profile without noise has finite likelihoods.
 constexpr double kResolution_mm = 8e-3;
 // The share of places that surely hold no edge, and the chi-squared (1 degree of freedom) there.
-constexpr double kQuantile = 0.4;
-constexpr double kChiSquared = 0.275;
+constexpr double kQuantile = 0.25;
+constexpr double kChiSquared = 0.1015;
 // Sums over powers stay of one size in these units.
 constexpr double kMm_1_m = 1e3;
 constexpr double kColumns = 100.0;
@@ -162,8 +162,8 @@ void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& f
     const double a1 = all(x) - c * a0;
     const double a2 = all(xx) - 2.0 * c * all(x) + c2 * a0;
     const double a3 = all(xxx) - 3.0 * c * all(xx) + 3.0 * c2 * all(x) - c2 * c * a0;
-    const double a4 = all(xxxx) - 4.0 * c * all(xxx) + 6.0 * c2 * all(xx) -
-                      4.0 * c2 * c * all(x) + c2 * c2 * a0;
+    const double a4 =
+        all(xxxx) - 4.0 * c * all(xxx) + 6.0 * c2 * all(xx) - 4.0 * c2 * c * all(x) + c2 * c2 * a0;
     const double z0 = all(z);
     const double z1 = all(zx) - c * z0;
     const double z2 = all(zxx) - 2.0 * c * all(zx) + c2 * z0;

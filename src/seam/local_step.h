@@ -10,8 +10,8 @@ namespace rangegrasp::seam {
 /// the measured points of a window, in windows of several widths. Narrow windows are not misled by
 /// a wavy surface, wide ones see through noise and holes.
 struct LocalStepOptions {
-  /// >= 4, half widths of the windows [columns]: 2.5, 6 and 15 mm of the base sensor.
-  std::array<int, 3> half_windows = {30, 72, 180};
+  /// >= 4, half widths of the windows [columns]: 3, 8, 25 and 43 mm of the base sensor.
+  std::array<int, 4> half_windows = {36, 96, 300, 516};
   int stride = 3;  ///< >= 1 [columns] between two places: a quarter of a millimetre
   /// > 0; a higher step is an obstacle (section 3.7: 3 mm), no mat's edge.
   double max_step_m = 2.5e-3;
@@ -29,7 +29,7 @@ struct LocalStep {
 /// Steps at the columns 0, stride, 2 stride, ...: from there on the points belong to the high side.
 /// Points are first replaced by the median of the nine about them, which takes out filaments and
 /// reflections. Residuals of a real surface are not independent: what likelihoods claim too much is
-/// measured in the profile itself, by the 40 % quantile of the squared t-values of all places
+/// measured in the profile itself, by the 25 % quantile of the squared t-values of all places
 /// against that of the chi-squared distribution (as a radar keeps its rate of false alarms;
 /// Rohling 1983).
 /// @param height_m  heights as measured, NaN where there is none. O(columns).

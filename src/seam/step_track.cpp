@@ -26,6 +26,7 @@ std::size_t StrongestOf(const std::vector<LocalStep>& steps) {
 
 StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
   Check(options.memory >= 0.0 && options.memory < 1.0, "memory must be at least 0 and below 1");
+  Check(options.most_evidence > 0.0, "most_evidence must be above 0");
   Check(options.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0");
   Check(options.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0");
   Check(options.min_step_m >= 0.0, "min_step_m must not be negative");
@@ -55,11 +56,13 @@ void StepTrack::Continue(const std::vector<LocalStep>& steps, double period_s) {
       from[here] = place + d;
     }
   }
+  const double strongest = steps[StrongestOf(steps)].evidence;
+  const double share = std::min(1.0, options_.most_evidence / std::max(strongest, 1e-9));
   std::vector<Way> ways(ways_.size());
   for (std::size_t place = 0; place < ways.size(); ++place) {
     const Way& before = ways_[static_cast<std::size_t>(from[place])];
     const LocalStep& step = steps[place];
-    ways[place] = {options_.memory * best[place] + step.evidence,
+    ways[place] = {options_.memory * best[place] + share * step.evidence,
                    options_.memory * before.height + step.precision_m2 * step.height_m,
                    options_.memory * before.precision + step.precision_m2};
   }
@@ -109,8 +112,8 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
   estimate.evidence = way->evidence / weight_;
   estimate.step_m = way->precision > 0.0 ? way->height / way->precision : 0.0;
   const double position = OnLine(Peak(static_cast<std::size_t>(way - ways_.begin())), time_s);
-  const double wanted = (options_.evidence + options_.first_evidence / std::sqrt(weight_)) *
-                        (edge_ ? options_.continued : 1.0);
+  const double wanted =
+      (options_.evidence + options_.first_evidence / weight_) * (edge_ ? options_.continued : 1.0);
   edge_ = estimate.evidence >= wanted && estimate.step_m >= options_.min_step_m;
   if (edge_) {
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));

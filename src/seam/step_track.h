@@ -14,16 +14,20 @@ namespace rangegrasp::seam {
 struct StepTrackOptions {
   LocalStepOptions steps;
   double memory = 0.9;  ///< in [0, 1): share of the evidence that each profile keeps
+  /// > 0: a profile whose greatest evidence is above this has all of it scaled down to this, so
+  /// that an edge that ends is soon forgotten.
+  double most_evidence = 15.0;
   /// > 0, how fast an edge may be expected to move on the line: standard deviation. 20 mm/s at 12
   /// columns a mm.
   double speed_columns_per_s = 240.0;
   double max_speed_columns_per_s = 600.0;  ///< > 0
   double min_step_m = 0.15e-3;             ///< >= 0: half of the thinnest mat
   /// Evidence a profile that makes an edge: of very many profiles, and what one profile alone must
-  /// have more. Without an edge the best place has 1.8 (99.5 %: 4.4), and 4.8 (99.5 %: 6 to 14).
-  double evidence = 4.2;
-  double first_evidence = 7.0;
-  double continued = 0.7;  ///< in [0, 1]: share of them that an edge needs to go on
+  /// have more (of n a n-th of it). Without an edge the best place has 1.7 (99.5 %: 2.8 to 3.6),
+  /// and 5 (99.5 %: 6 to 15).
+  double evidence = 3.6;
+  double first_evidence = 9.0;
+  double continued = 0.6;  ///< in [0, 1]: share of them that an edge needs to go on
   int line_profiles = 10;  ///< >= 2: positions that the edge's line is laid through
   double forget_s = 1.0;   ///< > 0: after a longer gap nothing is known
 };

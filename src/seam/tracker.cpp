@@ -283,10 +283,10 @@ float EdgeTracker::Impl::Decide(Reading& reading) {
   if (!prepared.Usable()) return 0.0F;
   results = DetectWithin(prepared, options);
   for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
-  const float weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
-                                                                 : DecideByWeights(reading);
+  const float its_weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
+                                                                     : DecideByWeights(reading);
   Follow(reading);
-  return weight;
+  return its_weight;
 }
 
 // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
@@ -349,8 +349,11 @@ void EdgeTracker::Impl::OfferFollowed() {
 void EdgeTracker::Impl::EndPeriod(double time_s) {
   if (!period_begin_s) period_begin_s = time_s;
   if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
-  if (candidate && options.refine_m > 0.0) Refine();
-  if (options.refine_m > 0.0) OfferFollowed();
+  // Steps that are tracked have been fitted already.
+  if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
+    if (candidate) Refine();
+    OfferFollowed();
+  }
   packet = PacketAt(time_s);
   if (candidate) sent = candidate;
   candidate.reset();

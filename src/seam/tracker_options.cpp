@@ -79,7 +79,9 @@ void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
   map.Read("evidence", options.evidence, 0.0, 1e6,
            "mean log-likelihood ratio over many profiles that makes an edge");
   map.Read("first_evidence", options.first_evidence, 0.0, 1e6,
-           "what a single profile must have more; n profiles: this by the root of n");
+           "what a single profile must have more; n profiles: an n-th of this");
+  map.Read("most_evidence", options.most_evidence, 0.1, 1e6,
+           "evidence that a profile counts for at most");
   map.Read("continued", options.continued, 0.0, 1.0,
            "share of the evidence that an edge needs to go on");
   map.Read("line_profiles", options.line_profiles, 2, 1000,

@@ -59,7 +59,7 @@ TEST(LocalStep, HeightsAreThoseOfTheLeastSquaresProblem) {
   auto z = RisingCubic(1024, 420, 0.5e-3);
   for (float& height : z) height = rng.Uniform() < 0.3 ? kNone : height;
   LocalStepOptions options;
-  options.half_windows = {60, 60, 60};
+  options.half_windows = {60, 60, 60, 60};
   const auto steps = FitLocalSteps(z, options);
   ASSERT_EQ(steps.size(), 342U);
   int compared = 0;
@@ -128,7 +128,7 @@ TEST(LocalStep, ShortProfilesAndImpossibleOptions) {
   options.stride = 0;
   EXPECT_THROW(FitLocalSteps(std::vector<float>(64, 0.0F), options), std::invalid_argument);
   options.stride = 3;
-  options.half_windows = {30, 2, 60};
+  options.half_windows = {30, 2, 60, 90};
   EXPECT_THROW(FitLocalSteps(std::vector<float>(64, 0.0F), options), std::invalid_argument);
 }
 

@@ -28,7 +28,8 @@ struct Surface {
   double slant = 0.1;
   double noise = 0.05;
   double lost = 0.02;
-  double wave = 0.0;  // amplitude; 10 to 40 mm long
+  double wave = 0.0;     // amplitude; 10 to 40 mm long
+  double wanted = 0.98;  // share within a millimetre
 };
 
 struct Seam {
@@ -88,12 +89,12 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, Edges,
                                          Surface{.name = "low_step", .step = 0.25},
                                          Surface{.name = "noise", .noise = 0.4},
                                          Surface{.name = "holes", .lost = 0.9},
-                                         Surface{.name = "waves", .wave = 0.3}),
+                                         Surface{.name = "waves", .wave = 0.3, .wanted = 0.9}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(Edges, AreFoundWithinAMillimetre) {
   const Score score = ScoreOn(GetParam(), 12, 60);
-  EXPECT_GE(score.within, 0.98 * score.profiles);
+  EXPECT_GE(score.within, GetParam().wanted * score.profiles);
 }
 
 class NoEdges : public testing::TestWithParam<Surface> {};
@@ -105,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, NoEdges,
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(NoEdges, AreToldToBeNone) {
-  const Score score = ScoreOn(GetParam(), 12, 60);
+  const Score score = ScoreOn(GetParam(), 40, 60);
   EXPECT_LE(score.edges, 0.005 * score.profiles);
 }
 
