@@ -48,6 +48,8 @@ void CheckTexture(const MatTexture& t) {
   Check(t.weave_relief_m >= 0.0, "weave_relief_m", not_negative);
   Check(t.fuzz_m >= 0.0, "fuzz_m", not_negative);
   Check(t.fuzz_length_m > 0.0, "fuzz_length_m", positive);
+  Check(t.waviness_m >= 0.0, "waviness_m", not_negative);
+  Check(t.waviness_length_m > 0.0, "waviness_length_m", positive);
   Check(t.fray_m >= 0.0, "fray_m", not_negative);
   Check(t.fray_length_m > 0.0, "fray_length_m", positive);
   Check(t.filaments_per_m >= 0.0, "filaments_per_m", not_negative);

@@ -41,16 +41,19 @@ enum class Weave {
 /// found). Textures and frays are functions of place and seed: two profiles at one place see the
 /// same mat.
 struct MatTexture {
-  double weave_period_m = 3e-3;      ///< width of a tow
-  double weave_relief_m = 0.015e-3;  ///< height of the woven relief
-  double fuzz_m = 0.0055e-3;         ///< fine unevenness
-  double fray_m = 0.1e-3;          ///< how far the edge wanders from its course, standard deviation
-  double fray_length_m = 4e-3;     ///< over which it wanders
-  double filaments_per_m = 100.0;  ///< spiky filaments standing off the edge, a metre of edge
-  double loose_filaments_per_m2 = 400.0;  ///< elsewhere
-  double filament_height_m = 0.4e-3;
+  double weave_period_m = 3e-3;       ///< width of a tow
+  double weave_relief_m = 0.0114e-3;  ///< height of the woven relief
+  double fuzz_m = 0.0055e-3;          ///< fine unevenness
+  /// Its waves, as mats lie: "very uneven" (section 3.7), standard deviation.
+  double waviness_m = 0.12e-3;
+  double waviness_length_m = 0.5e-3;  ///< half of a wave, on average
+  double fray_m = 0.11e-3;        ///< how far the edge wanders from its course, standard deviation
+  double fray_length_m = 4e-3;    ///< over which it wanders
+  double filaments_per_m = 70.0;  ///< spiky filaments standing off the edge, a metre of edge
+  double loose_filaments_per_m2 = 250.0;  ///< elsewhere
+  double filament_height_m = 0.33e-3;
   double detached_share = 0.005;  ///< share of the edge where a bundle of fibres has come off
-  double gloss = 0.05;    ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
+  double gloss = 0.055;   ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
   double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
   Weave weave = Weave::kWoven;
   double fuzz_length_m = 0.3e-3;   ///< over which fuzz varies along x; thrice that along y

@@ -132,6 +132,8 @@ MatTexture RandomTexture(const MatTexture& typical, core::Rng& rng) {
   scale(texture.weave_period_m, 2.0);
   scale(texture.weave_relief_m, 1.6);
   scale(texture.fuzz_m, 1.5);
+  scale(texture.waviness_m, 1.5);
+  scale(texture.waviness_length_m, 1.5);
   scale(texture.fray_m, 1.7);
   scale(texture.fray_length_m, 1.5);
   scale(texture.filaments_per_m, 2.0);

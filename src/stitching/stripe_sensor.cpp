@@ -46,6 +46,26 @@ class Reflections {
   bool first_ = true;
 };
 
+/// Noise of standard deviation 1 of column after column, whose correlation fades exponentially.
+class CorrelatedNoise {
+ public:
+  explicit CorrelatedNoise(double columns)
+      : kept_(columns > 0.0 ? std::exp(-1.0 / columns) : 0.0),
+        fresh_(std::sqrt(1.0 - kept_ * kept_)) {}
+
+  double Next(core::Rng& rng) {
+    const double normal = rng.Normal();
+    value_ = first_ ? normal : kept_ * value_ + fresh_ * normal;
+    first_ = false;
+    return value_;
+  }
+
+ private:
+  double kept_, fresh_;
+  double value_ = 0.0;
+  bool first_ = true;
+};
+
 // What a lost spot reports: nothing, or the brightest pixel of elsewhere.
 double LostRow(const StripeSensorOptions& options, const seam::RawProfile* previous,
                std::size_t column, core::Rng& rng) {
@@ -120,6 +140,7 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
   const double ahead_y = std::sin(pose.heading_rad);
   seam::RawProfile profile{std::vector<float>(columns, kMissing), time_s};
   Reflections reflections(options_);
+  CorrelatedNoise noise(options_.row_correlation_columns);
   double height = 0.0;
   for (std::size_t c = 0; c < columns; ++c) {
     // A column is a plane through the camera: where it meets the surface depends on the height
@@ -139,7 +160,7 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
     if (strength < options_.lost_return || strength <= 0.0) {
       row = LostRow(options_, previous, c, rng);
     } else {
-      row = RowOf(height) + options_.row_sigma_px / std::sqrt(strength) * rng.Normal() +
+      row = RowOf(height) + options_.row_sigma_px / std::sqrt(strength) * noise.Next(rng) +
             reflection.value_or(0.0);
       if (options_.row_quantum_px > 0.0) {
         row = std::round(row / options_.row_quantum_px) * options_.row_quantum_px;

@@ -38,6 +38,8 @@ constexpr Key kKeys[] = {
     {"rate_max_hz", &Options::rate_max_hz, 1.0, 1.0, 10'000.0, "and on bright ones"},
     {"row_sigma_px", &Options::row_sigma_px, 1.0, 0.0, 50.0,
      "noise of the row of a spot that returns all light, standard deviation"},
+    {"row_correlation_columns", &Options::row_correlation_columns, 1.0, 0.0, 1000.0,
+     "columns over which that noise fades; 0: each column's is its own"},
     {"row_quantum_px", &Options::row_quantum_px, 1.0, 0.0, 50.0,
      "rows are rounded to multiples of this; 0 does not round"},
     {"speckle", &Options::speckle, 1.0, 0.0, 1.0,

@@ -24,8 +24,9 @@ struct StripeSensorOptions {
   double rate_min_hz = 30.0;     ///< dark mats need long exposures ...
   double rate_max_hz = 100.0;    ///< ... bright ones short
   // What disturbs a row. Frozen settings: docs/seam.md.
-  double row_sigma_px = 0.4;    ///< of a spot with full return
-  double row_quantum_px = 0.1;  ///< a row is found to within this; 0: no rounding
+  double row_sigma_px = 0.4;             ///< of a spot with full return
+  double row_correlation_columns = 0.0;  ///< over which that noise fades: neighbors share speckles
+  double row_quantum_px = 0.1;           ///< a row is found to within this; 0: no rounding
   double speckle = 0.5;  ///< its contrast: standard deviation of return strength, relative, 0..1
   double lost_return = 0.1;  ///< below this strength a spot is not found
   double outlier_share =

@@ -35,7 +35,7 @@ MatOptions PlainMats() {
   MatOptions options;
   options.height_m = 0.8e-3;
   MatTexture& t = options.texture;
-  t.weave_relief_m = t.fuzz_m = t.fray_m = 0.0;
+  t.weave_relief_m = t.fuzz_m = t.waviness_m = t.fray_m = 0.0;
   t.filaments_per_m = t.loose_filaments_per_m2 = t.detached_share = 0.0;
   t.gloss = t.darkness = 0.0;
   return options;

@@ -223,6 +223,7 @@ TEST(Mats, NeighbouringProfilesSeeTheSameFilaments) {
   MatOptions options = Smooth(EdgeShape::kStep);
   options.texture.filaments_per_m = 300.0;
   options.texture.loose_filaments_per_m2 = 3000.0;
+  options.texture.filament_height_m = 0.4e-3;
   const Mats mats(options, 7);
   int seen = 0;
   int again = 0;

@@ -10,6 +10,7 @@ inline MatOptions Smooth(EdgeShape shape) {
   options.shape = shape;
   options.texture.weave_relief_m = 0.0;
   options.texture.fuzz_m = 0.0;
+  options.texture.waviness_m = 0.0;
   options.texture.fray_m = 0.0;
   options.texture.filaments_per_m = 0.0;
   options.texture.loose_filaments_per_m2 = 0.0;

@@ -163,9 +163,7 @@ void Model::Warn(const std::string& where, const std::string& element, const std
   findings_.push_back({false, where, element, what, cure});
 }
 
-bool Model::InSubtree(int body, int root) const {
-  return mjcf::InSubtree(&m(), body, root);
-}
+bool Model::InSubtree(int body, int root) const { return mjcf::InSubtree(&m(), body, root); }
 
 bool Model::Collides(int geom) const {
   return m().geom_contype[geom] != 0 || m().geom_conaffinity[geom] != 0;

@@ -151,9 +151,7 @@ Eigen::VectorXd Mjcf::Numeric(std::string_view name, int size) const {
   return Eigen::Map<const Eigen::VectorXd>(model_->numeric_data + model_->numeric_adr[id], size);
 }
 
-bool Mjcf::InSubtree(int body, int root) const {
-  return mjcf::InSubtree(model_.get(), body, root);
-}
+bool Mjcf::InSubtree(int body, int root) const { return mjcf::InSubtree(model_.get(), body, root); }
 
 bool Mjcf::Collides(int geom) const {
   return model_->geom_contype[geom] != 0 || model_->geom_conaffinity[geom] != 0;

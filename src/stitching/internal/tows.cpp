@@ -64,9 +64,12 @@ Tows::Tows(const MatTexture& texture, std::uint64_t seed)
       warp_seed_(core::DeriveSeed(seed, "warp")),
       weft_seed_(core::DeriveSeed(seed, "weft")),
       fuzz_seed_(core::DeriveSeed(seed, "fuzz")),
+      wave_seed_(core::DeriveSeed(seed, "waves")),
       relief_m_(texture.weave_relief_m),
       fuzz_m_(texture.fuzz_m / std::sqrt(kPlaneNoiseVariance)),
       fuzz_per_m_(1.0 / texture.fuzz_length_m),
+      wave_m_(texture.waviness_m / std::sqrt(kPlaneNoiseVariance)),
+      waves_per_m_(1.0 / texture.waviness_length_m),
       brightness_(Mix(1.0, kBlackReturn, texture.darkness)) {
   const auto [p_angle, q_angle] = TowAngles(weave_, seed);
   px_ = std::cos(p_angle) / texture.weave_period_m;
@@ -126,6 +129,9 @@ MatPoint Tows::At(double x_m, double y_m) const {
   if (fuzz_m_ > 0.0) {
     point.height_m +=
         fuzz_m_ * Noise(fuzz_seed_, x_m * fuzz_per_m_, y_m * fuzz_per_m_ / kFuzzStretch);
+  }
+  if (wave_m_ > 0.0) {
+    point.height_m += wave_m_ * Noise(wave_seed_, x_m * waves_per_m_, y_m * waves_per_m_);
   }
   return point;
 }

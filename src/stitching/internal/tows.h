@@ -26,10 +26,10 @@ class Tows {
   double AwayAt(const Top& top) const;
 
   Weave weave_;
-  std::uint64_t warp_seed_, weft_seed_, fuzz_seed_;
+  std::uint64_t warp_seed_, weft_seed_, fuzz_seed_, wave_seed_;
   double px_, py_, qx_, qy_;  // p and q count tow widths across weft and warp
   double warp_away_, weft_away_;
-  double relief_m_, fuzz_m_, fuzz_per_m_;
+  double relief_m_, fuzz_m_, fuzz_per_m_, wave_m_, waves_per_m_;
   double brightness_;
 };
 

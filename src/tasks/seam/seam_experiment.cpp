@@ -46,6 +46,10 @@ void ReadTexture(YamlMap map, stitching::MatTexture& texture) {
                  "height of the woven relief");
   map.ReadScaled("fuzz_mm", texture.fuzz_m, kMm, 0.0, 1.0,
                  "fine unevenness of the fibres, standard deviation");
+  map.ReadScaled("waviness_mm", texture.waviness_m, kMm, 0.0, 10.0,
+                 "height of the waves that the mats lie in, standard deviation");
+  map.ReadScaled("waviness_length_mm", texture.waviness_length_m, kMm, 0.2, 1000.0,
+                 "half of a wave's length, on average");
   map.ReadScaled("fray_mm", texture.fray_m, kMm, 0.0, 5.0,
                  "by which the edge wanders from its course, standard deviation");
   map.ReadScaled("fray_length_mm", texture.fray_length_m, kMm, 0.2, 100.0,

@@ -26,7 +26,13 @@ constexpr std::size_t kWorstPages = 8;
 constexpr auto kShown = static_cast<std::size_t>(seam::DecisionMethod::kWeights);
 constexpr const char* kTruthColor = "#444444";
 constexpr std::array<const char*, kDecisions.size()> kDecisionColors = {"#9467bd", "#e08000",
-                                                                        "#8c564b"};
+                                                                        "#8c564b", "#d62728"};
+constexpr const char* kLocalStepColor = "#17becf";
+
+const char* ColorOf(std::size_t method) {
+  if (method >= kAlone) return kDecisionColors[method - kAlone];
+  return method == kLocalStep ? kLocalStepColor : kDetectorColors[method];
+}
 
 double Value(const std::optional<double>& column) { return column.value_or(kNone); }
 double Value(const std::optional<int>& column) {
@@ -54,7 +60,9 @@ Told Read(const SeamExperiment& experiment, const seam::Calibration& calibration
                told.columns[k].push_back(Value(readings.front().detected[k]));
              }
              for (std::size_t d = 0; d < readings.size(); ++d) {
-               told.columns[seam::kDetectors + d].push_back(Value(readings[d].column));
+               told.columns[kAlone + d].push_back(Value(readings[d].column));
+               if (kDecisions[d] != seam::DecisionMethod::kSteps) continue;
+               told.columns[kLocalStep].push_back(Value(readings[d].local_step));
              }
              const double error = std::abs(Value(readings[kShown].column) - told.truth[i]);
              const bool none = std::isnan(told.truth[i]) && !readings[kShown].column;
@@ -79,9 +87,7 @@ Panel PathPanel(const SeamExperiment& experiment, const Told& told) {
               {},
               {}};
   for (std::size_t m = 0; m < kMethods; ++m) {
-    const bool detector = m < seam::kDetectors;
-    const char* color = detector ? kDetectorColors[m] : kDecisionColors[m - seam::kDetectors];
-    panel.series.push_back(line(MethodTitle(m), told.columns[m], color, detector));
+    panel.series.push_back(line(MethodTitle(m), told.columns[m], ColorOf(m), m < kAlone));
   }
   return panel;
 }
@@ -91,7 +97,7 @@ Panel ErrorPanel(const SeamExperiment& experiment, const Told& told) {
   for (std::size_t d = 0; d < kDecisions.size(); ++d) {
     Series series{TitleOf(kDecisions[d]), told.along_mm, {}, kDecisionColors[d]};
     for (std::size_t i = 0; i < told.truth.size(); ++i) {
-      const double columns = told.columns[seam::kDetectors + d][i] - told.truth[i];
+      const double columns = told.columns[kAlone + d][i] - told.truth[i];
       series.y.push_back(columns / experiment.sensor.line.columns_per_m * core::kMmPerM);
     }
     panel.series.push_back(std::move(series));

@@ -31,6 +31,7 @@ TEST(RecordSeam, LabelsAreWhereTheHeightsRise) {
   experiment.texture = {};
   experiment.texture.weave_relief_m = 0.0;
   experiment.texture.fuzz_m = 0.0;
+  experiment.texture.waviness_m = 0.0;
   experiment.texture.filaments_per_m = 0.0;
   experiment.texture.loose_filaments_per_m2 = 0.0;
   experiment.texture.gloss = 0.0;
