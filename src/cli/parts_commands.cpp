@@ -157,7 +157,7 @@ void AddPartsCommands(CLI::App& app) {
       ->check(CLI::IsMember({"x", "y", "z"}));
   command->add_option("-o,--out", arguments->out, "folder (results/parts)");
   command->add_flag("--json", arguments->json, "parts and what was found about them, as JSON");
-  command->footer("Example: rangegrasp parts cup.off --method improved -o results/cup");
+  command->footer("Example: rangegrasp parts cup.off --method hierarchy -o results/cup");
   // Hidden: says where it went.
   auto* evaluate = command->add_subcommand("evaluate")->group("")->allow_extras();
   evaluate->callback([] {

@@ -5,7 +5,7 @@
 #include "parts/baselines/core_extraction.h"
 #include "parts/baselines/kmeans.h"
 #include "parts/baselines/sdf.h"
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 #include "parts/stretched/pose_invariant.h"
 
 namespace rangegrasp::parts {
@@ -19,8 +19,8 @@ Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& o
       stretched.mirror = mirror;
       return SegmentPoseInvariant(shape, stretched);
     }
-    case Method::kImproved:
-      return SegmentImproved(shape, {});
+    case Method::kHierarchy:
+      return SegmentHierarchy(shape, {});
     case Method::kKMeans:
       return SegmentByKMeans(shape,
                              {.clusters = options.clusters.value_or(KMeansOptions{}.clusters)});

@@ -8,9 +8,9 @@
 
 namespace rangegrasp::parts {
 
-enum class Method { kMirror, kImproved, kKMeans, kSdf, kCore };
+enum class Method { kMirror, kHierarchy, kKMeans, kSdf, kCore };
 constexpr std::array<std::string_view, 5> WordsOf(Method) {
-  return {"mirror", "improved", "kmeans", "sdf", "core"};
+  return {"mirror", "hierarchy", "kmeans", "sdf", "core"};
 }
 
 /// What a caller may choose; all else is at its default.

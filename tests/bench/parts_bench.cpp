@@ -10,7 +10,7 @@
 
 #include "core/rng.h"
 #include "parts/baselines/sdf.h"
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 #include "parts/shape/shape_file.h"
 #include "parts/stretched/pose_invariant.h"
 
@@ -93,10 +93,10 @@ void MirrorModels(benchmark::State& state) {
 }
 BENCHMARK(MirrorModels)->Unit(benchmark::kSecond);
 
-void ImprovedModels(benchmark::State& state) {
-  OverModels(state, [](const parts::Shape& model) { return parts::SegmentImproved(model, {}); });
+void HierarchyModels(benchmark::State& state) {
+  OverModels(state, [](const parts::Shape& model) { return parts::SegmentHierarchy(model, {}); });
 }
-BENCHMARK(ImprovedModels)->Unit(benchmark::kSecond)->Iterations(1);
+BENCHMARK(HierarchyModels)->Unit(benchmark::kSecond)->Iterations(1);
 
 void SdfModels(benchmark::State& state) {
   OverModels(state, [](const parts::Shape& model) { return parts::SegmentBySdf(model, {}); });

@@ -124,7 +124,7 @@ TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
 }
 
 TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
-  for (const char* method : {"mirror", "improved", "kmeans", "sdf", "core"}) {
+  for (const char* method : {"mirror", "hierarchy", "kmeans", "sdf", "core"}) {
     const Ran ran = Parts({mesh_, "--method", method});
     EXPECT_EQ(ran.code, 0) << method << ": " << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces")) << method;
@@ -232,7 +232,7 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");
   ExpectRefused({mesh_, "--method", "sdf", "--pose-invariant"}, "--pose-invariant");
   ExpectRefused({mesh_, "--method", "core", "--go-on-outside"}, "--go-on-outside");
-  for (const char* method : {"improved", "kmeans", "sdf", "core"}) {
+  for (const char* method : {"hierarchy", "kmeans", "sdf", "core"}) {
     ExpectRefused({cloud, "--method", method}, "cloud.ply: is a point cloud");
   }
 }

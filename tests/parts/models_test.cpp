@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 #include "parts/metrics/cut_discrepancy.h"
 #include "parts/metrics/rand_error.h"
 #include "parts/mirror/inside.h"
@@ -35,7 +35,7 @@ TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
 }
 
 // Of the half that no option was set by.
-TEST(Improved, IsNearThePeopleOnTheBenchmark) {
+TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   double sum = 0.0;
   const std::vector<int> ids = {164, 243, 344};
@@ -44,7 +44,7 @@ TEST(Improved, IsNearThePeopleOnTheBenchmark) {
     const Shape shape = ReadShape(kData / "off" / (name + ".off"));
     const std::vector<std::int32_t> human =
         ReadLabels(kData / "seg" / name / (name + "_0.seg"), shape.faces.size());
-    sum += RandError(SegmentImproved(shape, {}).label, human);
+    sum += RandError(SegmentHierarchy(shape, {}).label, human);
   }
   EXPECT_LT(sum / static_cast<double>(ids.size()), 0.1);
 }

@@ -22,8 +22,8 @@ Cells Row(const std::vector<double>& areas, const std::vector<double>& borders) 
   for (std::uint32_t c = 0; c < areas.size(); ++c) {
     cells.center.emplace_back(c, 0.0, 0.0);
     cells.normal.push_back(Eigen::Vector3d::UnitX());
-    if (c > 0) cells.links[c].push_back({c - 1, borders[c - 1]});
-    if (c + 1 < areas.size()) cells.links[c].push_back({c + 1, borders[c]});
+    if (c > 0) cells.links[c].push_back({c - 1, borders[c - 1], borders[c - 1]});
+    if (c + 1 < areas.size()) cells.links[c].push_back({c + 1, borders[c], borders[c]});
   }
   return cells;
 }
@@ -71,8 +71,8 @@ TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
   const std::vector<bool> off = FirstCells(16, 6);
   EXPECT_EQ(HandleLoops(row, off), 1.0);
   Cells ring = row;
-  ring.links[0].push_back({15, 1.0});
-  ring.links[15].push_back({0, 1.0});
+  ring.links[0].push_back({15, 1.0, 1.0});
+  ring.links[15].push_back({0, 1.0, 1.0});
   EXPECT_EQ(HandleLoops(ring, off), 2.0);
   ring.on_edge[5] = true;
   EXPECT_EQ(HandleLoops(ring, off), 1.0);
@@ -81,8 +81,8 @@ TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
 // Two borders of a ring are the price of one handle: half of what a row's would cost.
 TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
   Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
-  ring.links[0].push_back({15, 1.0});
-  ring.links[15].push_back({0, 1.0});
+  ring.links[0].push_back({15, 1.0, 1.0});
+  ring.links[15].push_back({0, 1.0, 1.0});
   const Split split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
   EXPECT_NEAR(split.quality, 0.5 * 2.0 / std::sqrt(4.0 * core::kPi * 6.0), 1e-12);
 }

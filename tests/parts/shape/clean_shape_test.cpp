@@ -13,7 +13,7 @@
 #include "parts/baselines/core_extraction.h"
 #include "parts/baselines/kmeans.h"
 #include "parts/baselines/sdf.h"
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 #include "parts/mirror/inside.h"
 #include "parts/mirror/mirroring.h"
 #include "parts/mirror/spherical_mirror.h"
@@ -351,7 +351,7 @@ void ExpectEveryMethodToAnswer(const Shape& shape) {
   ExpectLabels(shape, SegmentByMirroring(shape, go_on));
   ExpectLabels(shape, SegmentPoseInvariant(shape, {.smacof = {}, .mirror = go_on}));
   if (!shape.IsMesh()) return;
-  ExpectLabels(shape, SegmentImproved(shape, {}));
+  ExpectLabels(shape, SegmentHierarchy(shape, {}));
   ExpectLabels(shape, SegmentByKMeans(shape, {}));
   ExpectLabels(shape, SegmentBySdf(shape, {}));
   ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
@@ -410,7 +410,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
       ExpectLabels(shape, parts);
       ++segmented;
       if (!shape.IsMesh() || seed % 5 != 0) continue;
-      ExpectLabels(shape, SegmentImproved(shape, {}));
+      ExpectLabels(shape, SegmentHierarchy(shape, {}));
       ExpectLabels(shape, SegmentByKMeans(shape, {}));
       ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
       ExpectLabels(shape, SegmentBySdf(shape, {}));

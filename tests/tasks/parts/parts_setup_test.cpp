@@ -48,7 +48,7 @@ TEST_F(PartsSetupTest, WithoutMethodsAllAreRun) {
 TEST_F(PartsSetupTest, MistakesAreToldWithLineAndKey) {
   const std::string models = "models: {a: {report: [1]}}\ndata: .\n";
   EXPECT_THAT(Refused("methods: [kmeens]\nclasses: [a]\n" + models),
-              HasSubstr("parts.yaml:1: key 'methods': 'kmeens' must be one of mirror, improved, "
+              HasSubstr("parts.yaml:1: key 'methods': 'kmeens' must be one of mirror, hierarchy, "
                         "kmeans, sdf, core; nearest: kmeans"));
   EXPECT_THAT(Refused("methods: [sdf, sdf]\nclasses: [a]\n" + models), HasSubstr("stands twice"));
   EXPECT_THAT(Refused(models), HasSubstr("key 'classes': is missing"));

@@ -27,14 +27,46 @@ double AreaOf(const Cells& part, const CellSet& set) {
   return area;
 }
 
-double BorderCost(const Cells& part, const CellSet& piece, const std::vector<bool>& candidate) {
-  double cost = 0.0;
-  for (const Cell c : piece) {
-    for (const Cells::Link& link : part.links[c]) {
-      if (candidate[link.to] != candidate[c]) cost += link.cost;
+/// The connected pieces on both sides of a candidate.
+struct SidePieces {
+  std::vector<std::uint32_t> of_cell;
+  std::vector<double> area;
+  std::vector<double> cost;    ///< of the border
+  std::vector<double> length;  ///< of the border
+};
+
+SidePieces PiecesOf(const Cells& part, const std::vector<bool>& candidate) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  SidePieces pieces;
+  pieces.of_cell.assign(part.size(), kNone);
+  std::vector<Cell> front;
+  for (Cell first = 0; first < part.size(); ++first) {
+    if (pieces.of_cell[first] != kNone) continue;
+    const auto piece = static_cast<std::uint32_t>(pieces.area.size());
+    double area = 0.0;
+    double cost = 0.0;
+    double length = 0.0;
+    pieces.of_cell[first] = piece;
+    front.push_back(first);
+    while (!front.empty()) {
+      const Cell c = front.back();
+      front.pop_back();
+      area += part.area[c];
+      for (const Cells::Link& link : part.links[c]) {
+        if (candidate[link.to] != candidate[c]) {
+          cost += link.cost;
+          length += link.length;
+        } else if (pieces.of_cell[link.to] == kNone) {
+          pieces.of_cell[link.to] = piece;
+          front.push_back(link.to);
+        }
+      }
     }
+    pieces.area.push_back(area);
+    pieces.cost.push_back(cost);
+    pieces.length.push_back(length);
   }
-  return cost;
+  return pieces;
 }
 
 /// The share of a side's area in cells at the part's own edge.
@@ -90,17 +122,15 @@ std::vector<CellSet> ConnectedSets(const Cells& cells, const std::vector<bool>& 
 }
 
 double HandleLoops(const Cells& part, const std::vector<bool>& off) {
-  if (ConnectedSets(part, off).size() != 2) return 1.0;
+  if (PiecesOf(part, off).area.size() != 2) return 1.0;
   const std::vector<bool> border = AtBorder(part, off);
-  double loops = 0.0;
-  for (const CellSet& set : ConnectedSets(part, border)) {
+  const SidePieces pieces = PiecesOf(part, border);
+  std::vector<bool> loop(pieces.area.size(), true);
+  for (Cell c = 0; c < part.size(); ++c) {
     // A border that ends at cells outside of the part is no loop.
-    if (border[set.front()] &&
-        std::none_of(set.begin(), set.end(), [&](Cell c) { return part.on_edge[c]; })) {
-      loops += 1.0;
-    }
+    if (!border[c] || part.on_edge[c]) loop[pieces.of_cell[c]] = false;
   }
-  return std::max(1.0, loops);
+  return std::max(1.0, static_cast<double>(std::count(loop.begin(), loop.end(), true)));
 }
 
 double Solidity(const Cells& part, const std::vector<bool>& in, bool side) {
@@ -127,20 +157,26 @@ Split BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candida
   double total = 0.0;
   for (const double area : part.area) total += area;
   for (const std::vector<bool>& candidate : candidates) {
-    for (CellSet& piece : ConnectedSets(part, candidate)) {
-      const double area = AreaOf(part, piece);
+    const SidePieces pieces = PiecesOf(part, candidate);
+    for (std::uint32_t p = 0; p < pieces.area.size(); ++p) {
+      const double area = pieces.area[p];
       const double smaller = std::min(area, total - area);
       if (!(smaller >= options.min_area && smaller > 0.0)) continue;
-      double quality = BorderCost(part, piece, candidate) / std::sqrt(4.0 * core::kPi * smaller);
+      if (pieces.cost[p] > options.max_flatness * pieces.length[p]) continue;
+      double quality = pieces.cost[p] / std::sqrt(4.0 * core::kPi * smaller);
       if (quality >= kMaxLoops * best.quality) continue;
-      const std::vector<bool> off = Members(part, piece);
+      std::vector<bool> off(part.size());
+      for (Cell c = 0; c < part.size(); ++c) off[c] = pieces.of_cell[c] == p;
       quality /= std::min(kMaxLoops, HandleLoops(part, off));
       if (quality >= best.quality) continue;
       const bool side = 2.0 * area <= total;
       if (Solidity(part, off, side) < options.solidity) continue;
       // A strip along a border that was cut before: the same crease, seen again from beside it.
       if (EdgeShare(part, off, side) > kStrip) continue;
-      best = {quality, std::move(piece)};
+      best = {quality, {}};
+      for (Cell c = 0; c < part.size(); ++c) {
+        if (off[c]) best.off.push_back(c);
+      }
     }
   }
   return best;

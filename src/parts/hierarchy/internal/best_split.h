@@ -23,6 +23,9 @@ double Solidity(const Cells& part, const std::vector<bool>& in, bool side);
 struct SplitOptions {
   double min_area;  ///< of both sides
   double solidity;  ///< of the smaller side
+  /// Cost of the border over its length, at most: 1 is flat, below is concave. A rod is no two
+  /// parts however long it is.
+  double max_flatness = 1e9;
 };
 /// A connected set of cells to cut off.
 struct Split {

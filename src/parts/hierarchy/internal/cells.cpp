@@ -1,40 +1,93 @@
 #include "parts/hierarchy/internal/cells.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+
+#include "parts/hierarchy/internal/patches.h"
+#include "parts/shape/internal/pieces.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 using geometry::ShortestPaths;
+using Seeds = std::vector<std::uint32_t>;
 
-struct Growth {
-  std::vector<double> distance;
-  std::vector<std::int32_t> cell;
-  ShortestPaths paths;
-};
+/// Area of a patch of the grid below which it has no seed, of a cube's side: a corner cut off.
+constexpr double kMinPatch = 0.3;
+/// Times that seeds go to the middle of their cells: the first evens the grid out, more do little.
+constexpr int kRounds = 2;
 
-/// Takes the faces that are nearer to one more seed than to those before.
-void Grow(const FaceGraph& faces, const std::vector<double>& step, std::uint32_t seed,
-          std::int32_t cell, Growth& growth) {
-  growth.cell[seed] = cell;
-  growth.paths.Lower({{seed}}, growth.distance, [&](std::uint32_t f, double d, const auto& reach) {
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      if (reach(faces.neighbor[k], d + step[k])) {
-        growth.cell[faces.neighbor[k]] = cell;
-      }
-    }
-  });
+/// Of each set of faces that has a center the face nearest to it; none where the center is absent.
+Seeds NearestFaces(const FaceFrames& frames, const std::vector<std::int32_t>& set_of_face,
+                   const geometry::Points& center, const std::vector<bool>& wanted) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<double> nearest(center.size(), ShortestPaths::kFar);
+  Seeds face(center.size(), kNone);
+  for (std::uint32_t f = 0; f < set_of_face.size(); ++f) {
+    const auto set = static_cast<std::size_t>(set_of_face[f]);
+    const double squared = (frames.center[f] - center[set]).squaredNorm();
+    if (!wanted[set] || squared >= nearest[set]) continue;
+    nearest[set] = squared;
+    face[set] = f;
+  }
+  std::erase(face, kNone);
+  return face;
 }
 
-void Summarize(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
-               std::size_t count, Cells& cells) {
+/// A seed in each large patch of the grid, and one in the largest patch of a piece without.
+Seeds GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side) {
+  const Patches patches = CutByGrid(faces, frames, side);
+  std::vector<bool> wanted(patches.size());
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    wanted[p] = patches.area[p] >= kMinPatch * side * side;
+  }
+  std::vector<std::int32_t> piece;
+  const auto pieces = static_cast<std::size_t>(
+      LabelPieces(faces, std::vector<bool>(frames.area.size(), true), piece));
+  std::vector<std::int32_t> largest(pieces, -1);
+  std::vector<bool> has(pieces, false);
+  for (std::size_t f = 0; f < piece.size(); ++f) {
+    const auto of = static_cast<std::size_t>(piece[f]);
+    const std::int32_t p = patches.of_face[f];
+    has[of] = has[of] || wanted[static_cast<std::size_t>(p)];
+    if (largest[of] < 0 || patches.area[static_cast<std::size_t>(p)] >
+                               patches.area[static_cast<std::size_t>(largest[of])]) {
+      largest[of] = p;
+    }
+  }
+  for (std::size_t of = 0; of < pieces; ++of) {
+    if (!has[of]) wanted[static_cast<std::size_t>(largest[of])] = true;
+  }
+  return NearestFaces(frames, patches.of_face, patches.center, wanted);
+}
+
+/// The seed that each face is nearest to.
+std::vector<std::int32_t> NearestSeeds(const FaceGraph& faces, const std::vector<double>& step,
+                                       const Seeds& seeds) {
+  std::vector<std::int32_t> cell(faces.begin.size() - 1, -1);
+  for (std::size_t s = 0; s < seeds.size(); ++s) cell[seeds[s]] = static_cast<std::int32_t>(s);
+  std::vector<double> distance(cell.size(), ShortestPaths::kFar);
+  ShortestPaths().Lower(seeds, distance, [&](std::uint32_t f, double d, const auto& reach) {
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      if (reach(faces.neighbor[k], d + step[k])) cell[faces.neighbor[k]] = cell[f];
+    }
+  });
+  return cell;
+}
+
+void Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+               const std::vector<double>& costs, std::size_t count, Cells& cells) {
   cells.center.assign(count, Eigen::Vector3d::Zero());
   cells.normal.assign(count, Eigen::Vector3d::Zero());
   cells.area.assign(count, 0.0);
-  std::vector<std::map<std::uint32_t, double>> border(count);
+  struct Border {
+    double cost = 0.0;
+    double length = 0.0;
+  };
+  std::vector<std::map<std::uint32_t, Border>> borders(count);
   for (std::uint32_t f = 0; f < frames.area.size(); ++f) {
     const auto c = static_cast<std::size_t>(cells.of_face[f]);
     cells.center[c] += frames.area[f] * frames.center[f];
@@ -42,7 +95,10 @@ void Summarize(const FaceGraph& faces, const FaceFrames& frames, const std::vect
     cells.area[c] += frames.area[f];
     for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
       const std::int32_t other = cells.of_face[faces.neighbor[k]];
-      if (other != cells.of_face[f]) border[c][static_cast<std::uint32_t>(other)] += costs[k];
+      if (other == cells.of_face[f]) continue;
+      Border& border = borders[c][static_cast<std::uint32_t>(other)];
+      border.cost += costs[k];
+      border.length += (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
     }
   }
   cells.links.resize(count);
@@ -50,14 +106,17 @@ void Summarize(const FaceGraph& faces, const FaceFrames& frames, const std::vect
   for (std::size_t c = 0; c < count; ++c) {
     cells.center[c] /= cells.area[c];
     if (cells.normal[c].norm() > 0.0) cells.normal[c].normalize();
-    for (const auto& [to, cost] : border[c]) cells.links[c].push_back({to, cost});
+    for (const auto& [to, border] : borders[c]) {
+      cells.links[c].push_back({to, border.cost, border.length});
+    }
   }
 }
 
 }  // namespace
 
-Cells BuildCells(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& bends,
-                 const std::vector<double>& costs, int count, double crease) {
+Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                 const std::vector<double>& bends, const std::vector<double>& costs, int count,
+                 double crease) {
   const std::size_t n = frames.area.size();
   std::vector<double> step(bends.size());
   for (std::uint32_t f = 0; f < n; ++f) {
@@ -66,20 +125,18 @@ Cells BuildCells(const FaceGraph& faces, const FaceFrames& frames, const std::ve
                 (1.0 + crease * std::max(0.0, bends[k]));
     }
   }
-  Growth growth{std::vector<double>(n, ShortestPaths::kFar), std::vector<std::int32_t>(n, -1), {}};
-  Growth first = growth;
-  Grow(faces, step, 0, 0, first);
-  std::size_t seed = geometry::FarthestReached(first.distance);
-  std::int32_t made = 0;
-  while (made < count || growth.distance[seed] == ShortestPaths::kFar) {
-    Grow(faces, step, static_cast<std::uint32_t>(seed), made++, growth);
-    seed = static_cast<std::size_t>(
-        std::max_element(growth.distance.begin(), growth.distance.end()) - growth.distance.begin());
-    if (growth.distance[seed] == 0.0) break;
-  }
+  // A surface lies in about 1.5 area / side^2 patches, two thirds of which have a seed.
+  Seeds seeds = GridSeeds(faces, frames, std::sqrt(frames.total_area / count));
   Cells cells;
-  cells.of_face = growth.cell;
-  Summarize(faces, frames, costs, static_cast<std::size_t>(made), cells);
+  for (int round = 0; round <= kRounds; ++round) {
+    cells = {};
+    cells.of_face = NearestSeeds(faces, step, seeds);
+    Summarize(mesh, faces, frames, costs, seeds.size(), cells);
+    if (round < kRounds) {
+      seeds =
+          NearestFaces(frames, cells.of_face, cells.center, std::vector<bool>(seeds.size(), true));
+    }
+  }
   return cells;
 }
 
@@ -99,7 +156,7 @@ Cells Subset(const Cells& cells, const std::vector<std::uint32_t>& some) {
       if (number[link.to] == kOut) {
         subset.on_edge.back() = true;
       } else {
-        subset.links[k].push_back({number[link.to], link.cost});
+        subset.links[k].push_back({number[link.to], link.cost, link.length});
       }
     }
   }

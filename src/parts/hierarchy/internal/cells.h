@@ -12,10 +12,11 @@ namespace rangegrasp::parts {
 struct Cells {
   struct Link {
     std::uint32_t to;
-    double cost;
+    double cost;    ///< of cutting along the border
+    double length;  ///< of the border
   };
   std::vector<std::int32_t> of_face;
-  std::vector<std::vector<Link>> links;  ///< to touching cells, ascending; cost of the border
+  std::vector<std::vector<Link>> links;  ///< to touching cells, ascending
   geometry::Points center;
   geometry::Points normal;  ///< unit, or zero
   std::vector<double> area;
@@ -23,11 +24,13 @@ struct Cells {
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(area.size()); }
 };
-/// `count` seeds as far from each other as can be, faces to the nearest: a way across faces is as
-/// long as it is, times 1 + crease * the concave bend it crosses. Seeds come in the order they were
-/// taken, so that the first of them lie far apart. Every connected piece has a cell.
-Cells BuildCells(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& bends,
-                 const std::vector<double>& costs, int count, double crease);
+/// About `count` cells: one round a seed in each cube of a grid, faces to the nearest. A way across
+/// faces is as long as it is, times 1 + crease * the concave bend it crosses. Seeds move to their
+/// cells' middles, and faces choose again. Every connected piece has a cell.
+/// @param bends, costs  of the graph's edges, as its neighbors.
+Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                 const std::vector<double>& bends, const std::vector<double>& costs, int count,
+                 double crease);
 
 /// Some cells as cells of their own, in the order given; of_face stays empty.
 Cells Subset(const Cells& cells, const std::vector<std::uint32_t>& some);

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "geometry/hull.h"
+#include "core/units.h"
 #include "geometry/shortest_path.h"
 #include "parts/mirror/spherical_mirror.h"
 #include "parts/shape/internal/min_cut.h"
@@ -14,21 +14,51 @@
 namespace rangegrasp::parts {
 namespace {
 
-/// How deep each mirrored point lies below the hull of all.
-std::vector<double> MirrorDepths(const geometry::Points& points, const Eigen::Vector3d& center) {
-  const geometry::Points mirrored = MirrorOut(points, SphereRound(center, points));
-  const geometry::TriangleMesh hull = geometry::ConvexHull(mirrored);
-  // Of points in a plane there is no hull: all are seen alike.
-  std::vector<double> depth(points.size(),
-                            hull.triangles.empty() ? 0.0 : std::numeric_limits<double>::infinity());
-  for (const auto& [a, b, c] : hull.triangles) {
-    const Eigen::Vector3d normal = (hull.vertices[b] - hull.vertices[a])
-                                       .cross(hull.vertices[c] - hull.vertices[a])
-                                       .normalized();
-    const double level = normal.dot(hull.vertices[a]);
+/// So many of some points, each as far from those before as can be; the first is the farthest from
+/// the middle.
+std::vector<std::uint32_t> FarApart(const geometry::Points& points, std::size_t count) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  std::vector<double> distance(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) distance[i] = (points[i] - mean).squaredNorm();
+  std::vector<std::uint32_t> chosen;
+  while (chosen.size() < std::min(count, points.size())) {
+    const auto next = std::max_element(distance.begin(), distance.end()) - distance.begin();
+    if (chosen.empty()) std::fill(distance.begin(), distance.end(), geometry::ShortestPaths::kFar);
+    chosen.push_back(static_cast<std::uint32_t>(next));
     for (std::size_t i = 0; i < points.size(); ++i) {
-      depth[i] = std::min(depth[i], level - normal.dot(mirrored[i]));
+      distance[i] =
+          std::min(distance[i], (points[i] - points[static_cast<std::size_t>(next)]).squaredNorm());
     }
+  }
+  return chosen;
+}
+
+/// Evenly spread over the sphere: a spiral of the golden angle.
+Eigen::Matrix<double, Eigen::Dynamic, 3> Directions(int count) {
+  const double golden = core::kPi * (3.0 - std::sqrt(5.0));
+  Eigen::Matrix<double, Eigen::Dynamic, 3> directions(count, 3);
+  for (int k = 0; k < count; ++k) {
+    const double z = 1.0 - (2.0 * k + 1.0) / count;
+    const double r = std::sqrt(1.0 - z * z);
+    directions.row(k) << r * std::cos(golden * k), r * std::sin(golden * k), z;
+  }
+  return directions;
+}
+
+/// How deep each mirrored point lies below the hull of all: the least distance to the planes that
+/// touch the hull in many directions.
+std::vector<double> MirrorDepths(const geometry::Points& points, const Eigen::Vector3d& center) {
+  // 10 degrees apart: finer ones change no order that matters.
+  static const Eigen::Matrix<double, Eigen::Dynamic, 3> directions = Directions(400);
+  const geometry::Points mirrored = MirrorOut(points, SphereRound(center, points));
+  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> all(
+      mirrored.front().data(), 3, static_cast<Eigen::Index>(mirrored.size()));
+  const Eigen::MatrixXd heights = directions * all;
+  const Eigen::VectorXd levels = heights.rowwise().maxCoeff();
+  std::vector<double> depth(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    depth[i] = (levels - heights.col(static_cast<Eigen::Index>(i))).minCoeff();
   }
   return depth;
 }
@@ -116,8 +146,9 @@ std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
         GrowthOrder(cells, MirrorDepths(cells.center, center), start);
     if (order.size() > 1) AddCores(cells, order, options, candidates);
   };
-  const auto centers = std::min(static_cast<std::uint32_t>(options.centers), cells.size());
-  for (std::uint32_t c = 0; c < centers; ++c) mirror(InnerCenter(cells, c), c);
+  for (const std::uint32_t c : FarApart(cells.center, static_cast<std::size_t>(options.centers))) {
+    mirror(InnerCenter(cells, c), c);
+  }
   return {candidates.begin(), candidates.end()};
 }
 

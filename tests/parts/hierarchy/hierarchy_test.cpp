@@ -1,4 +1,4 @@
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,13 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
 
 #include "core/error.h"
+#include "core/rng.h"
 #include "geometry/mesh_file.h"
 #include "parts/hierarchy/internal/best_split.h"
 #include "parts/hierarchy/internal/cells.h"
@@ -89,11 +91,11 @@ Shape PotWithHandle() {
       });
 }
 
-TEST(Improved, ABallABoxAndAnEggAreOnePart) {
+TEST(Hierarchy, ABallABoxAndAnEggAreOnePart) {
   for (const Shape& shape :
        {testing::Ball(20, [](const Vector3d&) { return 1.0; }), Box(Vector3d(1, 2, 3), 20),
         testing::Ball(20, [](const Vector3d& n) { return 1.0 + 0.5 * n.x() * n.x(); })}) {
-    const Segmentation result = SegmentImproved(shape, {});
+    const Segmentation result = SegmentHierarchy(shape, {});
     EXPECT_EQ(result.parts, 1);
     EXPECT_FALSE(result.has_core);
     EXPECT_FALSE(result.note.empty());
@@ -101,9 +103,9 @@ TEST(Improved, ABallABoxAndAnEggAreOnePart) {
   }
 }
 
-TEST(Improved, TwoBallsComeApartAtTheirNeck) {
+TEST(Hierarchy, TwoBallsComeApartAtTheirNeck) {
   const Shape shape = Dumbbell();
-  const Segmentation result = SegmentImproved(shape, {});
+  const Segmentation result = SegmentHierarchy(shape, {});
   ASSERT_GE(result.parts, 2);
   ASSERT_LE(result.parts, 3);  // the neck may be a part
   const std::int32_t left = result.label[FaceNear(shape, Vector3d(-1.3, 1.0, 0.0))];
@@ -118,7 +120,7 @@ TEST(Improved, TwoBallsComeApartAtTheirNeck) {
   }
 }
 
-TEST(Improved, EachStepOfAShaftIsAPart) {
+TEST(Hierarchy, EachStepOfAShaftIsAPart) {
   std::vector<std::pair<double, double>> profile;
   for (int step = 0; step < 3; ++step) {
     const double radius = 1.0 - 0.3 * step;
@@ -126,7 +128,7 @@ TEST(Improved, EachStepOfAShaftIsAPart) {
     for (int k = 0; k < 6; ++k) profile.emplace_back(2.0 * step + 2.0, radius - 0.05 * k);
   }
   const Shape shape = Lathe(profile, 40);
-  const Segmentation result = SegmentImproved(shape, {});
+  const Segmentation result = SegmentHierarchy(shape, {});
   EXPECT_EQ(result.parts, 3);
   std::set<std::int32_t> seen;
   for (const double x : {1.0, 3.0, 5.0}) {
@@ -136,9 +138,9 @@ TEST(Improved, EachStepOfAShaftIsAPart) {
   EXPECT_EQ(result.label[FaceNear(shape, Vector3d(1.0, 1.0, 0.0))], 0);  // the largest
 }
 
-TEST(Improved, BentFingersComeOffThePalm) {
+TEST(Hierarchy, BentFingersComeOffThePalm) {
   const testing::Hand hand = testing::BentHand();
-  const Segmentation result = SegmentImproved(hand.shape, {});
+  const Segmentation result = SegmentHierarchy(hand.shape, {});
   const std::int32_t palm = result.label[FaceNear(hand.shape, Vector3d(0, 0, -1))];
   std::set<std::int32_t> roots;
   for (const auto& [a, b, c] : hand.fingers) {
@@ -150,9 +152,9 @@ TEST(Improved, BentFingersComeOffThePalm) {
   EXPECT_LE(result.parts, 11);  // a finger may come apart at its bend
 }
 
-TEST(Improved, AHandleComesOffAtBothOfItsEnds) {
+TEST(Hierarchy, AHandleComesOffAtBothOfItsEnds) {
   const Shape shape = PotWithHandle();
-  const Segmentation result = SegmentImproved(shape, {});
+  const Segmentation result = SegmentHierarchy(shape, {});
   EXPECT_GE(result.parts, 2);
   EXPECT_LE(result.parts, 3);  // a handle may come apart at its bend
   for (std::uint32_t f = 0; f < shape.faces.size(); ++f) {
@@ -166,38 +168,97 @@ TEST(Improved, AHandleComesOffAtBothOfItsEnds) {
   }
 }
 
-TEST(Improved, KnowsNoTurnShiftAndScaleAndIsTheSameEachTime) {
-  const Shape shape = testing::BentHand().shape;
-  const Segmentation first = SegmentImproved(shape, {});
-  EXPECT_EQ(SegmentImproved(shape, {}).label, first.label);
-  Shape moved = shape;
+/// The same surface in other bytes: vertices and faces in any order, turned, scaled, shifted.
+/// @param face  the number of each input face among the result's
+Shape Rewritten(const Shape& shape, std::uint64_t seed, std::vector<std::uint32_t>& face) {
+  core::Rng rng(seed);
+  const auto shuffled = [&rng](std::size_t n) {
+    std::vector<std::uint32_t> order(n);
+    std::iota(order.begin(), order.end(), 0u);
+    for (std::size_t k = n; k > 1; --k) std::swap(order[k - 1], order[rng.Index(k)]);
+    return order;
+  };
+  const std::vector<std::uint32_t> place = shuffled(shape.points.size());
+  face = shuffled(shape.faces.size());
   const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(0.8, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
-  for (Vector3d& p : moved.points) p = 0.001 * (turn * p) + Vector3d(1, 2, 3);
-  const Segmentation second = SegmentImproved(moved, {});
-  // Ties fall differently after rounding; labels of parts of the same area may change places.
-  EXPECT_EQ(second.parts, first.parts);
-  EXPECT_LT(RandError(first.label, second.label), 0.01);
+      Eigen::AngleAxisd(rng.Uniform(0.0, 6.0),
+                        Vector3d(rng.Uniform(-1.0, 1.0), rng.Uniform(-1.0, 1.0), 0.5).normalized())
+          .toRotationMatrix();
+  const double scale = std::exp(rng.Uniform(-6.0, 6.0));
+  Shape other{geometry::Points(shape.points.size()), {}, {}};
+  other.faces.resize(shape.faces.size());
+  for (std::size_t v = 0; v < shape.points.size(); ++v) {
+    other.points[place[v]] = scale * (turn * shape.points[v] + Vector3d(1.0, -2.0, 3.0));
+  }
+  for (std::size_t f = 0; f < shape.faces.size(); ++f) {
+    auto corners = shape.faces[f];
+    std::rotate(corners.begin(), corners.begin() + static_cast<int>(rng.Index(3)), corners.end());
+    for (std::uint32_t& v : corners) v = place[v];
+    other.faces[face[f]] = corners;
+  }
+  return other;
 }
 
-TEST(Improved, TakesWhatIsBarelyAMeshAndRefusesACloud) {
+/// Each face as four, its edges halved.
+Shape Subdivided(const Shape& shape) {
+  Shape fine{shape.points, {}, {}};
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [at, is_new] =
+        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(fine.points.size()));
+    if (is_new) fine.points.emplace_back(0.5 * (shape.points[a] + shape.points[b]));
+    return at->second;
+  };
+  for (const auto& [a, b, c] : shape.faces) {
+    const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+    fine.faces.insert(fine.faces.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+  }
+  return fine;
+}
+
+TEST(Hierarchy, PartsAreTheSameHoweverTheMeshLiesAndIsWrittenDown) {
+  for (const Shape& shape : {testing::BentHand().shape, Dumbbell(), PotWithHandle()}) {
+    const Segmentation first = SegmentHierarchy(shape, {});
+    std::vector<std::uint32_t> face;
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+      const Segmentation second = SegmentHierarchy(Rewritten(shape, seed, face), {});
+      ASSERT_EQ(second.parts, first.parts);
+      std::vector<std::int32_t> label;
+      for (const std::uint32_t f : face) label.push_back(second.label[f]);
+      EXPECT_EQ(RandError(first.label, label), 0.0);
+    }
+  }
+}
+
+TEST(Hierarchy, PartsAreTheSameHoweverFlatPiecesAreCut) {
+  for (const Shape& shape : {testing::BentHand().shape, PotWithHandle()}) {
+    const Segmentation first = SegmentHierarchy(shape, {});
+    const Segmentation second = SegmentHierarchy(Subdivided(shape), {});
+    ASSERT_EQ(second.parts, first.parts);
+    std::vector<std::int32_t> label;
+    for (const std::int32_t l : first.label) label.insert(label.end(), 4, l);
+    EXPECT_LT(RandError(label, second.label), 0.005);  // faces at borders
+  }
+}
+
+TEST(Hierarchy, TakesWhatIsBarelyAMeshAndRefusesACloud) {
   Shape shape;
   shape.points = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
-  EXPECT_THROW(SegmentImproved(shape, {}), core::InputError);
+  EXPECT_THROW(SegmentHierarchy(shape, {}), core::InputError);
   shape.faces = {{0, 1, 2}};
-  EXPECT_EQ(SegmentImproved(shape, {}).parts, 1);
+  EXPECT_EQ(SegmentHierarchy(shape, {}).parts, 1);
   shape.faces = {{0, 1, 2}, {0, 2, 1}};  // twice the same, back to back
-  EXPECT_EQ(SegmentImproved(shape, {}).label.size(), 2u);
+  EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 2u);
   shape.faces = {{0, 1, 2}, {0, 1, 3}, {1, 0, 2}};  // three at an edge
-  EXPECT_EQ(SegmentImproved(shape, {}).label.size(), 3u);
-  EXPECT_THROW(SegmentImproved(shape, {.cells = 1}), std::invalid_argument);
-  EXPECT_THROW(SegmentImproved(shape, {.cut_quality = std::nan("")}), std::invalid_argument);
+  EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 3u);
+  EXPECT_THROW(SegmentHierarchy(shape, {.cells = 1}), std::invalid_argument);
+  EXPECT_THROW(SegmentHierarchy(shape, {.cut_quality = std::nan("")}), std::invalid_argument);
 }
 
-TEST(Improved, PiecesThatAreNotJoinedAreParts) {
+TEST(Hierarchy, PiecesThatAreNotJoinedAreParts) {
   const Shape two = testing::Twice(testing::Ball(8, [](const Vector3d&) { return 1.0; }));
   const std::size_t faces = two.faces.size() / 2;
-  const Segmentation result = SegmentImproved(two, {});
+  const Segmentation result = SegmentHierarchy(two, {});
   EXPECT_EQ(result.parts, 2);
   std::vector<std::int32_t> expected(faces, 0);
   expected.resize(2 * faces, 1);
@@ -261,7 +322,7 @@ struct CellsOf {
       : faces(BuildFaceGraph(shape)), frames(BuildFaceFrames(shape)) {
     bends = EdgeBends(shape, faces, frames, 0.02 * std::sqrt(frames.total_area));
     costs = BendCosts(shape, faces, bends, 2.0);
-    cells = BuildCells(faces, frames, bends, costs, 300, 3.0);
+    cells = BuildCells(shape, faces, frames, bends, costs, 300, 3.0);
   }
   FaceGraph faces;
   FaceFrames frames;
@@ -271,7 +332,9 @@ struct CellsOf {
 
 TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
   const CellsOf ball(testing::Ball(20, [](const Vector3d&) { return 2.0; }));
-  ASSERT_EQ(ball.cells.size(), 300u);
+  // About 300: as many as cubes of the grid hold a large patch of it.
+  ASSERT_GT(ball.cells.size(), 200u);
+  ASSERT_LT(ball.cells.size(), 450u);
   double area = 0.0;
   for (std::uint32_t c = 0; c < ball.cells.size(); ++c) {
     area += ball.cells.area[c];

@@ -7,8 +7,9 @@ namespace rangegrasp::parts {
 /// Lengths are shares of the root of the surface area, areas of the surface area. The values were
 /// chosen on the first two models of each class of experiments/parts_psb.yaml; docs/parts.md has
 /// what they give on the others.
-struct ImprovedOptions {
+struct HierarchyOptions {
   int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
+  double flat_side = 0.03;    ///< > 0; flat pieces are cut along cubes of this side
   int centers = 40;           ///< >= 4; of the whole; a part has the root of its share, at least 4
   int levels = 8;             ///< >= 1; sizes of core about each center
   double fine = 0.025;        ///< > 0; radius in which the surface's bend is measured: creases
@@ -18,30 +19,36 @@ struct ImprovedOptions {
   double cut_quality = 0.42;  ///< > 0; a cut worse than this is not made
   double min_area = 0.005;    ///< > 0; of a part
   double solidity = 0.02;     ///< of a part, a ball's is 0.28; patches of a wall and dents are none
+  double max_flatness = 0.9;  ///< of a cut: its cost is at most so much of a flat one's
   double border_reach = 0.7;  ///< >= 0; how far borders move at last, in widths of a cell
 };
 
-/// One improved variant of the mirroring method, hierarchical; not the chapter's, and it has
+/// A hierarchical variant of the mirroring method; our own, not the chapter's, and it has
 /// thresholds.
 ///
-/// 1. Cells: the faces in `cells` patches that end at concave creases; a border between two costs
-///    its length, less where the surface bends inwards across it (the minima rule, Hoffman and
-///    Richards 1984; curvature tensor of Cohen-Steiner and Morvan 2003, at two scales).
-/// 2. Mirroring (eq. 6.2-6.3) about many centers, those of inscribed balls, in place of one: what
+/// 1. The mesh is turned, scaled and sorted to a canonical form, and its flat pieces become facets,
+///    so that parts do not depend on how it lies and is written down, nor on how flat pieces are
+///    cut into faces.
+/// 2. Cells: the facets in about `cells` patches that end at concave creases; a border between two
+///    costs its length, less where the surface bends inwards across it (the minima rule, Hoffman
+///    and Richards 1984; curvature tensor of Cohen-Steiner and Morvan 2003, at two scales).
+/// 3. Mirroring (eq. 6.2-6.3) about many centers, those of inscribed balls, in place of one: what
 ///    is seen of the shape from a center is near the mirrored hull (Katz, Tal and Basri 2007). A
 ///    core grows about each center, what is seen best first, and minimum cuts take cores of several
 ///    sizes off where that is cheapest (as in Katz and Tal 2003). No center has to be inside of
 ///    the shape's middle, so that cups and rings need no exception.
-/// 3. The best cut is made if its quality, cost over the girth of a disc as large as the smaller
-///    side, is at most `cut_quality`, and that side is solid (encloses volume outwards). A handle
-///    is measured by the mean of its two ends. Else the shape is one part.
-/// 4. The same (2, 3) with each of the parts.
-/// 5. Borders move to the cheapest place nearby, face by face, by minimum cuts.
+/// 4. The best cut is made if its quality, cost over the girth of a disc as large as the smaller
+///    side, is at most `cut_quality`, it runs along concave bends, and that side is solid (encloses
+///    volume outwards). A handle is measured by the mean of its two ends. Else the shape is one
+///    part.
+/// 5. The same (3, 4) with each of the parts.
+/// 6. Borders move to the cheapest place nearby, facet by facet, by minimum cuts.
 ///
 /// The largest part is the core, label 0; the others follow by falling area. Meshes only, open and
-/// non-manifold ones too. Invariant under rotation, translation and scale up to rounding in ties.
-/// About O(n log n + parts * centers * cells^1.5).
+/// non-manifold ones too. The same for any order of vertices and faces; for any turn, shift and
+/// scale too, but where rounding decides between parts of a shape that is symmetric to the last
+/// digits. About O(n log n + parts * centers * cells^1.5).
 /// @throws core::InputError for a cloud, std::invalid_argument if an option is out of range.
-Segmentation SegmentImproved(const Shape& shape, const ImprovedOptions& options);
+Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options);
 
 }  // namespace rangegrasp::parts

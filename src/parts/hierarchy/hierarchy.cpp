@@ -1,4 +1,4 @@
-#include "parts/hierarchy/improved.h"
+#include "parts/hierarchy/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,11 @@
 
 #include "core/error.h"
 #include "parts/hierarchy/internal/best_split.h"
+#include "parts/hierarchy/internal/facets.h"
 #include "parts/hierarchy/internal/mirror_candidates.h"
 #include "parts/hierarchy/internal/move_borders.h"
 #include "parts/hierarchy/internal/surface_bend.h"
+#include "parts/shape/canonical_mesh.h"
 #include "parts/shape/internal/pieces.h"
 
 namespace rangegrasp::parts {
@@ -19,16 +21,16 @@ namespace {
 /// Of a small part too: fewer centers miss one of its sides.
 constexpr int kMinCenters = 4;
 
-void Check(const ImprovedOptions& options) {
+void Check(const HierarchyOptions& options) {
   if (options.cells < 2 || options.centers < kMinCenters || options.levels < 1 ||
       !(options.fine > 0.0) || !(options.coarse > 0.0) || !(options.concavity >= 0.0) ||
-      !(options.cut_quality > 0.0) || !(options.min_area > 0.0)) {
-    throw std::invalid_argument("improved variant: an option is out of range");
+      !(options.cut_quality > 0.0) || !(options.min_area > 0.0) || !(options.flat_side > 0.0)) {
+    throw std::invalid_argument("hierarchy: an option is out of range");
   }
 }
 
 std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
-                          const ImprovedOptions& options, std::vector<double>& bends) {
+                          const HierarchyOptions& options, std::vector<double>& bends) {
   const double unit = std::sqrt(frames.total_area);
   bends = EdgeBends(mesh, faces, frames, options.fine * unit);
   const std::vector<double> coarse = EdgeBends(mesh, faces, frames, options.coarse * unit);
@@ -38,14 +40,14 @@ std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceF
 
 /// The parts of a connected set of cells.
 void CutApart(const Cells& cells, const CellSet& part, double total_area,
-              const ImprovedOptions& options, std::vector<CellSet>& parts) {
+              const HierarchyOptions& options, std::vector<CellSet>& parts) {
   const Cells own = Subset(cells, part);
   const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area;
   const int centers = std::max(kMinCenters, static_cast<int>(options.centers * std::sqrt(share)));
   const double min_area = options.min_area * total_area;
-  const Split split =
-      BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options.levels}),
-                {.min_area = min_area, .solidity = options.solidity});
+  const Split split = BestSplit(
+      own, MirrorCandidates(own, {.centers = centers, .levels = options.levels}),
+      {.min_area = min_area, .solidity = options.solidity, .max_flatness = options.max_flatness});
   if (!(split.quality <= options.cut_quality)) {
     parts.push_back(part);
     return;
@@ -79,16 +81,19 @@ std::int32_t NumberByArea(const FaceFrames& frames, std::vector<std::int32_t>& l
 
 }  // namespace
 
-Segmentation SegmentImproved(const Shape& shape, const ImprovedOptions& options) {
+Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
   if (!shape.IsMesh()) {
-    throw core::InputError("the improved variant needs a mesh; the input is a point cloud");
+    throw core::InputError("method hierarchy needs a mesh; the input is a point cloud");
   }
   Check(options);
-  const FaceGraph faces = BuildFaceGraph(shape);
-  const FaceFrames frames = BuildFaceFrames(shape);
+  const CanonicalMesh canonical = MakeCanonical(shape);
+  const Facets facets = MakeFacets(canonical.mesh, options.flat_side);
+  const Shape& mesh = facets.mesh;
+  const FaceGraph& faces = facets.graph;
+  const FaceFrames& frames = facets.frames;
   std::vector<double> bends;
-  const std::vector<double> costs = Costs(shape, faces, frames, options, bends);
-  const Cells cells = BuildCells(faces, frames, bends, costs, options.cells, options.crease);
+  const std::vector<double> costs = Costs(mesh, faces, frames, options, bends);
+  const Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
 
   std::vector<CellSet> parts;
   const std::vector<CellSet> pieces = ConnectedSets(cells, std::vector<bool>(cells.size(), false));
@@ -98,14 +103,16 @@ Segmentation SegmentImproved(const Shape& shape, const ImprovedOptions& options)
   for (std::size_t p = 0; p < parts.size(); ++p) {
     for (const std::uint32_t c : parts[p]) of_cell[c] = static_cast<std::int32_t>(p);
   }
-  Segmentation result;
-  for (const std::int32_t c : cells.of_face) {
-    result.label.push_back(of_cell[static_cast<std::size_t>(c)]);
-  }
+  std::vector<std::int32_t> label;
+  for (const std::int32_t c : cells.of_face) label.push_back(of_cell[static_cast<std::size_t>(c)]);
   MoveBorders(faces, frames, costs,
-              options.border_reach * std::sqrt(frames.total_area / cells.size()), result.label);
-  JoinCrumbs(faces, result.label);
-  result.parts = NumberByArea(frames, result.label);
+              options.border_reach * std::sqrt(frames.total_area / cells.size()), label);
+  JoinCrumbs(faces, label);
+  Segmentation result;
+  result.label.assign(shape.faces.size(), 0);
+  const std::vector<std::int32_t> sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
+  for (std::size_t f = 0; f < sorted.size(); ++f) result.label[canonical.origin[f]] = sorted[f];
+  result.parts = NumberByArea(BuildFaceFrames(shape), result.label);
   result.has_core = result.parts > 1;
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
   return result;
