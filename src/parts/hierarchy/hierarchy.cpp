@@ -1,8 +1,12 @@
 #include "parts/hierarchy/hierarchy.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -24,7 +28,8 @@ constexpr int kMinCenters = 4;
 void Check(const HierarchyOptions& options) {
   if (options.cells < 2 || options.centers < kMinCenters || options.levels < 1 ||
       !(options.fine > 0.0) || !(options.coarse > 0.0) || !(options.concavity >= 0.0) ||
-      !(options.cut_quality > 0.0) || !(options.min_area > 0.0) || !(options.flat_side > 0.0)) {
+      (options.parts && *options.parts < 1) || !(options.cut_quality > 0.0) ||
+      !(options.min_area > 0.0) || !(options.flat_side > 0.0)) {
     throw std::invalid_argument("hierarchy: an option is out of range");
   }
 }
@@ -38,30 +43,97 @@ std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceF
   return BendCosts(mesh, faces, bends, options.concavity);
 }
 
-/// The parts of a connected set of cells.
-void CutApart(const Cells& cells, const CellSet& part, double total_area,
-              const HierarchyOptions& options, std::vector<CellSet>& parts) {
-  const Cells own = Subset(cells, part);
-  const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area;
-  const int centers = std::max(kMinCenters, static_cast<int>(options.centers * std::sqrt(share)));
-  const double min_area = options.min_area * total_area;
-  const Split split = BestSplit(
-      own, MirrorCandidates(own, {.centers = centers, .levels = options.levels}),
-      {.min_area = min_area, .solidity = options.solidity, .max_flatness = options.max_flatness});
-  if (!(split.quality <= options.cut_quality)) {
-    parts.push_back(part);
-    return;
+/// A part with the best cut through it.
+struct Node {
+  CellSet cells;  ///< ascending
+  PartNode part;
+  Split split;
+  bool is_leaf = true;
+};
+
+class Hierarchy {
+ public:
+  Hierarchy(const Cells& cells, double total_area, const HierarchyOptions& options)
+      : cells_(cells), total_area_(total_area), options_(options) {
+    for (CellSet& piece : ConnectedSets(cells, std::vector<bool>(cells.size(), false))) {
+      Add(std::move(piece), -1);
+    }
+    leaves_ = static_cast<int>(nodes_.size());
+    while (const auto next = NextToCut()) Cut(*next);
   }
-  for (const CellSet& piece : Divide(own, split.off, min_area)) {
-    CellSet of_all;
-    for (const std::uint32_t c : piece) of_all.push_back(part[c]);
-    CutApart(cells, of_all, total_area, options, parts);
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+
+ private:
+  double MinArea() const { return options_.min_area * total_area_; }
+
+  void Add(CellSet cells, int parent) {
+    const Cells own = Subset(cells_, cells);
+    const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area_;
+    const int centers =
+        std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share)));
+    Split split =
+        BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options_.levels}),
+                  {.min_area = MinArea(),
+                   .solidity = options_.solidity,
+                   .max_flatness = options_.max_flatness});
+    PartNode part;
+    part.parent = parent;
+    part.level = parent < 0 ? 0 : nodes_[static_cast<std::size_t>(parent)].part.level + 1;
+    part.quality = split.quality;
+    nodes_.push_back({std::move(cells), part, std::move(split)});
   }
+
+  /// The leaf with the best cut, if it is good enough or more parts are wanted.
+  std::optional<std::size_t> NextToCut() const {
+    std::optional<std::size_t> best;
+    double quality = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      if (!nodes_[k].is_leaf || nodes_[k].part.quality >= quality) continue;
+      quality = nodes_[k].part.quality;
+      best = k;
+    }
+    const bool wanted =
+        options_.parts ? leaves_ < *options_.parts : quality <= options_.cut_quality;
+    return wanted ? best : std::nullopt;
+  }
+
+  void Cut(std::size_t k) {
+    const CellSet cells = nodes_[k].cells;
+    nodes_[k].is_leaf = false;
+    --leaves_;
+    for (const CellSet& piece : Divide(Subset(cells_, cells), nodes_[k].split.off, MinArea())) {
+      CellSet of_all;
+      for (const std::uint32_t c : piece) of_all.push_back(cells[c]);
+      Add(std::move(of_all), static_cast<int>(k));
+      ++leaves_;
+    }
+  }
+
+  const Cells& cells_;
+  double total_area_;
+  const HierarchyOptions& options_;
+  std::vector<Node> nodes_;
+  int leaves_ = 0;
+};
+
+/// The tree with the labels that its leaves came to have. Leaves that lost all of their faces, too
+/// small for the mesh, have none.
+std::vector<PartNode> TreeOf(const std::vector<Node>& nodes,
+                             const std::vector<std::int32_t>& number_of_node) {
+  std::vector<PartNode> tree;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    tree.push_back(nodes[k].part);
+    tree.back().label = number_of_node[k];
+  }
+  return tree;
 }
 
-/// Numbers labels by falling area, ties by their first face. Returns how many there are.
-std::int32_t NumberByArea(const FaceFrames& frames, std::vector<std::int32_t>& label) {
-  std::vector<double> area(label.size(), 0.0);
+/// Numbers labels by falling area, ties by their first face. Returns the new number of each of
+/// `count` labels, -1 of those that no face has.
+std::vector<std::int32_t> NumberByArea(const FaceFrames& frames, std::size_t count,
+                                       std::vector<std::int32_t>& label) {
+  std::vector<double> area(count, 0.0);
   std::vector<std::int32_t> names;
   for (std::size_t f = 0; f < label.size(); ++f) {
     const auto l = static_cast<std::size_t>(label[f]);
@@ -71,12 +143,12 @@ std::int32_t NumberByArea(const FaceFrames& frames, std::vector<std::int32_t>& l
   std::stable_sort(names.begin(), names.end(), [&](std::int32_t a, std::int32_t b) {
     return area[static_cast<std::size_t>(a)] > area[static_cast<std::size_t>(b)];
   });
-  std::vector<std::int32_t> number(label.size(), 0);
+  std::vector<std::int32_t> number(count, -1);
   for (std::size_t k = 0; k < names.size(); ++k) {
     number[static_cast<std::size_t>(names[k])] = static_cast<std::int32_t>(k);
   }
   for (std::int32_t& l : label) l = number[static_cast<std::size_t>(l)];
-  return static_cast<std::int32_t>(names.size());
+  return number;
 }
 
 }  // namespace
@@ -95,13 +167,12 @@ Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& option
   const std::vector<double> costs = Costs(mesh, faces, frames, options, bends);
   const Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
 
-  std::vector<CellSet> parts;
-  const std::vector<CellSet> pieces = ConnectedSets(cells, std::vector<bool>(cells.size(), false));
-  for (const CellSet& piece : pieces) CutApart(cells, piece, frames.total_area, options, parts);
-
+  const Hierarchy hierarchy(cells, frames.total_area, options);
+  const std::vector<Node>& nodes = hierarchy.nodes();
   std::vector<std::int32_t> of_cell(cells.size());
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    for (const std::uint32_t c : parts[p]) of_cell[c] = static_cast<std::int32_t>(p);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (!nodes[k].is_leaf) continue;
+    for (const std::uint32_t c : nodes[k].cells) of_cell[c] = static_cast<std::int32_t>(k);
   }
   std::vector<std::int32_t> label;
   for (const std::int32_t c : cells.of_face) label.push_back(of_cell[static_cast<std::size_t>(c)]);
@@ -112,9 +183,17 @@ Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& option
   result.label.assign(shape.faces.size(), 0);
   const std::vector<std::int32_t> sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
   for (std::size_t f = 0; f < sorted.size(); ++f) result.label[canonical.origin[f]] = sorted[f];
-  result.parts = NumberByArea(BuildFaceFrames(shape), result.label);
+  const auto number = NumberByArea(BuildFaceFrames(shape), nodes.size(), result.label);
+  result.parts = *std::max_element(number.begin(), number.end()) + 1;
+  result.tree = TreeOf(nodes, number);
   result.has_core = result.parts > 1;
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
+  if (options.parts && result.parts != *options.parts) {
+    result.note = fmt::format("{} parts, not {}: {}", result.parts, *options.parts,
+                              result.parts < *options.parts
+                                  ? "there are no more cuts along concave bends"
+                                  : "a cut gives more than two, or pieces lie apart");
+  }
   return result;
 }
 

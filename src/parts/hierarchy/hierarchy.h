@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts {
@@ -10,17 +12,19 @@ namespace rangegrasp::parts {
 struct HierarchyOptions {
   int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
   double flat_side = 0.03;    ///< > 0; flat pieces are cut along cubes of this side
-  int centers = 40;           ///< >= 4; of the whole; a part has the root of its share, at least 4
-  int levels = 8;             ///< >= 1; sizes of core about each center
-  double fine = 0.025;        ///< > 0; radius in which the surface's bend is measured: creases
-  double coarse = 0.05;       ///< > 0; the same: necks; the more concave of both counts
-  double concavity = 2.0;     ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)
-  double crease = 3.0;        ///< >= 0; the way across a bend of b rad is 1 + crease * b as long
+  int centers = 20;           ///< >= 4; of the whole; a part has the root of its share, at least 4
+  int levels = 6;             ///< >= 1; sizes of core about each center
+  double fine = 0.02;         ///< > 0; radius in which the surface's bend is measured: creases
+  double coarse = 0.04;       ///< > 0; the same: necks; the more concave of both counts
+  double concavity = 2.5;     ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)
+  double crease = 4.0;        ///< >= 0; the way across a bend of b rad is 1 + crease * b as long
   double cut_quality = 0.42;  ///< > 0; a cut worse than this is not made
-  double min_area = 0.005;    ///< > 0; of a part
-  double solidity = 0.02;     ///< of a part, a ball's is 0.28; patches of a wall and dents are none
-  double max_flatness = 0.9;  ///< of a cut: its cost is at most so much of a flat one's
-  double border_reach = 0.7;  ///< >= 0; how far borders move at last, in widths of a cell
+  /// >= 1; so many parts, best cuts first, whatever their quality; absent: cut_quality decides.
+  std::optional<int> parts = {};
+  double min_area = 0.005;  ///< > 0; of a part
+  double solidity = 0.02;   ///< of a part, a ball's is 0.28; patches of a wall and dents are none
+  double max_flatness = 0.88;  ///< of a cut: its cost is at most so much of a flat one's
+  double border_reach = 0.7;   ///< >= 0; how far borders move at last, in widths of a cell
 };
 
 /// A hierarchical variant of the mirroring method; our own, not the chapter's, and it has
@@ -41,7 +45,7 @@ struct HierarchyOptions {
 ///    side, is at most `cut_quality`, it runs along concave bends, and that side is solid (encloses
 ///    volume outwards). A handle is measured by the mean of its two ends. Else the shape is one
 ///    part.
-/// 5. The same (3, 4) with each of the parts.
+/// 5. The same (3, 4) with each of the parts: a tree, whose upper levels are coarser parts.
 /// 6. Borders move to the cheapest place nearby, facet by facet, by minimum cuts.
 ///
 /// The largest part is the core, label 0; the others follow by falling area. Meshes only, open and

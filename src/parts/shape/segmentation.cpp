@@ -62,6 +62,40 @@ std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const TriangleMesh& 
   return label;
 }
 
+Segmentation AtLevel(const Segmentation& segmentation, int level) {
+  if (segmentation.tree.empty()) return segmentation;
+  // Of each node the one that stands for it.
+  std::vector<std::size_t> top(segmentation.tree.size());
+  std::vector<std::size_t> of_label(static_cast<std::size_t>(segmentation.parts));
+  for (std::size_t k = 0; k < top.size(); ++k) {
+    const PartNode& node = segmentation.tree[k];
+    top[k] = node.level > level ? top[static_cast<std::size_t>(node.parent)] : k;
+    if (node.label >= 0) of_label[static_cast<std::size_t>(node.label)] = top[k];
+  }
+  std::vector<std::size_t> size(top.size(), 0);
+  for (const std::int32_t l : segmentation.label) ++size[of_label[static_cast<std::size_t>(l)]];
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < top.size(); ++k) {
+    if (size[k] > 0) order.push_back(k);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+  Segmentation coarse = segmentation;
+  coarse.tree.clear();
+  coarse.parts = static_cast<int>(order.size());
+  coarse.has_core = coarse.parts > 1;
+  std::vector<std::int32_t> number(top.size(), -1);
+  for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = static_cast<std::int32_t>(k);
+  for (std::int32_t& l : coarse.label) l = number[of_label[static_cast<std::size_t>(l)]];
+  // What is cut further has no label of its own any more.
+  for (std::size_t k = 0; k < top.size(); ++k) {
+    if (segmentation.tree[k].level > level) continue;
+    coarse.tree.push_back(segmentation.tree[k]);
+    coarse.tree.back().label = number[k];
+  }
+  return coarse;
+}
+
 std::array<std::uint8_t, 3> PartColor(std::int32_t label) {
   if (label < 0) return {128, 128, 128};
   if (label == 0) return {214, 32, 32};

@@ -9,18 +9,31 @@
 
 namespace rangegrasp::parts {
 
+/// A part on the way from the whole to the parts: cut further, or one of them.
+struct PartNode {
+  int parent = -1;          ///< in the tree; -1: a piece that nothing joins to others
+  int level = 0;            ///< how many cuts above it
+  std::int32_t label = -1;  ///< of the part that it is; -1 if it is cut further
+  double quality = 0.0;     ///< of its best cut, made or not; infinite if there is none
+};
+
 /// What a method found: one label an element, 0 .. parts-1; with a core, it is 0.
 struct Segmentation {
   std::vector<std::int32_t> label;
   int parts = 0;
   bool has_core = false;
   std::string note;  ///< what the user should know (center moved, one part, ...), empty if nothing
+  std::vector<PartNode> tree = {};  ///< of a hierarchical method, parents first; else empty
 };
 
 /// Labels of the input's elements: those left out get the label of the nearest element that was
 /// kept.
 std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const geometry::TriangleMesh& input,
                                         const Segmentation& segmentation);
+
+/// The same with fewer parts: those of the tree that are at most so many cuts below the whole,
+/// numbered by falling number of elements. Without a tree nothing changes.
+Segmentation AtLevel(const Segmentation& segmentation, int level);
 
 /// Far-apart colors, the same for the same label everywhere; 0 (the core) is red as in the
 /// chapter, below 0 grey.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -20,6 +21,24 @@ using parts::Method;
 std::optional<double> ValueOf(const PartsRow& row, Metric metric) {
   if (row.failed) return std::nullopt;
   return metric == Metric::kRandError ? std::optional(row.rand_error) : row.cut_discrepancy;
+}
+
+/// Of the classes that have a mean, each as much as the others.
+Mean MeanOfClasses(const std::vector<Mean>& classes) {
+  std::vector<double> means;
+  std::optional<double> variance = 0.0;
+  for (const Mean& one : classes) {
+    if (!one.mean) continue;
+    means.push_back(*one.mean);
+    if (!one.standard_error) variance.reset();
+    if (variance) *variance += *one.standard_error * *one.standard_error;
+  }
+  Mean mean = MeanOf(means);
+  mean.standard_error.reset();
+  if (variance && !means.empty()) {
+    mean.standard_error = std::sqrt(*variance) / static_cast<double>(means.size());
+  }
+  return mean;
 }
 
 }  // namespace
@@ -57,7 +76,7 @@ MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, 
   for (const ModelClass& one : setup.classes) means.classes.push_back(one.name);
   for (const Method method : setup.methods) {
     auto& by_class = means.by_class.emplace_back();
-    std::vector<double> of_classes, of_models;
+    std::vector<double> of_models;
     for (const std::string& name : means.classes) {
       std::vector<double> values;
       for (const PartsRow& row : rows) {
@@ -68,9 +87,8 @@ MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, 
       }
       of_models.insert(of_models.end(), values.begin(), values.end());
       by_class.push_back(MeanOf(values));
-      if (by_class.back().mean) of_classes.push_back(*by_class.back().mean);
     }
-    means.overall.push_back(MeanOf(of_classes).mean);
+    means.overall.push_back(MeanOfClasses(by_class));
     means.over_models.push_back(MeanOf(of_models));
   }
   return means;
@@ -95,7 +113,7 @@ std::string MeansCsv(const MetricMeans& means, Metric metric) {
     }
   }
   for (std::size_t m = 0; m < means.methods.size(); ++m) {
-    add("overall", m, means.overall[m], means.over_models[m]);
+    add("overall", m, means.overall[m].mean, means.over_models[m]);
   }
   return text;
 }
@@ -116,7 +134,7 @@ std::vector<std::pair<std::string, std::string>> MeansFigures(const MetricMeans&
     auto& bars = classes.values.emplace_back();
     for (const Mean& one : means.by_class[m]) bars.push_back(number(one.mean));
     overall.groups.emplace_back(core::Word(means.methods[m]));
-    overall.values[0].push_back(number(means.overall[m]));
+    overall.values[0].push_back(number(means.overall[m].mean));
   }
   return {{name + "_by_class.svg", draw::PlotSvg(classes, kClassesWidth_px)},
           {name + "_overall.svg", draw::PlotSvg(overall, kOverallWidth_px)}};

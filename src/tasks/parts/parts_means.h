@@ -36,12 +36,13 @@ constexpr std::array<std::string_view, 2> WordsOf(Metric) {
 
 /// Mean of a metric over the models of every class, one number a method. Models that failed or
 /// where the metric is undefined do not count; a class without any has no mean, and the overall
-/// mean is that of the classes that have one.
+/// mean is that of the classes that have one. Its standard error is sqrt(sum SE_c^2) / classes,
+/// absent where a class has none.
 struct MetricMeans {
   std::vector<std::string> classes;
   std::vector<parts::Method> methods;
   std::vector<std::vector<experiment::Mean>> by_class;  ///< [method][class]
-  std::vector<std::optional<double>> overall;           ///< [method], mean of the classes
+  std::vector<experiment::Mean> overall;                ///< [method], mean of the classes
   std::vector<experiment::Mean> over_models;            ///< [method], whatever their class
 };
 /// @param split  only its models; all where absent.

@@ -32,6 +32,14 @@ std::string CellOf(const std::optional<double>& value) {
   return value ? Fixed(*value, kDigits) : "-";
 }
 
+/// "0.1107 +- 0.0190"; without the error where there is none.
+std::string CellOf(const Mean& mean, int digits = kDigits) {
+  if (!mean.mean) return "-";
+  std::string cell = Fixed(*mean.mean, digits);
+  if (mean.standard_error) cell += " +- " + Fixed(*mean.standard_error, digits);
+  return cell;
+}
+
 /// "20 models that nothing was tuned on".
 std::string ModelsText(const PartsSetup& setup, std::optional<Split> split) {
   std::size_t models = 0;
@@ -74,7 +82,7 @@ Grid MeansGrid(const MetricMeans& means) {
     const bool total = c == means.classes.size();
     std::vector<std::string> row = {total ? "mean of the classes" : means.classes[c]};
     for (std::size_t m = 0; m < means.methods.size(); ++m) {
-      row.push_back(CellOf(total ? means.overall[m] : means.by_class[m][c].mean));
+      row.push_back(CellOf(total ? means.overall[m] : means.by_class[m][c]));
     }
     grid.rows.push_back(std::move(row));
   }
@@ -84,8 +92,9 @@ Grid MeansGrid(const MetricMeans& means) {
 Section MetricSection(const PartsSetup& setup, const Rows& rows, Metric metric,
                       std::optional<Split> split) {
   return {
-      (metric == Metric::kRandError ? "1 - Rand index, lower is better, "
-                                    : "Cut discrepancy, lower is better, where there are cuts, ") +
+      (metric == Metric::kRandError
+           ? "1 - Rand index, mean and standard error, lower is better, "
+           : "Cut discrepancy, mean and standard error, lower is better, where there are cuts, ") +
           ModelsText(setup, split),
       MeansGrid(MeansOf(setup, rows, metric, split))};
 }
@@ -113,23 +122,24 @@ Times TimesOf(const Rows& rows, Method method) {
 
 Section TimesSection(const PartsSetup& setup, const Rows& rows) {
   const auto published = PublishedSeconds(setup.published, "published table 6.1");
-  Section section{"Computation time of one core, all models; published: table 6.1",
-                  {{"method", "models", "parts", "without a cut", "failed", "mean s", "median s",
-                    "max s", "published mean s", "times faster"},
-                   std::vector<bool>(10, false),
-                   {},
-                   false}};
+  Section section{
+      "Computation time of one core, all models; mean and standard error; published: table 6.1",
+      {{"method", "models", "parts", "without a cut", "failed", "mean s", "median s", "max s",
+        "published mean s", "times faster"},
+       std::vector<bool>(10, false),
+       {},
+       false}};
   section.grid.left[0] = true;
   for (const Method method : setup.methods) {
     const Times times = TimesOf(rows, method);
-    const auto mean = MeanOf(times.seconds).mean;
-    const auto parts = MeanOf(times.parts).mean;
+    const Mean seconds = MeanOf(times.seconds);
+    const auto mean = seconds.mean;
     const std::size_t n = times.seconds.size();
     const auto known = published.find(method);
     const bool compare = known != published.end();
     section.grid.rows.push_back(
-        {std::string(core::Word(method)), fmt::format("{}", n), parts ? Fixed(*parts, 1) : "-",
-         fmt::format("{}", times.uncut), fmt::format("{}", times.failed), CellOf(mean),
+        {std::string(core::Word(method)), fmt::format("{}", n), CellOf(MeanOf(times.parts), 1),
+         fmt::format("{}", times.uncut), fmt::format("{}", times.failed), CellOf(seconds),
          n > 0 ? Fixed(core::UpperMedianOf(times.seconds), kDigits) : "-",
          n > 0 ? Fixed(times.seconds.back(), kDigits) : "-",
          compare ? Fixed(known->second, 1) : "-",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "core/error.h"
@@ -24,6 +25,7 @@ using parts::Method;
 /// Numbers of models and of models a class are bounded so that a slip of the pen is told.
 constexpr int kMaxId = 1'000'000;
 constexpr int kMaxModels = 1'000'000;
+constexpr int kMaxRange = 1000;
 
 /// The keys as they stand in the file.
 struct Keys {
@@ -55,27 +57,58 @@ void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
   if (different.size() < methods.size()) map.Fail("methods", "a method stands twice");
 }
 
-std::vector<int> ReadIds(YamlMap& map, Split split, std::set<int>& seen) {
+/// A model's number, or a range of them: "61-80".
+struct IdRange {
+  int first;
+  int last;
+};
+
+std::optional<IdRange> IdRangeFrom(std::string_view word) {
+  const std::size_t dash = word.find('-');
+  const auto first = core::NumberFrom<int>(word.substr(0, dash));
+  const auto last =
+      dash == std::string_view::npos ? first : core::NumberFrom<int>(word.substr(dash + 1));
+  if (!first || !last || *first < 0 || *last > kMaxId || *last < *first ||
+      *last - *first >= kMaxRange) {
+    return std::nullopt;
+  }
+  return IdRange{*first, *last};
+}
+
+/// @param folder  only those models of ranges count that it holds; all where it is empty.
+std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path& folder,
+                         std::set<int>& seen) {
   const std::string key(core::Word(split));
   std::vector<std::string> words;
   map.Read(key, words,
-           split == Split::kTune ? "numbers of models that parameters were chosen on"
-                                 : "numbers of models that nothing was chosen on");
+           split == Split::kTune
+               ? "numbers of models that parameters were chosen on"
+               : "numbers of models that nothing was chosen on; 61-80: all that are at hand");
   std::vector<int> ids;
   for (const std::string& word : words) {
-    const auto id = core::NumberFrom<int>(word);
-    if (!id || *id < 0 || *id > kMaxId) {
-      map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off", word));
+    const auto range = IdRangeFrom(word);
+    if (!range) {
+      map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off, or a range "
+                                "as 61-80 of at most {}",
+                                word, kMaxRange));
     }
-    if (!seen.insert(*id).second) map.Fail(key, fmt::format("model {} stands twice", word));
-    ids.push_back(*id);
+    for (int id = range->first; id <= range->last; ++id) {
+      const bool is_one = range->first == range->last;
+      if (!is_one && !folder.empty() && !std::filesystem::exists(parts::ModelFile(folder, id))) {
+        continue;
+      }
+      if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", id));
+      ids.push_back(id);
+    }
   }
   return ids;
 }
 
-ModelClass ReadClass(YamlMap& models, const std::string& name, std::set<int>& seen) {
+ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesystem::path& folder,
+                     std::set<int>& seen) {
   YamlMap ids = models.Child(name, "models of one class, by the use that was made of them");
-  ModelClass one{name, ReadIds(ids, Split::kTune, seen), ReadIds(ids, Split::kReport, seen)};
+  ModelClass one{name, ReadIds(ids, Split::kTune, folder, seen),
+                 ReadIds(ids, Split::kReport, folder, seen)};
   ids.Finish();
   return one;
 }
@@ -87,7 +120,8 @@ bool IsName(const std::string& name) {
   });
 }
 
-std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names) {
+std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names,
+                                    const std::filesystem::path& folder) {
   YamlMap models = map.Child("models", "models of each class");
   std::vector<ModelClass> classes;
   std::set<int> seen;
@@ -105,7 +139,7 @@ std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>
                                      "report: [23, 24]}}",
                                      name, name));
     }
-    classes.push_back(ReadClass(models, name, seen));
+    classes.push_back(ReadClass(models, name, folder, seen));
     if (classes.back().tune.empty() && classes.back().report.empty()) {
       models.Fail(name, "must name models under 'tune', 'report' or both");
     }
@@ -165,7 +199,8 @@ PartsSetup ReadPartsSetup(YamlMap& map) {
   CheckNoneTwice(map, keys.methods);
   PartsSetup setup;
   setup.methods = keys.methods;
-  setup.classes = ReadClasses(map, keys.classes);
+  const std::filesystem::path folder = (map.file().parent_path() / keys.data).lexically_normal();
+  setup.classes = ReadClasses(map, keys.classes, folder);
   map.Finish();
   setup.folder = FolderOf(map, keys.data);
   if (!keys.runtimes.empty()) {
@@ -188,7 +223,7 @@ void ReadPartsKeys(YamlMap& map) {
   ReadKeys(map);
   YamlMap models = map.Child("models", "models of each class");
   std::set<int> seen;
-  ReadClass(models, "<class>", seen);
+  ReadClass(models, "<class>", {}, seen);
 }
 
 void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {

@@ -91,8 +91,8 @@ TEST_F(PartsReportTest, MeansOfTheReportSplitLeaveOutWhatWasTunedOn) {
   EXPECT_NEAR(means.by_class[1][0].mean.value(), 0.4, 1e-12);
   EXPECT_NEAR(means.by_class[0][1].mean.value(), 0.6, 1e-12);
   // Of the classes, however many models each has.
-  EXPECT_NEAR(means.overall[0].value(), 0.4, 1e-12);
-  EXPECT_NEAR(means.overall[1].value(), 0.3, 1e-12);
+  EXPECT_NEAR(means.overall[0].mean.value(), 0.4, 1e-12);
+  EXPECT_NEAR(means.overall[1].mean.value(), 0.3, 1e-12);
   const auto all = Means(Metric::kRandError, std::nullopt);
   EXPECT_NEAR(all.by_class[0][0].mean.value(), 1.3 / 3.0, 1e-12);
 }
@@ -113,6 +113,13 @@ TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
   EXPECT_THAT(report.sections[0].grid.rows[0],
               ElementsAre("mirror", "3", "0.3333", "0.1453", "3", "0.6667", "0.2906"));
   EXPECT_THAT(report.sections[1].grid.rows[0][1], "5");
+}
+
+// Of 0.9, 0.1, 0.3 and of 0.7, 0.6: s^2 = 0.52 / 3 and 0.005, over 3 and 2 models.
+TEST_F(PartsReportTest, TheMeanOfTheClassesHasTheErrorOfTheirMeans) {
+  const auto means = Means(Metric::kRandError, std::nullopt);
+  EXPECT_NEAR(means.overall[0].standard_error.value(), 0.5 * std::sqrt(0.52 / 9.0 + 0.0025), 1e-12);
+  EXPECT_FALSE(Means(Metric::kRandError, Split::kReport).overall[0].standard_error);
 }
 
 TEST_F(PartsReportTest, AFailedModelDoesNotCount) {
@@ -148,7 +155,7 @@ TEST_F(PartsReportTest, AClassWithoutACutHasNoDiscrepancyAndDoesNotCountInTheMea
   HasNoCut("3-mirror");
   const auto means = Means(Metric::kCutDiscrepancy, Split::kReport);
   EXPECT_FALSE(means.by_class[0][0].mean);
-  EXPECT_NEAR(means.overall[0].value(), 1.2, 1e-12);
+  EXPECT_NEAR(means.overall[0].mean.value(), 1.2, 1e-12);
   EXPECT_TRUE(means.by_class[1][0].mean);
   EXPECT_EQ(MeansCsv(means, Metric::kCutDiscrepancy),
             "class,method,cut_discrepancy,standard_error,models\ncup,mirror,,,0\n"
@@ -163,6 +170,9 @@ TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
   EXPECT_THAT(sections[2].title, HasSubstr("3 models that nothing was tuned on"));
   EXPECT_THAT(sections[3].title, HasSubstr("5 models"));
   EXPECT_THAT(sections[4].title, HasSubstr("Cut discrepancy"));
+  // Of the report split's 0.1 and 0.3 of cups; of one bird there is no error, nor of the classes.
+  EXPECT_THAT(sections[2].grid.rows[0], ElementsAre("cup", "0.2000 +- 0.1000", "0.4000 +- 0.1000"));
+  EXPECT_THAT(sections[2].grid.rows[1], ElementsAre("bird", "0.6000", "0.2000"));
   EXPECT_THAT(sections[2].grid.header, ElementsAre("class", "mirror", "sdf"));
   EXPECT_THAT(sections[2].grid.rows.back(), ElementsAre("mean of the classes", "0.4000", "0.3000"));
   EXPECT_TRUE(sections[2].grid.total);
@@ -171,10 +181,10 @@ TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
 TEST_F(PartsReportTest, TimesStandBesideThePublishedOnes) {
   const auto rows = Make().sections[6].grid.rows;
   // Models 1 to 5 took 1 to 5 seconds: mean and median 3; published 4.2 and 8.0.
-  EXPECT_THAT(rows[0], ElementsAre("mirror", "5", "4.0", "0", "0", "3.0000", "3.0000", "5.0000",
-                                   "4.2", "1"));
-  EXPECT_THAT(rows[1],
-              ElementsAre("sdf", "5", "4.0", "0", "0", "3.0000", "3.0000", "5.0000", "8.0", "3"));
+  EXPECT_THAT(rows[0], ElementsAre("mirror", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071",
+                                   "3.0000", "5.0000", "4.2", "1"));
+  EXPECT_THAT(rows[1], ElementsAre("sdf", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071", "3.0000",
+                                   "5.0000", "8.0", "3"));
 }
 
 TEST_F(PartsReportTest, WithoutRecordsThereAreDashesAndNoNumbers) {

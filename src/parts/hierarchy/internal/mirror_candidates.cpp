@@ -141,13 +141,21 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
 std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
                                                 const CandidateOptions& options) {
   std::set<std::vector<bool>> candidates;
-  const auto mirror = [&](const Eigen::Vector3d& center, std::uint32_t start) {
-    const std::vector<std::uint32_t> order =
-        GrowthOrder(cells, MirrorDepths(cells.center, center), start);
+  std::vector<double> radius(cells.size());
+  geometry::Points center(cells.size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    center[c] = InnerCenter(cells, c);
+    radius[c] = (center[c] - cells.center[c]).norm();
+  }
+  const auto grow = [&](const std::vector<double>& key, std::uint32_t start) {
+    const std::vector<std::uint32_t> order = GrowthOrder(cells, key, start);
     if (order.size() > 1) AddCores(cells, order, options, candidates);
   };
-  for (const std::uint32_t c : FarApart(cells.center, static_cast<std::size_t>(options.centers))) {
-    mirror(InnerCenter(cells, c), c);
+  const auto starts = FarApart(cells.center, static_cast<std::size_t>(options.centers));
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    const std::uint32_t c = starts[k];
+    grow(MirrorDepths(cells.center, center[c]), c);
+    grow(radius, c);
   }
   return {candidates.begin(), candidates.end()};
 }
