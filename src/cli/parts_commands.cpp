@@ -2,6 +2,8 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,6 +13,7 @@
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "core/words.h"
+#include "geometry/mesh_file.h"
 #include "parts/method.h"
 #include "parts/shape/shape_file.h"
 #include "tasks/parts/write_parts.h"
@@ -23,9 +26,11 @@ using parts::Method;
 using parts::Segmentation;
 
 struct SegmentArguments {
-  std::string file, out = "results/parts", method = "mirror", up = "z";
-  std::optional<int> clusters;
-  bool pose_invariant = false, go_on_outside = false, json = false;
+  std::vector<std::string> files;
+  std::string out = "results/parts", method = "mirror", up = "z";
+  std::optional<int> clusters, level;
+  std::optional<double> cut_quality;
+  bool pose_invariant = false, go_on_outside = false, meshes = false, json = false;
 };
 
 // An option that the method would not look at is a mistake of the caller.
@@ -35,8 +40,18 @@ void CheckOptions(const SegmentArguments& arguments) {
                            methods);
   };
   const Method method = core::FromWord<Method>(arguments.method, "--method");
-  if (arguments.clusters && method != Method::kKMeans && method != Method::kSdf) {
-    refuse("--parts", "it is for --method kmeans and sdf, the others find the number themselves");
+  if (arguments.clusters && (method == Method::kMirror || method == Method::kCore)) {
+    refuse("--parts",
+           "it is for --method hierarchy, kmeans and sdf, the others find the number themselves");
+  }
+  if (arguments.level && method != Method::kHierarchy && method != Method::kCore) {
+    refuse("--level", "it is for --method hierarchy and core, the others have no levels");
+  }
+  if (arguments.level == 0 && method == Method::kCore) {
+    refuse("--level 0", "core extraction has at least one level");
+  }
+  if (arguments.cut_quality && method != Method::kHierarchy) {
+    refuse("--cut-quality", "it is for --method hierarchy");
   }
   if (arguments.pose_invariant && method != Method::kMirror) {
     refuse("--pose-invariant", "it is for --method mirror");
@@ -54,9 +69,9 @@ struct Segmented {
   double seconds = 0.0;
 };
 
-Segmented Segment(const SegmentArguments& arguments) {
+Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
   Segmented result;
-  result.input = parts::ReadInput(arguments.file);
+  result.input = parts::ReadInput(file);
   try {
     const parts::Shape shape = parts::MakeShape(result.input);
     if (!shape.IsMesh() && arguments.method != core::Word(Method::kMirror)) {
@@ -66,12 +81,14 @@ Segmented Segment(const SegmentArguments& arguments) {
     const core::Stopwatch watch;
     result.found = parts::SegmentBy(core::FromWord<Method>(arguments.method, "--method"), shape,
                                     {.clusters = arguments.clusters,
+                                     .level = arguments.level,
+                                     .cut_quality = arguments.cut_quality,
                                      .pose_invariant = arguments.pose_invariant,
                                      .go_on_outside = arguments.go_on_outside});
     result.seconds = watch.Seconds();
     result.labels = parts::LabelsOfInput(shape, result.input, result.found);
   } catch (const core::InputError& e) {
-    throw core::InputError(arguments.file + ": " + e.what());
+    throw core::InputError(file + ": " + e.what());
   }
   return result;
 }
@@ -80,10 +97,26 @@ std::string HexOf(const std::array<std::uint8_t, 3>& color) {
   return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
 }
 
-ordered_json JsonOf(const SegmentArguments& arguments, const Segmented& result) {
+// A tree of cuts: `quality` is that of a node's best cut; none where it is null.
+ordered_json TreeOf(const Segmentation& found) {
+  ordered_json tree = ordered_json::array();
+  for (std::size_t k = 0; k < found.tree.size(); ++k) {
+    const parts::PartNode& node = found.tree[k];
+    tree.push_back({{"node", k},
+                    {"parent", node.parent < 0 ? ordered_json() : ordered_json(node.parent)},
+                    {"level", node.level},
+                    {"label", node.label < 0 ? ordered_json() : ordered_json(node.label)},
+                    {"cut_quality",
+                     std::isfinite(node.quality) ? ordered_json(node.quality) : ordered_json()}});
+  }
+  return tree;
+}
+
+ordered_json JsonOf(const std::string& file, const SegmentArguments& arguments,
+                    const Segmented& result) {
   const auto& found = result.found;
   const bool mesh = !result.input.triangles.empty();
-  ordered_json json = {{"file", arguments.file},
+  ordered_json json = {{"file", file},
                        {"method", arguments.method},
                        {"vertices", result.input.vertices.size()},
                        {"faces", result.input.triangles.size()},
@@ -108,6 +141,7 @@ ordered_json JsonOf(const SegmentArguments& arguments, const Segmented& result) 
                              {"share", static_cast<double>(size) / static_cast<double>(elements)},
                              {"color", HexOf(parts::PartColor(part))}});
   }
+  if (!found.tree.empty()) json["tree"] = TreeOf(found);
   return json;
 }
 
@@ -124,19 +158,59 @@ std::string TextOf(const ordered_json& json) {
   return text;
 }
 
-void SegmentFile(const SegmentArguments& arguments) {
-  if (arguments.file.empty()) {
+std::filesystem::path BaseOf(const std::string& file, const SegmentArguments& arguments) {
+  return std::filesystem::path(arguments.out) / std::filesystem::path(file).filename().stem();
+}
+
+// Each part as BASE_part_<label>.stl.
+void WriteMeshes(const std::filesystem::path& base, const Segmented& result) {
+  for (std::int32_t part = 0; part < result.found.parts; ++part) {
+    geometry::TriangleMesh mesh{result.input.vertices, {}};
+    for (std::size_t f = 0; f < result.labels.size(); ++f) {
+      if (result.labels[f] == part) mesh.triangles.push_back(result.input.triangles[f]);
+    }
+    geometry::WriteStl(fmt::format("{}_part_{}.stl", base.string(), part), mesh);
+  }
+}
+
+ordered_json SegmentFile(const std::string& file, const SegmentArguments& arguments) {
+  const Segmented result = Segment(file, arguments);
+  if (arguments.meshes && result.input.triangles.empty()) {
+    throw core::InputError(file + ": is a point cloud; --meshes needs a mesh");
+  }
+  const auto base = BaseOf(file, arguments);
+  tasks::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
+  if (arguments.meshes) WriteMeshes(base, result);
+  if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
+  spdlog::info("labels, colored shape and picture in {}.seg, .ply, .png", base.string());
+  return JsonOf(file, arguments, result);
+}
+
+// Files of one name would leave their results in one place.
+void CheckNames(const SegmentArguments& arguments) {
+  std::map<std::filesystem::path, std::string> seen;
+  for (const std::string& file : arguments.files) {
+    const auto [at, is_new] = seen.try_emplace(BaseOf(file, arguments), file);
+    if (is_new) continue;
+    throw core::InputError(fmt::format("{} and {} would both leave {}.seg; give each its own -o",
+                                       at->second, file, at->first.string()));
+  }
+}
+
+void SegmentFiles(const SegmentArguments& arguments) {
+  if (arguments.files.empty()) {
     throw core::InputError("parts: a FILE (.off, .obj, .stl, .ply, .pcd) must follow");
   }
   CheckOptions(arguments);
-  const Segmented result = Segment(arguments);
-  const auto base = std::filesystem::path(arguments.out) /
-                    std::filesystem::path(arguments.file).filename().stem();
-  tasks::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
-  const ordered_json json = JsonOf(arguments, result);
-  if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
-  WriteResult(arguments.json ? json.dump(2) + "\n" : TextOf(json));
-  spdlog::info("labels, colored shape and picture in {}.seg, .ply, .png", base.string());
+  CheckNames(arguments);
+  ordered_json all = ordered_json::array();
+  std::string text;
+  for (const std::string& file : arguments.files) {
+    all.push_back(SegmentFile(file, arguments));
+    text += (arguments.files.size() > 1 ? file + ": " : "") + TextOf(all.back());
+  }
+  const ordered_json& json = all.size() == 1 ? all.front() : all;
+  WriteResult(arguments.json ? json.dump(2) + "\n" : text);
 }
 
 }  // namespace
@@ -144,11 +218,23 @@ void SegmentFile(const SegmentArguments& arguments) {
 void AddPartsCommands(CLI::App& app) {
   auto* command = app.add_subcommand("parts", "Cuts a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
-  command->add_option("file", arguments->file, "OFF, OBJ, STL, PLY or PCD");
+  command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY or PCD, one or more");
   command->add_option("--method", arguments->method, "all but mirror need a mesh (mirror)")
       ->check(CLI::IsMember(core::WordList<Method>()));
-  command->add_option("--parts", arguments->clusters, "clusters of kmeans and sdf (5)")
+  command
+      ->add_option("--parts", arguments->clusters,
+                   "hierarchy: so many parts, best cuts first; kmeans, sdf: clusters (5)")
       ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--level", arguments->level,
+                   "hierarchy: coarser parts, at most so many cuts deep; core: levels (2)")
+      ->check(CLI::Range(0, 100));
+  command
+      ->add_option("--cut-quality", arguments->cut_quality,
+                   "hierarchy: cuts worse than this are not made (0.42); more gives more parts")
+      ->check(CLI::Range(0.001, 100.0));
+  command->add_flag("--meshes", arguments->meshes,
+                    "each part as a mesh too: NAME_part_<label>.stl");
   command->add_flag("--pose-invariant", arguments->pose_invariant,
                     "mirror: of the shape with its limbs stretched out");
   command->add_flag("--go-on-outside", arguments->go_on_outside,
@@ -165,7 +251,7 @@ void AddPartsCommands(CLI::App& app) {
         "parts evaluate: methods are compared by 'rangegrasp run EXPERIMENT.yaml'");
   });
   command->callback([command, arguments] {
-    if (command->get_subcommands().empty()) SegmentFile(*arguments);
+    if (command->get_subcommands().empty()) SegmentFiles(*arguments);
   });
 }
 

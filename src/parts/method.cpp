@@ -19,15 +19,21 @@ Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& o
       stretched.mirror = mirror;
       return SegmentPoseInvariant(shape, stretched);
     }
-    case Method::kHierarchy:
-      return SegmentHierarchy(shape, {});
+    case Method::kHierarchy: {
+      HierarchyOptions hierarchy;
+      hierarchy.parts = options.clusters;
+      hierarchy.cut_quality = options.cut_quality.value_or(hierarchy.cut_quality);
+      Segmentation found = SegmentHierarchy(shape, hierarchy);
+      return options.level ? AtLevel(found, *options.level) : found;
+    }
     case Method::kKMeans:
       return SegmentByKMeans(shape,
                              {.clusters = options.clusters.value_or(KMeansOptions{}.clusters)});
     case Method::kSdf:
       return SegmentBySdf(shape, {.clusters = options.clusters.value_or(SdfOptions{}.clusters)});
     case Method::kCore:
-      return SegmentByCoreExtraction(shape, {});
+      return SegmentByCoreExtraction(
+          shape, {.levels = options.level.value_or(CoreExtractionOptions{}.levels)});
   }
   throw std::invalid_argument("SegmentBy: no such method");
 }

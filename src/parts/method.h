@@ -15,9 +15,11 @@ constexpr std::array<std::string_view, 5> WordsOf(Method) {
 
 /// What a caller may choose; all else is at its default.
 struct MethodOptions {
-  std::optional<int> clusters;  ///< of kmeans and sdf; absent: theirs
-  bool pose_invariant = false;  ///< mirror: of the shape with its limbs stretched out
-  bool go_on_outside = false;   ///< mirror: also where no center inside of the shape is found
+  std::optional<int> clusters;        ///< hierarchy: parts; kmeans, sdf: clusters; absent: theirs
+  std::optional<int> level;           ///< hierarchy: at most so many cuts deep; core: levels, >= 1
+  std::optional<double> cut_quality;  ///< hierarchy: > 0; a worse cut is not made
+  bool pose_invariant = false;        ///< mirror: of the shape with its limbs stretched out
+  bool go_on_outside = false;         ///< mirror: also where no center inside of the shape is found
 };
 
 /// Segments with a method; options of other methods are not looked at.

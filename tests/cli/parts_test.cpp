@@ -139,6 +139,50 @@ TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
   }
 }
 
+// A ball on a stick: two parts, of which the tree tells; at level 0 it is whole.
+TEST_F(PartsTest, AHierarchyHasATreeLevelsAndAsManyPartsAsAsked) {
+  const auto json = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {mesh_, "--method", "hierarchy", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ran ran = Parts(arguments);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out);
+  };
+  const auto two = json({"--parts", "2"});
+  EXPECT_EQ(two["parts"].size(), 2U);
+  ASSERT_EQ(two["tree"].size(), 3U);
+  EXPECT_TRUE(two["tree"][0]["parent"].is_null());
+  EXPECT_TRUE(two["tree"][0]["label"].is_null());
+  EXPECT_GT(two["tree"][0]["cut_quality"], 0.0);
+  for (const std::size_t leaf : {1U, 2U}) {
+    EXPECT_EQ(two["tree"][leaf]["parent"], 0);
+    EXPECT_EQ(two["tree"][leaf]["level"], 1);
+  }
+  EXPECT_EQ(json({"--parts", "2", "--level", "0"})["parts"].size(), 1U);
+  EXPECT_EQ(json({"--cut-quality", "0.001"})["parts"].size(), 1U);
+}
+
+TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
+  const std::string other = (folder_ / "other.off").string();
+  std::filesystem::copy_file(mesh_, other);
+  const Ran ran =
+      Parts({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_EQ(json.size(), 2U);
+  for (const char* name : {"lollipop", "other"}) {
+    std::size_t bytes = 0;
+    for (const char* part : {"_part_0.stl", "_part_1.stl"}) {
+      bytes += core::ReadFile(folder_ / "out" / (std::string(name) + part)).size() - 84;
+    }
+    EXPECT_EQ(bytes, 50 * Lollipop().faces.size()) << name;
+  }
+  std::filesystem::create_directory(folder_ / "again");
+  const std::string again = (folder_ / "again/other.off").string();
+  std::filesystem::copy_file(mesh_, again);
+  ExpectRefused({other, again}, "would both leave");
+}
+
 TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
   ASSERT_EQ(Parts({mesh_}).code, 0);
   std::vector<std::string> first;
@@ -230,6 +274,10 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   ExpectRefused({mesh_, "--method", "mirrow"}, "--method");
   ExpectRefused({mesh_, "--parts", "3"}, "kmeans and sdf");
   ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");
+  ExpectRefused({mesh_, "--method", "kmeans", "--level", "1"}, "hierarchy and core");
+  ExpectRefused({mesh_, "--method", "core", "--level", "0"}, "at least one level");
+  ExpectRefused({mesh_, "--method", "sdf", "--cut-quality", "0.5"}, "--method hierarchy");
+  ExpectRefused({cloud, "--go-on-outside", "--meshes"}, "needs a mesh");
   ExpectRefused({mesh_, "--method", "sdf", "--pose-invariant"}, "--pose-invariant");
   ExpectRefused({mesh_, "--method", "core", "--go-on-outside"}, "--go-on-outside");
   for (const char* method : {"hierarchy", "kmeans", "sdf", "core"}) {

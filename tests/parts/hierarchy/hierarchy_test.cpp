@@ -241,6 +241,34 @@ TEST(Hierarchy, PartsAreTheSameHoweverFlatPiecesAreCut) {
   }
 }
 
+TEST(Hierarchy, LevelsOfTheTreeAreCoarserParts) {
+  const Segmentation all = SegmentHierarchy(testing::BentHand().shape, {});
+  int deepest = 0;
+  for (const PartNode& node : all.tree) deepest = std::max(deepest, node.level);
+  ASSERT_GE(deepest, 2);
+  EXPECT_EQ(AtLevel(all, deepest).parts, all.parts);
+  EXPECT_EQ(AtLevel(all, 0).parts, 1);
+  for (int level = 1; level <= deepest; ++level) {
+    const Segmentation fine = AtLevel(all, level);
+    const Segmentation coarse = AtLevel(all, level - 1);
+    EXPECT_GT(fine.parts, coarse.parts);
+    std::map<std::int32_t, std::int32_t> whole;  // a fine part lies in one coarse part
+    for (std::size_t f = 0; f < fine.label.size(); ++f) {
+      const auto at = whole.try_emplace(fine.label[f], coarse.label[f]).first;
+      ASSERT_EQ(at->second, coarse.label[f]);
+    }
+  }
+}
+
+TEST(Hierarchy, GivesAsManyPartsAsAsked) {
+  const Shape shape = testing::BentHand().shape;
+  for (const int parts : {1, 2, 4, 6}) {
+    HierarchyOptions options;
+    options.parts = parts;
+    EXPECT_EQ(SegmentHierarchy(shape, options).parts, parts);
+  }
+}
+
 TEST(Hierarchy, TakesWhatIsBarelyAMeshAndRefusesACloud) {
   Shape shape;
   shape.points = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
