@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "geometry/internal/cloud_format.h"
+#include "geometry/internal/off.h"
 #include "geometry/internal/ply.h"
 
 namespace rangegrasp::geometry {
@@ -110,6 +111,7 @@ TexturedMesh Read(const std::filesystem::path& file, bool textured) {
   const std::string bytes = core::ReadNonEmptyFile(file);
   // The reader of PLY does not end on some broken headers.
   if (internal::IsPly(bytes)) internal::CheckPlyHeader(file, bytes);
+  if (core::EndingOf(file) == ".off") internal::CheckOff(file, bytes);
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
   Assimp::Importer importer;

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/rng.h"
+#include "error_of.h"
 #include "parts/baselines/core_extraction.h"
 #include "parts/baselines/kmeans.h"
 #include "parts/baselines/sdf.h"
@@ -249,6 +250,23 @@ TEST(ReadShape, APlyWithoutFacesAndAPcdAreClouds) {
     EXPECT_FALSE(shape.IsMesh());
     EXPECT_EQ(shape.points.size(), 5U);
   }
+}
+
+TEST(ReadShape, AnOffFileThatDoesNotHoldWhatItDeclaresIsRefused) {
+  const TempFolder folder;
+  const auto refused = [&](const std::string& text) {
+    return testing_support::ErrorOf([&] { ReadShape(folder.Write("a.off", text)); });
+  };
+  const std::string points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  const std::string three = "3 0 1 2\n3 0 1 3\n3 0 2 3\n";
+  EXPECT_NO_THROW(ReadShape(folder.Write("a.off", "OFF\n4 4 0\n" + points + three + "3 1 2 3\n")));
+  EXPECT_THAT(refused("OFF\n4 4 0\n" + points + three + "3 1 2 4\n"),
+              HasSubstr("a.off:10: face 3 names vertex '4'; there are 4, from 0"));
+  EXPECT_THAT(refused("OFF\n4 4 0\n" + points + three + "3 1 2 -1\n"), HasSubstr("a.off:10"));
+  EXPECT_THAT(refused("OFF 4 5 0\n" + points + three + "3 1 2 3\n# nothing more\n     \n"),
+              HasSubstr("face 4 of 5"));
+  EXPECT_THAT(refused("OFF\n4 400000000 0\n" + points + three), HasSubstr("cannot hold them"));
+  EXPECT_THAT(refused("OFF\n4\n" + points + three), HasSubstr("numbers of vertices and faces"));
 }
 
 TEST(ReadShape, NamesTheFile) {
