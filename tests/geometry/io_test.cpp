@@ -308,7 +308,7 @@ TEST_F(Io, AnyMutatedMeshIsReadOrRefusedWithoutACrash) {
   int read = 0;
   for (const auto& [name, text] : BoxFiles()) {
     EXPECT_NO_THROW(ReadMesh(Write(name, text))) << name;
-    for (int i = 0; i < 500; ++i) {
+    for (int i = 0; i < 1000; ++i) {
       const auto file = Write(name, Mutated(text, rng));
       try {
         const TriangleMesh mesh = ReadMesh(file);
