@@ -40,14 +40,14 @@ std::string CellOf(const Mean& mean, int digits = kDigits) {
   return cell;
 }
 
-/// "20 models that nothing was tuned on".
+/// "20 models apart from those of tuning".
 std::string ModelsText(const PartsSetup& setup, std::optional<Split> split) {
   std::size_t models = 0;
   for (const ModelClass& one : setup.classes) {
     models += one.report.size() + (split ? 0 : one.tune.size());
   }
   return fmt::format("{} models{}", models,
-                     split ? " that nothing was tuned on" : ", those for tuning too");
+                     split ? " apart from those of tuning" : ", those for tuning too");
 }
 
 Section SummarySection(const PartsSetup& setup, const Rows& rows, std::optional<Split> split) {
@@ -216,7 +216,7 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
   const PartsSetup setup = PartsSetupOf(stamp);
   Rows rows;
   for (const experiment::Record& record : records) rows.push_back(RowOf(record));
-  // The models that nothing was tuned on, and all where there are others.
+  // The models apart from those of tuning, and all where there are others.
   std::vector<std::optional<Split>> splits;
   if (setup.HasModels(Split::kReport)) splits.emplace_back(Split::kReport);
   if (setup.HasModels(Split::kTune)) splits.emplace_back(std::nullopt);

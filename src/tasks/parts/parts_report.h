@@ -11,7 +11,7 @@
 namespace rangegrasp::tasks {
 
 /// The tables of an experiment with parts: both metrics with their standard errors, by class and
-/// overall, for the models that nothing was tuned on and for all; computation times beside
+/// overall, for the models apart from those of tuning and for all; computation times beside
 /// published table 6.1; what failed. Files: the rows, figures 6.19 to 6.22 as CSV and SVG.
 experiment::Report PartsReport(const experiment::Stamp& stamp,
                                const std::vector<experiment::Record>& records);
