@@ -171,7 +171,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
 
 TEST_F(SeamTest, TheMonitorIsSetByTheOptions) {
   std::string text;
-  for (int i = 0; i < 8; ++i) text += Row(i < 3 ? 90 : 256);
+  for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
   const std::string file = folder_.Write("p.csv", text).string();
   const std::string monitor = "monitor: {window: 6, mat_end_profiles: 3}\n";
   const Ran early = Detect({file, "--options", folder_.Write("o.yaml", monitor).string()});
@@ -280,7 +280,7 @@ TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
 
 TEST_F(SeamTest, EveryKeyIsReachedFromTheCommandLine) {
   std::string text;
-  for (int i = 0; i < 8; ++i) text += Row(i < 3 ? 90 : 256);
+  for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
   const std::string file = folder_.Write("p.csv", text).string();
   const Ran ran = Detect({file, "--set", "monitor.window=6", "--set", "monitor.mat_end_profiles=3",
                           "--set", "step.min_step_mm=0.5"});
@@ -306,7 +306,7 @@ TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
     if (first.empty()) first = lines;
     ASSERT_EQ(lines.size(), first.size()) << name;
   }
-  // The labels beside them: where most of the profiles were found.
+  // The labels beside them: where nine tenths of the profiles of an uneven mat were found, at least.
   const auto labels = Lines(core::ReadFile(File("s.labels.csv")));
   ASSERT_EQ(labels.size(), first.size());
   int near = 0;
@@ -317,7 +317,7 @@ TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
     for (int k = 0; k < 4; ++k) std::getline(cells, cell, ',');
     near += !cell.empty() && std::abs(std::stod(cell) - label) <= 12.0 ? 1 : 0;
   }
-  EXPECT_GT(near, static_cast<int>(0.95 * static_cast<double>(labels.size())));
+  EXPECT_GT(near, static_cast<int>(0.9 * static_cast<double>(labels.size())));
 }
 
 TEST_F(SeamTest, RawRowsAndTheirCalibrationGiveTheSameReadings) {
