@@ -306,7 +306,8 @@ TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
     if (first.empty()) first = lines;
     ASSERT_EQ(lines.size(), first.size()) << name;
   }
-  // The labels beside them: where nine tenths of the profiles of an uneven mat were found, at least.
+  // The labels beside them: where nine tenths of the profiles of an uneven mat were found, at
+  // least.
   const auto labels = Lines(core::ReadFile(File("s.labels.csv")));
   ASSERT_EQ(labels.size(), first.size());
   int near = 0;

@@ -45,11 +45,14 @@ double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>
   double good = 0.0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const TrackPoint& p = path[i];
-    const bool corner =
-        std::ranges::any_of(corners, [&](double y) { return std::abs(p.y_m - y) <= kCorner_m; });
-    const bool settled = p.y_m >= path.front().y_m + stitching::kSettle_m;
-    if (corner || !settled || !(std::abs(p.distance_m - wanted_m) <= kGood_m)) continue;
-    good += std::max(0.0, p.y_m - path[i - 1].y_m);
+    if (!(std::abs(p.distance_m - wanted_m) <= kGood_m)) continue;
+    const double from = std::max(path[i - 1].y_m, path.front().y_m + stitching::kSettle_m);
+    double length = std::max(0.0, p.y_m - from);
+    for (const double corner : corners) {
+      length -=
+          std::max(0.0, std::min(p.y_m, corner + kCorner_m) - std::max(from, corner - kCorner_m));
+    }
+    good += std::max(0.0, length);
   }
   return good;
 }
@@ -115,12 +118,15 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& 
   ReadSeam(experiment, calibration, recording,
            [&](std::size_t i, const auto& readings, const auto&) {
              const double label = recording.label_column[i];
-             std::array<double, kMethods> errors{};
+             std::array<double, kMethods> errors;
+             errors.fill(kNone);
              ++result.profiles;
              for (std::size_t d = 0; d < readings.size(); ++d) {
                const std::size_t m = kAlone + d;
                result.no_edge[m] += readings[d].status == seam::ProfileStatus::kNoEdge ? 1 : 0;
                errors[m] = ErrorOf(readings[d].column, label);
+               if (kDecisions[d] != seam::DecisionMethod::kSteps) continue;
+               errors[kLocalStep] = ErrorOf(readings[d].local_step, label);
              }
              // All but the fourth decision run the same detectors.
              for (std::size_t k = 0; k < seam::kDetectors; ++k) {
