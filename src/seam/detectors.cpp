@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "seam/internal/vectorised.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -176,11 +178,8 @@ float ReachedBy(std::span<const float> values, std::size_t count) {
 constexpr std::size_t kTile = 32;
 
 // Eq. 3.12. Every sum is added up in the order of k, whatever the width of the vectors.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-__attribute__((target_clones("avx2", "default")))
-#endif
-void SumGradients(const float* f, std::size_t n, std::size_t tiles, float* G) {
+RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size_t tiles,
+                                        float* G) {
   for (std::size_t tile = 0; tile < tiles; ++tile) {
     const float* center = f + tile * kTile;
     float sum[kTile] = {};

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <stdexcept>
 
+#include "seam/internal/vectorised.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -26,14 +28,6 @@ constexpr double kMm_1_m = 1e3;
 constexpr double kColumns = 100.0;
 
 constexpr int kMedianHalf = 4;
-
-// Runs over many columns side by side.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define RANGEGRASP_VECTORISED __attribute__((target_clones("avx2", "default")))
-#else
-#define RANGEGRASP_VECTORISED
-#endif
 
 struct Points {
   std::vector<int> column;

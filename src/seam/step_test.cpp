@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "seam/internal/summit.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -124,10 +126,7 @@ std::optional<double> StepTest::Locate(double column, double within_columns) {
     best = block;
   }
   if (highest <= 0.0) return std::nullopt;
-  const double before = score(best - 1);
-  const double after = score(best + 1);
-  const double bend = before - 2.0 * highest + after;
-  const double offset = bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+  const double offset = internal::SummitOffset(score(best - 1), highest, score(best + 1));
   return (best + mean_.first + offset) * columns_;
 }
 

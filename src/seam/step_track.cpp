@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "seam/internal/summit.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -14,12 +16,6 @@ constexpr double kMinSpread = 0.25;
 
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("step track: ") + what);
-}
-
-std::size_t StrongestOf(const std::vector<LocalStep>& steps) {
-  const auto less = [](const LocalStep& a, const LocalStep& b) { return a.evidence < b.evidence; };
-  return static_cast<std::size_t>(std::max_element(steps.begin(), steps.end(), less) -
-                                  steps.begin());
 }
 
 }  // namespace
@@ -37,7 +33,7 @@ StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
 
 // Each place goes on with the way that leads to it best: what a way has, less what its motion
 // costs.
-void StepTrack::Continue(const std::vector<LocalStep>& steps, double period_s) {
+void StepTrack::Continue(const std::vector<LocalStep>& steps, double strongest, double period_s) {
   const double stride = options_.steps.stride;
   const auto places = static_cast<int>(steps.size());
   const int reach = std::clamp(
@@ -56,7 +52,6 @@ void StepTrack::Continue(const std::vector<LocalStep>& steps, double period_s) {
       from[here] = place + d;
     }
   }
-  const double strongest = steps[StrongestOf(steps)].evidence;
   const double share = std::min(1.0, options_.most_evidence / std::max(strongest, 1e-9));
   std::vector<Way> ways(ways_.size());
   for (std::size_t place = 0; place < ways.size(); ++place) {
@@ -74,10 +69,8 @@ void StepTrack::Continue(const std::vector<LocalStep>& steps, double period_s) {
 double StepTrack::Peak(std::size_t place) const {
   const double stride = options_.steps.stride;
   if (place == 0 || place + 1 >= ways_.size()) return stride * static_cast<double>(place);
-  const double left = ways_[place - 1].evidence;
-  const double right = ways_[place + 1].evidence;
-  const double bend = left - 2.0 * ways_[place].evidence + right;
-  const double offset = bend < 0.0 ? 0.5 * (left - right) / bend : 0.0;
+  const double offset = internal::SummitOffset(ways_[place - 1].evidence, ways_[place].evidence,
+                                               ways_[place + 1].evidence);
   return stride * (static_cast<double>(place) + offset);
 }
 
@@ -101,14 +94,13 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
   }
   Estimate estimate;
   if (steps.empty()) return estimate;
-  Continue(steps, last_time_s_ ? time_s - *last_time_s_ : 0.0);
+  const auto strongest = std::ranges::max_element(steps, {}, &LocalStep::evidence);
+  Continue(steps, strongest->evidence, last_time_s_ ? time_s - *last_time_s_ : 0.0);
   last_time_s_ = time_s;
-  const std::size_t strongest = StrongestOf(steps);
-  if (steps[strongest].evidence > 0.0) {
-    estimate.strongest = static_cast<int>(strongest) * options_.steps.stride;
+  if (strongest->evidence > 0.0) {
+    estimate.strongest = static_cast<int>(strongest - steps.begin()) * options_.steps.stride;
   }
-  const auto less = [](const Way& a, const Way& b) { return a.evidence < b.evidence; };
-  const auto way = std::max_element(ways_.begin(), ways_.end(), less);
+  const auto way = std::ranges::max_element(ways_, {}, &Way::evidence);
   estimate.evidence = way->evidence / weight_;
   estimate.step_m = way->precision > 0.0 ? way->height / way->precision : 0.0;
   const double position = OnLine(Peak(static_cast<std::size_t>(way - ways_.begin())), time_s);

@@ -55,7 +55,7 @@ class StepTrack {
     double height = 0.0;  // of precision times height
     double precision = 0.0;
   };
-  void Continue(const std::vector<LocalStep>& steps, double period_s);
+  void Continue(const std::vector<LocalStep>& steps, double strongest, double period_s);
   double Peak(std::size_t place) const;
   double OnLine(double column, double time_s);
 

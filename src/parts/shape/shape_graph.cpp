@@ -37,11 +37,6 @@ std::vector<EdgeOfFace> SortedEdges(const std::vector<Face>& faces) {
   return edges;
 }
 
-struct FaceLink {
-  std::uint32_t from, to;
-  std::array<std::uint32_t, 2> edge;
-};
-
 void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) {
   const auto link = [&](const EdgeOfFace& p, const EdgeOfFace& q) {
     if (p.face == q.face) return;
@@ -94,11 +89,15 @@ FaceGraph BuildFaceGraph(const Shape& mesh) {
     LinkFaces(std::span(edges).subspan(begin, end - begin), links);
     begin = end;
   }
+  return GraphOfLinks(mesh.faces.size(), std::move(links));
+}
+
+FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
   std::sort(links.begin(), links.end(), [](const FaceLink& p, const FaceLink& q) {
     return std::tie(p.from, p.to, p.edge) < std::tie(q.from, q.to, q.edge);
   });
   FaceGraph graph;
-  graph.begin.assign(mesh.faces.size() + 1, 0);
+  graph.begin.assign(faces + 1, 0);
   for (const FaceLink& link : links) {
     ++graph.begin[link.from + 1];
     graph.neighbor.push_back(link.to);

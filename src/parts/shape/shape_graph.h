@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +18,14 @@ struct FaceGraph {
   std::vector<std::array<std::uint32_t, 2>> edge;  ///< the shared vertices, parallel to neighbor
 };
 FaceGraph BuildFaceGraph(const Shape& mesh);
+
+/// That one face, or a group of them, has another as its neighbor across an edge.
+struct FaceLink {
+  std::uint32_t from, to;
+  std::array<std::uint32_t, 2> edge;
+};
+/// The graph of links among a number of faces: neighbors in ascending order, then edges.
+FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links);
 
 /// Vertices joined by an edge.
 struct VertexGraph {

@@ -82,11 +82,7 @@ void NumberByCenter(FaceFrames& frames, std::vector<std::int32_t>& of_face) {
 
 FaceGraph GraphOf(const FaceGraph& faces, const std::vector<std::int32_t>& of_face,
                   std::size_t count) {
-  struct Link {
-    std::uint32_t from, to;
-    std::array<std::uint32_t, 2> edge;
-  };
-  std::vector<Link> links;
+  std::vector<FaceLink> links;
   links.reserve(faces.neighbor.size());
   for (std::uint32_t f = 0; f < of_face.size(); ++f) {
     for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
@@ -96,18 +92,7 @@ FaceGraph GraphOf(const FaceGraph& faces, const std::vector<std::int32_t>& of_fa
           {static_cast<std::uint32_t>(of_face[f]), static_cast<std::uint32_t>(to), faces.edge[k]});
     }
   }
-  std::sort(links.begin(), links.end(), [](const Link& p, const Link& q) {
-    return std::tie(p.from, p.to, p.edge) < std::tie(q.from, q.to, q.edge);
-  });
-  FaceGraph graph;
-  graph.begin.assign(count + 1, 0);
-  for (const Link& link : links) {
-    ++graph.begin[link.from + 1];
-    graph.neighbor.push_back(link.to);
-    graph.edge.push_back(link.edge);
-  }
-  std::partial_sum(graph.begin.begin(), graph.begin.end(), graph.begin.begin());
-  return graph;
+  return GraphOfLinks(count, std::move(links));
 }
 
 }  // namespace
