@@ -2,6 +2,7 @@
 
 #include <pcl/registration/gicp.h>
 #include <pcl/registration/icp.h>
+#include <pcl/search/kdtree.h>
 
 #include <cmath>
 #include <limits>
@@ -60,9 +61,9 @@ PclOriented::Ptr ToOriented(const PclCloud& points, const PclNormals* normals) {
 
 /// Aligns what the library holds relative to each cloud's origin, and takes the result back.
 template <typename Method, typename Points>
-Registration Align(Method& method, const Cloud& source, const Cloud& target,
+Registration Align(Method& method, const Cloud& source, const Eigen::Vector3d& target_origin,
                    const Eigen::Isometry3d& X_TS, const RegistrationOptions& options) {
-  const Eigen::Translation3d to_target(target.origin());
+  const Eigen::Translation3d to_target(target_origin);
   const Eigen::Translation3d to_source(source.origin());
   method.setMaxCorrespondenceDistance(options.max_pair_distance_m);
   method.setMaximumIterations(options.max_iterations);
@@ -85,7 +86,48 @@ Registration Align(Method& method, const Cloud& source, const Cloud& target,
   return result;
 }
 
+void SetSteps(const RegistrationOptions& options, PointToPlane& method) {
+  method.setTransformationEstimation(pcl::make_shared<Estimation>());
+  method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
+  method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
+}
+
 }  // namespace
+
+struct PlaneTarget::Data {
+  PclOriented::Ptr points{new PclOriented};
+  pcl::search::KdTree<pcl::PointNormal>::Ptr tree{new pcl::search::KdTree<pcl::PointNormal>};
+};
+
+PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
+  Demand(surface.size() >= 3 && surface.normals.size() == surface.size(),
+         "PlaneTarget: needs 3 points or more, and a normal for each");
+  auto data = std::make_shared<Data>();
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    Demand(surface.points[i].allFinite() && surface.normals[i].allFinite(),
+           "PlaneTarget: points and normals must be finite");
+    pcl::PointNormal p;
+    p.getVector3fMap() = surface.points[i].cast<float>();
+    p.getNormalVector3fMap() = surface.normals[i].cast<float>();
+    data->points->push_back(p);
+  }
+  data->tree->setInputCloud(data->points);
+  data_ = std::move(data);
+}
+
+Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
+                                  const Eigen::Isometry3d& X_TS,
+                                  const RegistrationOptions& options) {
+  Check(options);
+  Demand(source.data().finite->size() >= 3,
+         "RegisterPointToPlane: the source needs 3 points or more");
+  PointToPlane method;
+  method.setInputSource(ToOriented(*source.data().finite, nullptr));
+  method.setInputTarget(target.data().points);
+  method.setSearchMethodTarget(target.data().tree, true);
+  SetSteps(options, method);
+  return Align<PointToPlane, PclOriented>(method, source, Eigen::Vector3d::Zero(), X_TS, options);
+}
 
 Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
                                   const Eigen::Isometry3d& X_TS,
@@ -98,10 +140,8 @@ Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
   PointToPlane method;
   method.setInputSource(ToOriented(*source.data().finite, nullptr));
   method.setInputTarget(ToOriented(*oriented.cloud.data().finite, oriented.normals.get()));
-  method.setTransformationEstimation(pcl::make_shared<Estimation>());
-  method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
-  method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
-  return Align<PointToPlane, PclOriented>(method, source, target, X_TS, options);
+  SetSteps(options, method);
+  return Align<PointToPlane, PclOriented>(method, source, target.origin(), X_TS, options);
 }
 
 Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
@@ -117,7 +157,7 @@ Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
   method.setCorrespondenceRandomness(options.neighbors);
   method.setTransformationEpsilon(options.min_step_m);
   method.setRotationEpsilon(options.min_step_rad);
-  return Align<Generalized, PclCloud>(method, source, target, X_TS, options);
+  return Align<Generalized, PclCloud>(method, source, target.origin(), X_TS, options);
 }
 
 }  // namespace rangegrasp::pcl_bridge

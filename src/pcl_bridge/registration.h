@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 
 #include "pcl_bridge/cloud.h"
 
@@ -42,6 +43,28 @@ struct PointToPlaneOptions : RegistrationOptions {
 Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
                                   const Eigen::Isometry3d& X_TS,
                                   const PointToPlaneOptions& options = {});
+
+/// A surface that many clouds are laid on, with its normals and search tree made once. Immutable; a
+/// copy shares them.
+class PlaneTarget {
+ public:
+  /// @throws std::invalid_argument unless there are 3 points or more, all finite, with a normal
+  /// each.
+  explicit PlaneTarget(const geometry::PointCloud& surface);
+
+  struct Data;
+  const Data& data() const { return *data_; }
+
+ private:
+  std::shared_ptr<const Data> data_;
+};
+
+/// RegisterPointToPlane onto a surface whose normals are known, e.g. of a model.
+/// @throws std::invalid_argument if an option is out of range or the source has fewer than 3 finite
+///         points.
+Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
+                                  const Eigen::Isometry3d& X_TS,
+                                  const RegistrationOptions& options = {});
 
 struct GeneralizedOptions : RegistrationOptions {
   int neighbors = 20;  ///< >= 4, for the covariance of a point's surroundings (the paper's 20)

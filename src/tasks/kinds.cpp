@@ -7,6 +7,7 @@
 #include "tasks/demo/demo_task.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/parts/parts_task.h"
+#include "tasks/recognition/recognition_task.h"
 #include "tasks/seam/seam_task.h"
 #include "tasks/times/times_task.h"
 
@@ -19,7 +20,8 @@ std::span<const experiment::TaskKind> AllKinds() {
                                    times::TimesTask(),
                                    cylinder_task::CylindersTask(),
                                    seam_task::SeamTask(),
-                                   PartsTask()};
+                                   PartsTask(),
+                                   recognition_task::RecognitionTask()};
   return kinds;
 }
 

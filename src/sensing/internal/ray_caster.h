@@ -1,57 +1,30 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
+#include "geometry/ray_caster.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing::internal {
 
-/// The part of a line from near_m to far_m behind its origin; the direction is a unit vector.
-struct Ray {
-  Eigen::Vector3f origin_W;
-  Eigen::Vector3f direction_W;
-  float near_m;
-  float far_m;
-};
+using geometry::Hit;
+using geometry::Ray;
 
-struct Hit {
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
-  float distance_m = 0.0f;
-  std::uint32_t mesh = kNone;
-  std::uint32_t triangle = 0;
-  /// Barycentric, of the triangle's second and third corner.
-  float second = 0.0f;
-  float third = 0.0f;
-  Eigen::Vector3f normal_W = Eigen::Vector3f::Zero();  ///< unit, on the side the ray came from
-
-  bool found() const { return mesh != kNone; }
-};
-
-/// Ray queries on a set of meshes. Owns an Embree device of its own that uses the calling thread
-/// only, so that it may be made in a forked process. Neighboring rays should be neighbors in
-/// space: they are traced 16 at a time.
-class RayCaster {
+/// Rays among what a sensor may see; Hit::mesh is the position in `meshes`.
+class RayCaster : public geometry::RayCaster {
  public:
-  /// @throws std::invalid_argument naming the mesh and the vertex that is not finite or the
-  /// triangle that has no such vertex.
-  explicit RayCaster(std::span<const sim::VisualMesh> meshes);
-  ~RayCaster();
-  RayCaster(const RayCaster&) = delete;
-  RayCaster& operator=(const RayCaster&) = delete;
-
-  /// The first surface that each ray meets. O(log triangles) a ray.
-  void FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const;
-  /// Whether each ray meets anything (1) or not (0).
-  void Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& blocked) const;
+  /// @throws std::invalid_argument as geometry::RayCaster
+  explicit RayCaster(std::span<const sim::VisualMesh> meshes)
+      : geometry::RayCaster(SurfacesOf(meshes)) {}
 
  private:
-  struct Embree;
-  std::unique_ptr<Embree> embree_;
+  static std::vector<const geometry::TriangleMesh*> SurfacesOf(
+      std::span<const sim::VisualMesh> meshes) {
+    std::vector<const geometry::TriangleMesh*> surfaces;
+    for (const sim::VisualMesh& mesh : meshes) surfaces.push_back(&mesh.mesh_W);
+    return surfaces;
+  }
 };
 
 }  // namespace rangegrasp::sensing::internal

@@ -1,4 +1,4 @@
-#include "sensing/internal/ray_caster.h"
+#include "geometry/ray_caster.h"
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
@@ -11,12 +11,12 @@
 
 #include "core/error.h"
 
-namespace rangegrasp::sensing::internal {
+namespace rangegrasp::geometry {
 namespace {
 
 constexpr std::size_t kPacket = 16;  // rays that are traced together
 
-void CheckMesh(const geometry::TriangleMesh& mesh, std::size_t index) {
+void CheckMesh(const TriangleMesh& mesh, std::size_t index) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     if (mesh.vertices[v].allFinite()) continue;
     throw std::invalid_argument(fmt::format("mesh {}: vertex {} is not finite", index, v));
@@ -37,7 +37,7 @@ void* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std:
   return data;
 }
 
-void FillGeometry(RTCGeometry geometry, const geometry::TriangleMesh& mesh) {
+void FillGeometry(RTCGeometry geometry, const TriangleMesh& mesh) {
   auto* vertices =
       static_cast<float*>(NewBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3,
                                     3 * sizeof(float), mesh.vertices.size()));
@@ -108,7 +108,7 @@ struct RayCaster::Embree {
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
 
-  void Attach(const geometry::TriangleMesh& mesh, unsigned id) {
+  void Attach(const TriangleMesh& mesh, unsigned id) {
     if (mesh.triangles.empty()) return;
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
@@ -125,11 +125,11 @@ struct RayCaster::Embree {
   }
 };
 
-RayCaster::RayCaster(std::span<const sim::VisualMesh> meshes) {
-  for (std::size_t i = 0; i < meshes.size(); ++i) CheckMesh(meshes[i].mesh_W, i);
+RayCaster::RayCaster(std::span<const TriangleMesh* const> meshes) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) CheckMesh(*meshes[i], i);
   embree_ = std::make_unique<Embree>();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    embree_->Attach(meshes[i].mesh_W, static_cast<unsigned>(i));
+    embree_->Attach(*meshes[i], static_cast<unsigned>(i));
   }
   embree_->Commit();
 }
@@ -171,4 +171,4 @@ void RayCaster::Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& bl
   });
 }
 
-}  // namespace rangegrasp::sensing::internal
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,119 @@
+#include "recognition/internal/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rangegrasp::recognition::internal {
+namespace {
+
+/// A surface that is met at a flatter angle (80 deg) is not measured well.
+constexpr float kFlattest = 0.17f;
+
+/// What each of the scene's points was taken for; strays for nothing (not in the list).
+std::vector<std::uint8_t> PartsOf(const perception::Scene& scene, const geometry::Indices& own) {
+  constexpr auto kStray = static_cast<std::uint8_t>(255);
+  std::vector<std::uint8_t> parts(scene.points_C.size(), static_cast<std::uint8_t>(Part::kGround));
+  for (const auto point : scene.outliers) parts[point] = kStray;
+  for (const auto point : scene.source) parts[point] = static_cast<std::uint8_t>(Part::kOther);
+  for (const auto point : own) parts[scene.source[point]] = static_cast<std::uint8_t>(Part::kOwn);
+  return parts;
+}
+
+/// The ball about a segment, made larger.
+struct Ball {
+  Eigen::Vector3d center_C;
+  double radius_m;
+};
+Ball BallAbout(const perception::Scene& scene, const geometry::Indices& own, double beside_m) {
+  const geometry::Points points = geometry::Select(scene.cloud.points, own);
+  Ball ball{geometry::Centroid(points), 0.0};
+  for (const auto& p : points) ball.radius_m = std::max(ball.radius_m, (p - ball.center_C).norm());
+  ball.radius_m += beside_m;
+  return ball;
+}
+
+}  // namespace
+
+SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
+                     const geometry::Indices& own, double beside_m) {
+  SampleRays rays;
+  if (own.empty()) return rays;
+  const auto parts = PartsOf(scene, own);
+  const Ball ball = BallAbout(scene, own, beside_m);
+  for (std::uint32_t i = 0; i < scene.points_C.size(); ++i) {
+    if (parts[i] > static_cast<std::uint8_t>(Part::kGround)) continue;
+    const auto& sample = scene.samples[i];
+    const Eigen::Vector3d& origin = observation.views[sample.view].image.OriginOf(sample.sample);
+    const Eigen::Vector3d to = scene.points_C[i] - origin;
+    const double distance = to.norm();
+    const Eigen::Vector3d direction = to / distance;
+    const Eigen::Vector3d middle = ball.center_C - origin;
+    if ((middle - middle.dot(direction) * direction).norm() > ball.radius_m) continue;
+    rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
+                    1.0f, static_cast<Part>(parts[i]), i});
+  }
+  return rays;
+}
+
+SampleRays Fewer(const SampleRays& rays, std::size_t count) {
+  const auto of_own = static_cast<std::size_t>(
+      std::ranges::count(rays, Part::kOwn, &SampleRay::part));
+  const std::size_t half = std::max<std::size_t>(1, count / 2);
+  const std::size_t own_step = std::max<std::size_t>(1, (of_own + half - 1) / half);
+  const std::size_t step = std::max<std::size_t>(1, (rays.size() - of_own + half - 1) / half);
+  SampleRays fewer;
+  std::size_t own = 0;
+  std::size_t others = 0;
+  for (const SampleRay& ray : rays) {
+    const bool is_own = ray.part == Part::kOwn;
+    if ((is_own ? own++ % own_step : others++ % step) != 0) continue;
+    fewer.push_back(ray);
+    fewer.back().weight = static_cast<float>(is_own ? own_step : step);
+  }
+  return fewer;
+}
+
+double Evidence::Score(double unexplained_weight) const {
+  const double all = explained + violated + unexplained_weight * unexplained;
+  return all > 0.0 ? fit / all : 0.0;
+}
+
+Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const SampleRays& rays,
+               double tolerance_m, geometry::Indices* explained) {
+  thread_local std::vector<geometry::Ray> asked;
+  thread_local std::vector<geometry::Hit> hits;
+  const Eigen::Isometry3f X_BC = X_CB.inverse().cast<float>();
+  const auto tolerance = static_cast<float>(tolerance_m);
+  asked.clear();
+  for (const SampleRay& ray : rays) {
+    asked.push_back({X_BC * ray.origin_C, X_BC.linear() * ray.direction_C, 0.0f, 10.0f});
+  }
+  object.rays.FirstHits(asked, hits);
+  Evidence evidence;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const SampleRay& ray = rays[i];
+    const double weight = static_cast<double>(ray.weight);
+    if (!hits[i].found()) {
+      evidence.unexplained += ray.part == Part::kOwn ? weight : 0.0;
+      continue;
+    }
+    const float cosine =
+        std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    const float off = (ray.distance_m - hits[i].distance_m) * cosine;
+    if (std::abs(off) <= tolerance) {
+      if (ray.part == Part::kGround) continue;  // the table at the object's foot
+      const double share = static_cast<double>(off / tolerance);
+      evidence.fit += weight * (1.0 - share * share);
+      evidence.explained += weight;
+      evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
+      if (explained) explained->push_back(ray.point);
+    } else if (off > 0.0f) {
+      evidence.violated += weight;
+    } else if (ray.part == Part::kOwn) {
+      evidence.unexplained += weight;
+    }
+  }
+  return evidence;
+}
+
+}  // namespace rangegrasp::recognition::internal

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "core/rng.h"
+#include "recognition/internal/evidence.h"
+
+namespace rangegrasp::recognition::internal {
+
+/// A perceived object as hypotheses are made from it.
+struct Segment {
+  geometry::PointCloud cloud_C;  ///< with normals
+  SampleRays rays;               ///< all about it
+  SampleRays coarse;
+  SampleRays fine;
+  core::Pose X_TC = core::Pose::Identity();  ///< the table: z up, origin on it
+  Eigen::Vector3d eye_C = Eigen::Vector3d::Zero();  ///< of the view that sees most of it
+};
+
+/// Poses in which the object would lie on the table where the segment is: the segment's extents
+/// along and across the line of sight, and those of what would be seen of the object, have one
+/// middle.
+std::vector<core::Pose> LyingPoses(const PreparedObject& object, const Segment& segment);
+
+/// Poses that pairs of the segment's points vote for, most votes first.
+std::vector<core::Pose> VotedPoses(const PreparedObject& object, const Segment& segment,
+                                   std::size_t references, core::Rng& rng);
+
+}  // namespace rangegrasp::recognition::internal

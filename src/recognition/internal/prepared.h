@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "geometry/ray_caster.h"
+#include "pcl_bridge/registration.h"
+#include "recognition/internal/pair_table.h"
+#include "recognition/library.h"
+
+namespace rangegrasp::recognition::internal {
+
+/// One known object, made ready to be looked for.
+struct PreparedObject {
+  PreparedObject(const KnownObject& object, const LibraryOptions& options);
+
+  const KnownObject* object;
+  geometry::RayCaster rays;          ///< the mesh in B
+  pcl_bridge::PlaneTarget target;    ///< surface_B
+  geometry::Points hull_B;           ///< corners of the hull
+  /// Ways to lie on a table whose frame has z up: rotations R_TB that symmetry does not map onto
+  /// each other.
+  std::vector<Eigen::Matrix3d> lying;
+  PairTable pairs;
+};
+
+}  // namespace rangegrasp::recognition::internal
+
+namespace rangegrasp::recognition {
+
+struct Library::Prepared {
+  std::vector<KnownObject> objects;
+  std::vector<std::unique_ptr<internal::PreparedObject>> ready;  ///< in their order
+};
+
+}  // namespace rangegrasp::recognition

@@ -1,0 +1,141 @@
+#include "recognition/library.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "core/error.h"
+#include "core/rng.h"
+#include "geometry/hull.h"
+#include "recognition/internal/hull_faces.h"
+#include "recognition/internal/prepared.h"
+#include "recognition/internal/thin.h"
+
+namespace rangegrasp::recognition {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Of a mesh's drawn points: so many a cell that is kept, for few cells to stay empty (e^-8).
+constexpr double kDrawnPerCell = 8.0;
+/// Ways to lie that are nearer than this to each other, symmetry aside, are one.
+constexpr double kSameWay = 0.6;  // of the step of the yaw
+
+/// Points drawn evenly over the triangles, then thinned to one a cell of the grid.
+geometry::PointCloud SurfaceOf(const geometry::TriangleMesh& mesh, double spacing_m) {
+  core::Rng rng(0);
+  geometry::PointCloud drawn;
+  for (const auto& triangle : mesh.triangles) {
+    const Vector3d& a = mesh.vertices[triangle[0]];
+    const Vector3d u = mesh.vertices[triangle[1]] - a;
+    const Vector3d v = mesh.vertices[triangle[2]] - a;
+    const Vector3d cross = u.cross(v);
+    const double wanted = kDrawnPerCell * cross.norm() / 2.0 / (spacing_m * spacing_m);
+    double left = wanted + rng.Uniform();
+    for (; left >= 1.0; left -= 1.0) {
+      double s = rng.Uniform();
+      double t = rng.Uniform();
+      if (s + t > 1.0) {
+        s = 1.0 - s;
+        t = 1.0 - t;
+      }
+      drawn.points.push_back(a + s * u + t * v);
+      drawn.normals.push_back(cross.normalized());
+    }
+  }
+  const auto kept = internal::Thinned(drawn.points, spacing_m);
+  return {geometry::Select(drawn.points, kept), geometry::Select(drawn.normals, kept)};
+}
+
+std::vector<Matrix3d> WaysToLie(const KnownObject& object, const LibraryOptions& options) {
+  std::vector<Matrix3d> ways;
+  const int yaws = static_cast<int>(std::ceil(2.0 * std::numbers::pi / options.yaw_step_rad));
+  for (const Vector3d& down_B :
+       internal::LyingDirections(object.mesh_B.vertices, options.lying_slack_m)) {
+    const Matrix3d upright =
+        Eigen::Quaterniond::FromTwoVectors(down_B, -Vector3d::UnitZ()).toRotationMatrix();
+    for (int k = 0; k < yaws; ++k) {
+      const double yaw = 2.0 * std::numbers::pi * k / yaws;
+      const Matrix3d way = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * upright;
+      const core::Pose pose = core::MakePose(way, Vector3d::Zero());
+      const bool known = std::ranges::any_of(ways, [&](const Matrix3d& other) {
+        const core::Pose of_other = core::MakePose(other, Vector3d::Zero());
+        return Difference(pose, of_other, object.symmetry).angle_rad <
+               kSameWay * options.yaw_step_rad;
+      });
+      if (!known) ways.push_back(way);
+    }
+  }
+  return ways;
+}
+
+}  // namespace
+
+KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
+                            const LibraryOptions& options) {
+  KnownObject object;
+  object.name = std::move(name);
+  object.title = std::move(title);
+  object.mesh_B = std::move(mesh_B);
+  object.surface_B = SurfaceOf(object.mesh_B, options.spacing_m);
+  if (object.surface_B.size() < 4) {
+    throw std::invalid_argument(fmt::format("{}: its mesh is too small to be an object",
+                                            object.name));
+  }
+  object.symmetry = SymmetryOf(object.mesh_B, object.surface_B, options.symmetry);
+  for (const Vector3d& v : object.mesh_B.vertices) {
+    object.radius_m = std::max(object.radius_m, (v - object.symmetry.center_B).norm());
+  }
+  return object;
+}
+
+namespace internal {
+
+namespace {
+std::vector<const geometry::TriangleMesh*> One(const geometry::TriangleMesh& mesh) {
+  return {&mesh};
+}
+}  // namespace
+
+PreparedObject::PreparedObject(const KnownObject& known, const LibraryOptions& options)
+    : object(&known),
+      rays(One(known.mesh_B)),
+      target(known.surface_B),
+      hull_B(geometry::ConvexHull(known.mesh_B.vertices).vertices),
+      lying(WaysToLie(known, options)),
+      pairs(known.surface_B, options.pair_spacing_m) {}
+
+}  // namespace internal
+
+Library::Library(std::vector<KnownObject> objects, const LibraryOptions& options) {
+  auto prepared = std::make_shared<Prepared>();
+  prepared->objects = std::move(objects);
+  for (std::size_t i = 0; i < prepared->objects.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (prepared->objects[i].name != prepared->objects[j].name) continue;
+      throw std::invalid_argument("two known objects are named " + prepared->objects[i].name);
+    }
+    prepared->ready.push_back(
+        std::make_unique<internal::PreparedObject>(prepared->objects[i], options));
+  }
+  prepared_ = std::move(prepared);
+}
+
+const std::vector<KnownObject>& Library::objects() const { return prepared_->objects; }
+
+const KnownObject& Library::Find(const std::string& name) const {
+  std::string known;
+  for (const KnownObject& object : objects()) {
+    if (object.name == name) return object;
+    known += (known.empty() ? "" : ", ") + object.name;
+  }
+  throw core::InputError(fmt::format("no known object is named '{}'; known: {}", name, known));
+}
+
+}  // namespace rangegrasp::recognition

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/frames.h"
+#include "core/rng.h"
+#include "geometry/observation.h"
+#include "perception/scene.h"
+#include "recognition/library.h"
+
+namespace rangegrasp::recognition {
+
+struct RecognitionOptions {
+  /// A sample this near to a model's surface, across it, is explained: three times what a scan's
+  /// noise and a pose's error are together. More for a noisier sensor.
+  double tolerance_m = 0.003;
+  double coarse_tolerance_m = 0.010;  ///< the same of poses before they are registered
+  /// Rays round a segment are looked at, too, this far beside it: a model must not stand there.
+  double beside_m = 0.12;
+  std::size_t coarse_rays = 240;   ///< half of them a segment's own
+  std::size_t fine_rays = 3000;    ///< likewise
+  std::size_t source_points = 300;  ///< of a segment, for registration
+  int references = 24;             ///< points of a segment whose pairs vote for poses
+  /// Poses of one object and segment that are registered, the best by the coarse score.
+  int registered = 4;
+  /// Of a segment's samples that a model leaves unexplained, so much counts: less than 1, for two
+  /// objects may be one segment.
+  double unexplained_weight = 0.6;
+  /// What is found must score so high ...
+  double min_score = 0.72;
+  /// ... and so much higher than any other object there.
+  double margin = 0.03;
+  std::size_t min_samples = 60;  ///< that it explains
+  /// Deeper than this in the table no object stands.
+  double max_sunk_m = 0.006;
+};
+
+/// A known object that was found.
+struct FoundObject {
+  std::string object;  ///< KnownObject::name
+  core::Pose X_CB = core::Pose::Identity();
+  double score = 0.0;  ///< 0 to 1; Recognize
+  /// Of the model's surface that is seen in this pose and nothing else hides: measured where it is.
+  double share_seen = 0.0;
+  /// Of the same: a ray went through it and met something behind.
+  double violations = 0.0;
+  double rms_m = 0.0;  ///< of the samples' distances to the model, across its surface
+  std::vector<geometry::SampleId> samples;  ///< that it explains
+};
+
+/// Finds known objects in what was perceived. Each perceived object is compared with each known
+/// one: poses in which it would lie on the table, turned in steps, and poses that pairs of points
+/// with normals vote for (Drost et al. 2010); the best of them are registered (PCL), and judged by
+/// what the views must and must not see. Each measured sample is a ray: a sample on the model's
+/// surface is explained; one behind it saw through where the model would be (a violation); one of
+/// the perceived object that lies before the surface or beside the model is unexplained.
+///
+///   score = sum of (1 - (e / tolerance)^2) over explained samples
+///           / (explained + violations + w unexplained)
+///
+/// with e across the surface and w = options.unexplained_weight, all weighted by the area that a
+/// sample stands for. What no model explains well enough, or two explain about as well, is not
+/// named. Single-threaded; the same arguments give the same result, and the order of the library
+/// plays no part.
+/// @param scene  of this observation
+/// @return best first
+std::vector<FoundObject> Recognize(const geometry::Observation& observation,
+                                   const perception::Scene& scene, const Library& library,
+                                   const RecognitionOptions& options, core::Rng& rng);
+
+}  // namespace rangegrasp::recognition

@@ -1,0 +1,35 @@
+#include "tasks/recognition/recognition_options.h"
+
+namespace rangegrasp::tasks::recognition_task {
+
+using core::kDeg;
+using core::kMm;
+
+void ReadRecognitionKeys(core::YamlMap& map, Options& o) {
+  auto keys = map.Child("recognition", "from what is perceived to known objects and their poses");
+  auto& r = o.recognition;
+  keys.Read("without_target", o.without_target,
+            "the library lacks the scene's target, which must stay unknown then");
+  keys.ReadScaled("max_distance_mm", o.max_distance_m, kMm, 0.1, 100.0,
+                  "a pose counts as found up to here ...");
+  keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0, "... and here");
+  keys.ReadScaled("tolerance_mm", r.tolerance_m, kMm, 0.5, 20.0,
+                  "a sample this near to a model's surface is explained");
+  keys.Read("min_score", r.min_score, 0.0, 1.0, "what is found scores so high at least ...");
+  keys.Read("margin", r.margin, 0.0, 1.0, "... and so much higher than any other object there");
+  keys.Read("unexplained_weight", r.unexplained_weight, 0.0, 1.0,
+            "of samples that a model leaves unexplained so much counts");
+  keys.Read("references", r.references, 0, 1000,
+            "points of a segment whose pairs vote for poses; 0: none");
+  keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");
+  keys.Finish();
+}
+
+Options ReadOptions(core::YamlMap& map) {
+  Options options;
+  ReadRecognitionKeys(map, options);
+  options.grasping = grasping::ReadOptions(map);
+  return options;
+}
+
+}  // namespace rangegrasp::tasks::recognition_task

@@ -1,0 +1,174 @@
+#include "tasks/recognition/recognition_task.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/stopwatch.h"
+#include "core/words.h"
+#include "perception/perceive.h"
+#include "sim/info.h"
+#include "tasks/grasping/trial.h"
+#include "tasks/grasping/workspace.h"
+#include "tasks/recognition/known_objects.h"
+#include "tasks/recognition/recognition_judge.h"
+#include "tasks/recognition/recognition_options.h"
+#include "tasks/recognition/recognition_report.h"
+
+namespace rangegrasp::tasks::recognition_task {
+namespace {
+
+using experiment::Case;
+using nlohmann::ordered_json;
+
+std::vector<sim::ObjectModel> ModelsOf(const grasping::Options& options,
+                                       const std::string& without) {
+  std::vector<sim::ObjectModel> models;
+  for (const std::string& object : options.objects) {
+    if (object != without) models.push_back(grasping::ObjectModelOf(options, object));
+  }
+  return models;
+}
+
+/// By the object that each lacks; "": the whole one.
+std::map<std::string, recognition::Library> LibrariesOf(const Options& options) {
+  std::map<std::string, recognition::Library> libraries;
+  if (!options.without_target) {
+    libraries.emplace("", LibraryOf(ModelsOf(options.grasping, ""), options.library));
+    return libraries;
+  }
+  for (const std::string& object : options.grasping.objects) {
+    libraries.emplace(object, LibraryOf(ModelsOf(options.grasping, object), options.library));
+  }
+  return libraries;
+}
+
+ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int target,
+                    const Options& options) {
+  ordered_json finds = ordered_json::array();
+  for (const JudgedFind& find : judgement.finds) {
+    const bool near = find.named_right && find.off.distance_m <= options.max_distance_m &&
+                      find.off.angle_rad <= options.max_angle_rad;
+    finds.push_back({{"object", find.found->object},
+                     {"truth", find.truth < 0 ? "" : world.object_name(find.truth)},
+                     {"is_target", find.truth == target},
+                     {"named_right", find.named_right},
+                     {"near", near},
+                     {"distance_m", find.off.distance_m},
+                     {"angle_rad", find.off.angle_rad},
+                     {"score", find.found->score},
+                     {"share_seen", find.found->share_seen},
+                     {"violations", find.found->violations},
+                     {"rms_m", find.found->rms_m},
+                     {"samples", find.found->samples.size()}});
+  }
+  return finds;
+}
+
+class Recognition : public experiment::Task {
+ public:
+  Recognition(const Options& options, const experiment::Common& common)
+      : options_(options),
+        cell_(options.grasping),
+        libraries_(LibrariesOf(options)),
+        seed_(common.seed) {}
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (const std::string& object : cell_.options.objects) {
+      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
+        const grasping::TrialSpec spec{object, i, grasping::TrialSeed(seed_, object, i)};
+        const ordered_json params = {{"object", object}, {"index", i}};
+        cases.push_back({grasping::TrialId(spec), object, spec.seed, params.dump()});
+      }
+    }
+    return cases;
+  }
+
+  experiment::Result Run(const Case& which) const override {
+    const auto params = nlohmann::json::parse(which.params);
+    const grasping::TrialSpec spec{params.at("object"), params.at("index"), which.seed};
+    core::Stopwatch watch;
+    grasping::Redraws redraws;
+    const auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
+    if (!arranged) {
+      return {
+          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
+    }
+    experiment::Result result;
+    result.seconds.emplace_back("arrange", watch.Restart());
+    const grasping::Sensed sensed = grasping::Look(cell_, arranged->world, spec.seed);
+    result.seconds.emplace_back("scan", watch.Restart());
+    core::Rng perceive = grasping::StageStream(spec.seed, "perceive");
+    const auto scene = perception::Perceive(
+        sensed.observation, options_.grasping.perception, perceive,
+        grasping::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
+    result.seconds.emplace_back("perceive", watch.Restart());
+    core::Rng rng = grasping::StageStream(spec.seed, "recognize");
+    const auto& library = libraries_.at(options_.without_target ? spec.object : "");
+    const auto found = recognition::Recognize(sensed.observation, scene, library,
+                                              options_.recognition, rng);
+    result.seconds.emplace_back("recognize", watch.Restart());
+    const Judgement judgement = Judge(found, library, sensed, arranged->world, arranged->target, options_);
+    result.outcome = core::Word(judgement.outcome);
+    result.stage = "recognize";
+    result.data = ordered_json({{"pose_class", arranged->pose_class},
+                                {"scene_objects", arranged->world.objects()},
+                                {"objects", scene.objects.size()},
+                                {"finds", JsonOf(judgement, arranged->world, arranged->target,
+                                                 options_)}})
+                      .dump();
+    return result;
+  }
+
+  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
+    return Run(which);
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    stamp.identity["scene_hash"] = grasping::SceneHash(cell_.options);
+    stamp.identity["mujoco"] = sim::EngineVersion();
+    for (const std::string& object : cell_.options.objects) {
+      stamp.data[experiment::kTitlePrefix + object] =
+          sim::ObjectTitle(grasping::ObjectModelOf(cell_.options, object));
+    }
+  }
+
+ private:
+  Options options_;
+  grasping::Cell cell_;
+  std::map<std::string, recognition::Library> libraries_;
+  std::uint64_t seed_;
+};
+
+std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
+  Options options = ReadOptions(map);
+  grasping::CheckObjects(map, options.grasping);
+  if (!options.grasping.outside.command.empty()) {
+    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
+  }
+  options.grasping.seed = common.seed;
+  return std::make_unique<Recognition>(options, common);
+}
+
+}  // namespace
+
+const experiment::TaskKind& RecognitionTask() {
+  static const experiment::TaskKind kind{
+      .name = "recognition",
+      .description = "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
+                     "the keys below it has all of `task: grasping`.",
+      .trials_key = "trials_per_object",
+      .uses_seed = true,
+      .success = "found",
+      .read = Read,
+      .check = [](core::YamlMap& map) { return grasping::CheckModels(ReadOptions(map).grasping); },
+      .read_keys =
+          [](core::YamlMap& map) {
+            Options options;
+            ReadRecognitionKeys(map, options);
+          },
+      .report = ReportOf};
+  return kind;
+}
+
+}  // namespace rangegrasp::tasks::recognition_task
