@@ -268,4 +268,13 @@ PlanResult Planner::Plan(const PickRequest& request, core::Rng& rng) {
   return impl_->Plan(request, rng);
 }
 
+// A stage as it is made: the hand open, everything an obstacle.
+bool Planner::IsFree(const Eigen::VectorXd& q) const { return impl_->check.Free(q, Stage()); }
+
+std::optional<core::JointTrajectory> Planner::PlanMotion(const Eigen::VectorXd& q_start,
+                                                         const Eigen::VectorXd& q_goal,
+                                                         core::Rng& rng) {
+  return impl_->PlanMotion(q_start, q_goal, Stage(), impl_->options.free_motion, rng);
+}
+
 }  // namespace rangegrasp::planning

@@ -125,6 +125,12 @@ class Planner {
   /// What all plans from now on have to keep clear of; an empty scene before.
   void SetScene(PlanningScene scene);
   PlanResult Plan(const PickRequest& request, core::Rng& rng);
+  /// Whether the arm may stand there, its hand empty and open: within its limits, clear of itself
+  /// and of all of the scene.
+  bool IsFree(const Eigen::VectorXd& q) const;
+  /// The same for a motion between two such places; nullopt if none was found.
+  std::optional<core::JointTrajectory> PlanMotion(const Eigen::VectorXd& q_start,
+                                                  const Eigen::VectorXd& q_goal, core::Rng& rng);
 
  private:
   struct Impl;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,9 @@ class Robot {
   Eigen::VectorXd home;                             ///< [rad]
   core::Pose X_FH = core::Pose::Identity();         ///< hand's root body in the last link
   core::Pose X_WScanner = core::Pose::Identity();   ///< site "scanner"
+  /// Site "wrist_scanner", of a sensor that moves with the hand's root body; nullopt if there is
+  /// none.
+  std::optional<core::Pose> X_HWristScanner;
   core::Pose X_WDelivery = core::Pose::Identity();  ///< site "delivery"
   core::Pose X_WWorkspace = core::Pose::Identity();
   double workspace_radius_m = 0.0;

@@ -240,6 +240,17 @@ void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& rob
   robot.acceleration = mjcf.Numeric("joint_acceleration", dof);
 }
 
+/// Of the site "wrist_scanner" in the hand's root body; nullopt if the scene has none.
+std::optional<core::Pose> WristScanner(const Mjcf& mjcf, int hand) {
+  const int site = mjcf.FindIfAny(mjOBJ_SITE, "wrist_scanner");
+  if (site < 0) return std::nullopt;
+  const mjModel& m = mjcf.model();
+  if (m.body_weldid[m.site_bodyid[site]] != m.body_weldid[hand]) {
+    mjcf.Fail("site \"wrist_scanner\" should move with body \"hand\": put it on the arm's last link");
+  }
+  return mjcf.BodyPose(hand).inverse() * mjcf.SitePose(site);
+}
+
 }  // namespace
 
 Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
@@ -259,6 +270,7 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   const mjModel& m = mjcf.model();
   robot.X_FH = internal::FromPosQuat(m.body_pos + 3 * hand, m.body_quat + 4 * hand);
   robot.X_WScanner = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "scanner"));
+  robot.X_HWristScanner = WristScanner(mjcf, hand);
   robot.X_WDelivery = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "delivery"));
   const int workspace = mjcf.Require(mjOBJ_SITE, "workspace");
   robot.X_WWorkspace = mjcf.SitePose(workspace);

@@ -75,6 +75,18 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
   return json;
 }
 
+ordered_json JsonOf(const LookRecord& look) {
+  const views::Refinement& refinement = look.refinement;
+  return {{"gain_m3", look.gain_m3},
+          {"unseen_m3", look.unseen_m3},
+          {"way_s", look.way_s},
+          {"arrived", look.arrived},
+          {"refined", refinement.refined},
+          {"deviations", refinement.deviations},
+          {"rms_m", refinement.rms_m},
+          {"pairs", refinement.pairs}};
+}
+
 std::size_t MeasuredSamples(const geometry::Observation& observation) {
   std::size_t count = 0;
   for (const auto& view : observation.views) {
@@ -101,7 +113,10 @@ std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
 class AttemptRun {
  public:
   AttemptRun(const Cell& cell, sim::World& world, const AttemptOptions& options)
-      : cell_(cell), world_(world), options_(options) {}
+      : cell_(cell),
+        world_(world),
+        options_(options),
+        q_start_(options.q_start.value_or(cell.robot.home)) {}
 
   Attempt Run() {
     try {
@@ -134,7 +149,7 @@ class AttemptRun {
     Begin("scan");
     std::optional<Sensed> own;
     if (!options_.sensed) {
-      own = Look(cell_, world_, options_.seed);
+      own = LookAround();
       Timed("scan");
     }
     const Sensed& sensed = own ? *own : *options_.sensed;
@@ -149,12 +164,24 @@ class AttemptRun {
     Move();
   }
 
+  // From as many places as the experiment asks for.
+  Sensed LookAround() {
+    Sensed first = Look(cell_, world_, options_.seed);
+    if (cell_.options.views == 1) return first;
+    LookedAround around = grasping::LookAround(cell_.options, cell_.robot, std::move(first), world_,
+                                               options_.seed);
+    q_start_ = around.q;
+    result_.looks = std::move(around.looks);
+    if (options_.observer.on_moment) options_.observer.on_moment("looked", world_);
+    return std::move(around.sensed);
+  }
+
   // Comes down where something was met before only if nothing else is left.
   void Move() {
     core::Rng rng = Stream("plan");
     core::Rng noise = Stream("execute");
     grasp::Detection known = result_.detected.detection;
-    Eigen::VectorXd q = cell_.robot.home;
+    Eigen::VectorXd q = q_start_;
     before_W_ = CentersOf(world_);
     for (bool last = false; !last;) {
       ++result_.approaches;
@@ -251,6 +278,7 @@ class AttemptRun {
   sim::World& world_;
   const AttemptOptions& options_;
   core::Stopwatch watch_;
+  Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   Attempt result_;
 };
@@ -325,7 +353,7 @@ Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& op
 
 ordered_json JsonOf(const Attempt& attempt) {
   const grasp::Detection& detection = attempt.detected.detection;
-  return {
+  ordered_json json = {
       {"scan_points", attempt.scan_points},
       {"object_points", attempt.detected.kept},
       {"segments", attempt.detected.segments},
@@ -341,6 +369,8 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"others_moved", attempt.others.moved},
       {"others_left_table", attempt.others.left_table},
       {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
+  for (const LookRecord& look : attempt.looks) json["looks"].push_back(JsonOf(look));
+  return json;
 }
 
 }  // namespace rangegrasp::tasks::grasping

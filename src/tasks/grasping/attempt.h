@@ -14,6 +14,7 @@
 #include "tasks/grasping/arranger.h"
 #include "tasks/grasping/detector.h"
 #include "tasks/grasping/judge.h"
+#include "tasks/grasping/looker.h"
 #include "tasks/grasping/mover.h"
 #include "tasks/grasping/options.h"
 #include "tasks/grasping/sensor.h"
@@ -55,6 +56,8 @@ struct AttemptOptions {
   /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
   std::optional<int> target;
   const Sensed* sensed = nullptr;      ///< an earlier look at the same world; null: looks itself
+  /// Where the arm was left by it; home if not given.
+  std::optional<Eigen::VectorXd> q_start;
   const Detector* detector = nullptr;  ///< in place of the cell's; may be null
   Turn turn;                           ///< which object is taken first
   /// Puts the grasps of the first object into the order in which they are offered to the mover; may
@@ -70,6 +73,7 @@ struct Attempt {
   std::string stage;  ///< that it ended in
   std::string detail;
   std::size_t scan_points = 0;
+  std::vector<LookRecord> looks;  ///< from the wrist
   Detected detected;
   std::optional<int> target;                  ///< truth: the object that it was at
   bool accepted = false;                      ///< detected, with a grasp that is free

@@ -327,6 +327,13 @@ Options ReadOptions(YamlMap& map) {
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
               o.clutter);
+  map.Read("views", o.views, 1, 10,
+           "looks of a trial: the first with the sensor, others from the wrist, where they tell most");
+  ReadLookOptions(map.Child("look", "looks from the wrist, where there is more than one view"), o.look);
+  if (o.views > 1 && o.look.sensor.empty()) {
+    map.Fail("views", "more than one needs look: {sensor: FILE}, the scanner on the wrist "
+                      "(models/sensors/wrist_scanner.yaml)");
+  }
   ReadStereo(map.Child("stereo", "from a pair of pictures to a cloud"), o);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
@@ -390,6 +397,7 @@ std::string SceneHash(const Options& options) {
     for (const auto& surfaces : sim::SurfaceFiles(mjcf)) files.insert(surfaces);
   }
   files.insert(options.sensor);
+  if (!options.look.sensor.empty()) files.insert(options.look.sensor);
   // By name, not by path: the same files in another folder hash alike.
   std::vector<std::pair<std::string, std::filesystem::path>> sorted;
   for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);

@@ -17,6 +17,7 @@
 #include "sim/execute.h"
 #include "sim/world.h"
 #include "stereo/reconstruct_options.h"
+#include "tasks/grasping/look_options.h"
 #include "tasks/grasping/outside_options.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -126,6 +127,8 @@ struct Options {
   /// the error of what is perceived.
   double early_m = 0.006;
 
+  int views = 1;  ///< of a trial: the sensor's own, then from the wrist, each where it tells most
+  LookOptions look;
   stereo::ReconstructOptions stereo;  ///< from a pair of pictures to a cloud
   std::uint64_t seed = 1;  ///< of the experiment; for what is done once before all trials
   /// Of the stereo camera; if empty, it is calibrated before the first trial.

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/units.h"
+#include "core/yaml_map.h"
+#include "views/merge.h"
+#include "views/next_view.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// Looks from the wrist, after that of the fixed sensor.
+struct LookOptions {
+  /// A line scanner's file, of the sensor at the scene's site "wrist_scanner".
+  std::filesystem::path sensor;
+  /// By how far the head sits elsewhere on the flange than the robot believes, root mean square:
+  /// one draw a trial, the same in all its looks. Mounted by hand, after a drawing.
+  double mount_sigma_m = 0.001;
+  double mount_sigma_rad = core::Deg(0.3);
+  /// Views are laid onto the earlier ones (views/merge.h); off: as the arm says they are.
+  bool refine = true;
+  /// What is wanted lies about the highest thing that was seen, no further from its middle than
+  /// this: half of the longest object.
+  double region_radius_m = 0.15;
+  views::NextViewOptions next;
+};
+
+/// Reads the keys below `look`, to the end of the map.
+void ReadLookOptions(core::YamlMap map, LookOptions& options);
+
+}  // namespace rangegrasp::tasks::grasping

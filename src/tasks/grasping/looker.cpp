@@ -1,0 +1,206 @@
+#include "tasks/grasping/looker.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "core/units.h"
+#include "sensing/line_scanner.h"
+#include "tasks/grasping/workspace.h"
+
+namespace rangegrasp::tasks::grasping {
+namespace {
+
+/// Lower than this above the table nothing stands that one would look for: noise, mixed points.
+constexpr double kStands_m = 0.015;
+/// Above the highest point, so that the space over it belongs to the region.
+constexpr double kAbove_m = 0.03;
+/// As high as anything on the table reaches, and a hand's breadth more.
+constexpr double kObstacles_m = 0.35;
+/// Of the fixed scanner's errors, those that a view of another sensor has against it come about by
+/// its turn over its distance of about 1 m.
+constexpr double kFixedDistance_m = 1.0;
+/// Cells of the map that the highest thing is looked for in: a stray point is alone in its own.
+constexpr double kMap_m = 0.02;
+constexpr int kMinInCell = 4;
+
+/// A scanner's rows see 1 / z within so much of 1 / focus distance.
+views::Field FieldOf(const sensing::LineScannerOptions& scanner) {
+  const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
+                      (scanner.focal_length_m * scanner.baseline_m);
+  const double at_focus = 1.0 / scanner.focus_distance_m;
+  views::Field field;
+  field.half_right_rad = 0.5 * scanner.pan_range_rad;
+  field.half_down_rad = 0.5 * scanner.fan_rad;
+  field.near_m = std::max(scanner.near_m, 1.0 / (at_focus + span));
+  field.far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0;
+  return field;
+}
+
+core::Pose Error(double sigma_m, double sigma_rad, core::Rng& rng) {
+  const auto vector = [&rng](double sigma) {
+    const double x = rng.Normal();
+    const double y = rng.Normal();
+    const double z = rng.Normal();
+    return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
+  };
+  const Eigen::Vector3d shift = vector(sigma_m);
+  const Eigen::Vector3d turn = vector(sigma_rad);
+  return core::MakePose(
+      Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(), shift);
+}
+
+template <typename Visit>
+void ForEachPoint(const geometry::Observation& observation, const Visit& visit) {
+  for (const geometry::View& view : observation.views) {
+    for (const Eigen::Vector3d& p : view.image.points_C) {
+      if (p.allFinite()) visit(p);
+    }
+  }
+}
+
+}  // namespace
+
+Looker::Looker(const Options& options, const robot::Robot& robot, std::uint64_t seed)
+    : options_(options),
+      robot_(robot),
+      seed_(core::DeriveSeed(seed, "looks")),
+      scanner_(sensing::ReadLineScanner(options.look.sensor)) {
+  if (!robot.X_HWristScanner) {
+    throw core::InputError(options.scene.string() +
+                           ": views from the wrist need a site \"wrist_scanner\" on the arm's last "
+                           "link, as scenes/tabletop_wrist.xml has");
+  }
+  core::Rng rng = Stream("mount");
+  X_SBelieved_ = Error(options.look.mount_sigma_m, options.look.mount_sigma_rad, rng);
+}
+
+core::Rng Looker::Stream(const char* name) const {
+  return core::Rng(core::DeriveSeed(core::DeriveSeed(seed_, name), looks_));
+}
+
+std::optional<Eigen::AlignedBox3d> Looker::RegionOfHighest(
+    const geometry::Observation& so_far) const {
+  const double table_z_m = robot_.X_WWorkspace.translation().z();
+  const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+  struct Cell {
+    int points = 0;
+    Eigen::Vector3d highest = Eigen::Vector3d::Constant(-1.0);
+  };
+  std::map<std::array<int, 3>, Cell> cells;
+  ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
+    if (p.z() < table_z_m + kStands_m || !workspace.Contains(p)) return;
+    const Eigen::Vector3i at = (p / kMap_m).array().floor().cast<int>();
+    Cell& cell = cells[{at.x(), at.y(), at.z()}];
+    ++cell.points;
+    if (p.z() > cell.highest.z()) cell.highest = p;
+  });
+  const Cell* highest = nullptr;
+  for (const auto& [at, cell] : cells) {
+    if (cell.points < kMinInCell) continue;
+    if (!highest || cell.highest.z() > highest->highest.z()) highest = &cell;
+  }
+  if (!highest) return std::nullopt;
+  return RegionAbout(highest->highest, so_far);
+}
+
+Eigen::AlignedBox3d Looker::RegionAbout(const Eigen::Vector3d& place_W,
+                                        const geometry::Observation& so_far) const {
+  const double table_z_m = robot_.X_WWorkspace.translation().z();
+  const double radius_m = options_.look.region_radius_m;
+  double top_m = std::max(place_W.z(), table_z_m + kStands_m);
+  ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
+    const bool near = (p - place_W).head<2>().norm() < radius_m;
+    if (near && p.z() < place_W.z() + kAbove_m) top_m = std::max(top_m, p.z());
+  });
+  // The box begins above what noise makes of the table.
+  const double low_m = table_z_m + 0.5 * options_.look.next.cell_m;
+  return {Eigen::Vector3d(place_W.x() - radius_m, place_W.y() - radius_m, low_m),
+          Eigen::Vector3d(place_W.x() + radius_m, place_W.y() + radius_m, top_m + kAbove_m)};
+}
+
+std::optional<views::Look> Looker::Next(const geometry::Observation& so_far,
+                                        const Eigen::AlignedBox3d& region_W,
+                                        const Eigen::VectorXd& q_now) {
+  const Eigen::Vector3d middle_W = robot_.X_WWorkspace.translation();
+  const double radius_m = robot_.workspace_radius_m + options_.workspace_margin_m;
+  views::ViewRequest request;
+  request.region_C = region_W;
+  request.obstacles_C = {middle_W - Eigen::Vector3d(radius_m, radius_m, 0.0),
+                         middle_W + Eigen::Vector3d(radius_m, radius_m, kObstacles_m)};
+  request.field = FieldOf(scanner_);
+  request.X_HS = *robot_.X_HWristScanner;
+  request.q_now = q_now;
+  core::Rng rng = Stream("next");
+  return views::NextBestView(robot_, so_far, request, options_.look.next, options_.planning, rng);
+}
+
+sim::MoveLog Looker::Go(sim::World& world, const views::Look& look) const {
+  return sim::MoveArm(world, look.way);
+}
+
+Sensed Looker::SenseHere(const sim::World& world) {
+  core::Rng rng = Stream("scan");
+  ++looks_;
+  const core::Pose X_WS = world.SitePose("wrist_scanner");
+  sensing::Scan scan = sensing::ScanScene(world.VisualMeshes(), X_WS, scanner_, rng);
+  Sensed sensed;
+  // All that was measured in the sensor's frame is where the robot believes that to be.
+  sensed.observation.views.push_back(
+      views::Moved(std::move(scan.view), X_WS * X_SBelieved_ * X_WS.inverse()));
+  sensed.truth.push_back(std::move(scan.truth));
+  return sensed;
+}
+
+views::Refinement Looker::Add(Sensed look, Sensed& to) const {
+  const Eigen::Vector3d middle_W = robot_.X_WWorkspace.translation();
+  const double radius_m = robot_.workspace_radius_m + options_.workspace_margin_m;
+  const Eigen::AlignedBox3d box_W(middle_W - Eigen::Vector3d(radius_m, radius_m, 0.05),
+                                  middle_W + Eigen::Vector3d(radius_m, radius_m, kObstacles_m));
+  // The first view is of the cell's scanner, and off by its own calibration.
+  const sensing::LineScannerOptions fixed;
+  const auto rms = [](std::initializer_list<double> parts) {
+    double sum = 0.0;
+    for (const double part : parts) sum += part * part;
+    return std::sqrt(sum);
+  };
+  views::RefineOptions refine;
+  refine.error.shift_m = rms({options_.look.mount_sigma_m, scanner_.calibration_sigma_m,
+                              fixed.calibration_sigma_m,
+                              fixed.calibration_sigma_rad * kFixedDistance_m});
+  refine.error.turn_rad = rms({options_.look.mount_sigma_rad, scanner_.calibration_sigma_rad,
+                               fixed.calibration_sigma_rad});
+  views::Refinement refinement;
+  for (std::size_t i = 0; i < look.observation.views.size(); ++i) {
+    geometry::View& view = look.observation.views[i];
+    if (options_.look.refine) refinement = views::Refine(to.observation, view, box_W, refine);
+    to.observation.views.push_back(views::Moved(std::move(view), refinement.X_by));
+    to.truth.push_back(std::move(look.truth[i]));
+  }
+  return refinement;
+}
+
+LookedAround LookAround(const Options& options, const robot::Robot& robot, Sensed first,
+                        sim::World& world, std::uint64_t seed) {
+  LookedAround around{std::move(first), robot.home, {}};
+  Looker looker(options, robot, seed);
+  for (int view = 1; view < options.views; ++view) {
+    const auto region_W = looker.RegionOfHighest(around.sensed.observation);
+    if (!region_W) break;
+    const auto look = looker.Next(around.sensed.observation, *region_W, around.q);
+    if (!look) break;
+    const sim::MoveLog move = looker.Go(world, *look);
+    around.q = move.arrived ? look->q : world.ArmPositions();
+    LookRecord record{look->gain_m3, look->unseen_m3, move.simulated_s, move.arrived, {}};
+    if (move.arrived) record.refinement = looker.Add(looker.SenseHere(world), around.sensed);
+    around.looks.push_back(record);
+    if (!move.arrived) break;
+  }
+  return around;
+}
+
+}  // namespace rangegrasp::tasks::grasping

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+
+#include "core/frames.h"
+#include "geometry/observation.h"
+
+namespace rangegrasp::views {
+
+/// A view moved as a rigid body: its points, where they were seen from, and its pose.
+geometry::View Moved(geometry::View view, const core::Pose& X_by);
+
+/// How far a view's pose may be off, against the views before it: root mean square distance and
+/// angle, about where the sensor stood.
+struct PoseError {
+  double shift_m = 0.002;
+  double turn_rad = 0.004;
+};
+
+struct RefineOptions {
+  PoseError error;
+  double max_pair_m = 0.010;       ///< pairs further apart are of different surfaces
+  double normal_radius_m = 0.010;  ///< neighborhood of a point's normal
+  /// Of the view so many points at most, and three times as many of the earlier ones, evenly along
+  /// their order: more cost time and tell nothing new, since neighbors share their errors.
+  std::size_t max_points = 4000;
+  /// So many neighboring points have one error in common (speckle along the line, the mirror's
+  /// jitter of a profile, mixed points). Larger: what is seen has to tell more to count against the
+  /// arm's word.
+  double points_a_fact = 30.0;
+  int max_iterations = 20;
+  double min_step_m = 1e-5;  ///< it ends with a smaller step: far below the noise
+  /// A correction is not taken beyond this many deviations of the error: 1 in 3,000 honest ones is
+  /// (chi squared, 6 degrees of freedom).
+  double max_deviations = 5.0;
+};
+
+/// What came of laying a view onto the ones before.
+struct Refinement {
+  core::Pose X_by = core::Pose::Identity();  ///< the correction, to be given to Moved
+  bool refined = false;     ///< if not: nothing in common, or further off than the error allows
+  double rms_m = 0.0;       ///< of the pairs across the surface, after it
+  std::size_t pairs = 0;    ///< that it rests on
+  double deviations = 0.0;  ///< the size of the correction in deviations of the error
+};
+
+/// Iterated closest points (Chen and Medioni 1991) with what the arm says as a prior: over pairs of
+/// points p of the view and q, n (normal) of the earlier ones it seeks the shift t and turn w about
+/// the sensor's place o that minimise
+///   sum (n . (p + t + w x (p - o) - q))^2 / (k sigma^2) + (t, w)' P^-1 (t, w)
+/// with k points a fact, sigma the pairs' own rms, and P the covariance of the error. What the
+/// overlap leaves open (the place of a plane along itself) so stays as the arm says. PCL's
+/// registration knows no prior: on a table with one box it slid along the table by many times the
+/// error, and weighing its result afterwards does not bring that back. O(n log n).
+/// @param region_C  points outside are left out
+Refinement Refine(const geometry::Observation& earlier, const geometry::View& view,
+                  const Eigen::AlignedBox3d& region_C, const RefineOptions& options);
+
+}  // namespace rangegrasp::views

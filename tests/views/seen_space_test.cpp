@@ -1,0 +1,106 @@
+#include "views/seen_space.h"
+
+#include <gtest/gtest.h>
+
+#include "box_scan.h"
+
+namespace rangegrasp::views {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+const AlignedBox3d kBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
+const AlignedBox3d kRegion(Vector3d(-0.15, -0.15, 0.005), Vector3d(0.15, 0.15, 0.165));
+const Vector3d kMiddle(0.0, 0.0, 0.06);
+const Vector3d kFront(0.40, 0.0, 0.30);
+constexpr double kDepth_m = 0.03;
+
+SeenSpace SpaceSeenFrom(const std::vector<Vector3d>& places, double cell_m = 0.01) {
+  SeenSpace space(kRegion, cell_m);
+  core::Rng rng(1);
+  for (const Vector3d& place : places) {
+    space.Add(ScanBox(LookFrom(place, kMiddle), kBox, 0.0, rng));
+  }
+  return space;
+}
+
+// Every cell against geometry alone: a segment from the sensor to a point inside of the box or
+// behind it crosses the box.
+TEST(SeenSpace, CallsFreeNothingThatTheSensorDoesNotSee) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  int hidden = 0;
+  int free = 0;
+  for (int z = 0; z < space.Size().z(); ++z) {
+    for (int y = 0; y < space.Size().y(); ++y) {
+      for (int x = 0; x < space.Size().x(); ++x) {
+        const Vector3d p = space.MiddleOf({x, y, z});
+        const Vector3d way = p - kFront;
+        const Eigen::Array3d a = (kBox.min() - kFront).array() / way.array();
+        const Eigen::Array3d b = (kBox.max() - kFront).array() / way.array();
+        const double enter = a.min(b).maxCoeff();
+        const bool crosses = enter < std::min(1.0, a.max(b).minCoeff());
+        // Cells are 10 mm wide: those that the silhouette cuts may be either.
+        const bool deep = crosses && (1.0 - enter) * way.norm() > 0.03 &&
+                          a.max(b).minCoeff() - enter > 0.06;
+        const auto cell = space.At({x, y, z});
+        if (deep) {
+          EXPECT_NE(cell, SeenSpace::Cell::kFree) << p.transpose();
+          ++hidden;
+        }
+        free += cell == SeenSpace::Cell::kFree ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(hidden, 500);
+  EXPECT_GT(free, 5000);
+}
+
+TEST(SeenSpace, TheFarSideIsWorthMoreThanTheSideThatWasSeen) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  const auto gain = [&](const Vector3d& from) {
+    return space.GainFrom(LookFrom(from, kMiddle), {}, kRegion, kDepth_m);
+  };
+  const double behind = gain({-0.40, 0.0, 0.30});
+  EXPECT_GT(behind, 3.0 * gain(kFront));
+  // The shadow of the box on the table: its face from y = -0.04 to 0.04, 0.12 high, and its shadow
+  // is at most that long; what is seen of it is some of that and no more.
+  EXPECT_GT(behind, 0.1e-3);
+  EXPECT_LT(behind, space.UnseenVolume());
+}
+
+TEST(SeenSpace, ALookTakesItsGainAway) {
+  const Vector3d back(-0.40, 0.0, 0.30);
+  const auto gain = [&](const SeenSpace& space) {
+    return space.GainFrom(LookFrom(back, kMiddle), {}, kRegion, kDepth_m);
+  };
+  EXPECT_LT(gain(SpaceSeenFrom({kFront, back})), 0.25 * gain(SpaceSeenFrom({kFront})));
+}
+
+TEST(SeenSpace, KnownSurfacesHideWhatIsBehindThem) {
+  // From the front all that is unseen lies behind the faces that were seen.
+  const SeenSpace space = SpaceSeenFrom({kFront}, 0.005);
+  const double gain = space.GainFrom(LookFrom(kFront, kMiddle), {}, kRegion, kDepth_m);
+  EXPECT_LT(gain, 0.2 * space.UnseenVolume());
+}
+
+TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  const geometry::TriangleMesh ceiling = space.Ceiling(0.01);
+  double highest = 0.0;
+  for (const Vector3d& v : ceiling.vertices) highest = std::max(highest, v.z());
+  EXPECT_GE(highest, 0.12);
+  EXPECT_LE(highest, 0.12 + 0.01 + 2.0 * 0.01);  // margin, and the cells that the top lies in
+  // Beside the box towards the sensor nothing may be.
+  for (const Vector3d& v : ceiling.vertices) EXPECT_LT(v.x(), 0.05 + 2.0 * 0.01);
+}
+
+TEST(SeenSpace, RefusesABoxWithoutCells) {
+  EXPECT_THROW(SeenSpace(AlignedBox3d(Vector3d::Zero(), Vector3d(0.1, 0.1, 0.005)), 0.01),
+               std::invalid_argument);
+  EXPECT_THROW(SeenSpace(AlignedBox3d(), 0.01), std::invalid_argument);
+  EXPECT_THROW(SeenSpace(kRegion, 0.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::views
