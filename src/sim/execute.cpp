@@ -129,6 +129,7 @@ class Execution {
     Moment("closed");
     if (ByAperture()) LookWhatIsHeld();
     closed_pose_ = PoseInHand(world_, hand_, target_);
+    up_O_ = world_.ObjectPose(target_).linear().row(2);
     center_before_ = world_.ObjectCenterOfMass(target_);
     holding_ = true;
   }
@@ -213,6 +214,11 @@ class Execution {
     const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
+  }
+
+  void RecordLean() {
+    const double cosine = world_.ObjectPose(target_).linear().row(2).dot(up_O_);
+    log_.lean_rad = std::max(log_.lean_rad, std::acos(std::clamp(cosine, -1.0, 1.0)));
   }
 
   Eigen::Vector3d HandNow() {
@@ -412,6 +418,7 @@ class Execution {
         RecordHold();
         lost_ = true;
       }
+      if (!lost_) RecordLean();
       empty_s_ = ByAperture() && controller_.FeelsEmpty() ? empty_s_ + Period() : 0.0;
     }
     Frame();
@@ -472,6 +479,7 @@ class Execution {
   ExecutionLog log_;
   internal::JointCommand command_;
   core::Pose closed_pose_ = core::Pose::Identity();
+  Eigen::Vector3d up_O_ = Eigen::Vector3d::UnitZ();  // of the target, when the hand closed
   Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
   bool holding_ = false;
   bool moves_freely_ = false;

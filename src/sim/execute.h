@@ -140,6 +140,8 @@ struct ExecutionLog {
   /// Rotation and way of the object relative to the palm since the hand closed.
   double tilt_in_hand_rad = 0.0;
   double slip_in_hand_m = 0.0;
+  /// The most that it leaned from when the hand closed until the hand let go, the carry included.
+  double lean_rad = 0.0;
   double grip_force_N = 0.0;      ///< command
   double felt_force_N = 0.0;      ///< on the pads of the side that is pressed less
   int slips_heard = 0;            ///< each raised the force

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "core/stopwatch.h"
-#include "robot/timing.h"
+#include "tasks/grasping/between.h"
 #include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::clearing {
@@ -91,7 +91,7 @@ class Run {
                       attempt.outcome == Outcome::kNoPath ? Passed::kNoPath : Passed::kNoGrasp);
     }
     result_.steps.push_back(std::move(step));
-    if (!WorldIsFinite()) return Stop::kBrokenPhysics;
+    if (!grasping::IsFinite(world_)) return Stop::kBrokenPhysics;
     if (result_.Grasps() >= max_grasps_) return Stop::kMaxGrasps;
     if (static_cast<int>(result_.steps.size()) >= kAttemptsPerGrasp * max_grasps_) {
       return Stop::kMaxGrasps;
@@ -106,14 +106,6 @@ class Run {
         grasping::Look(cell_, world_, core::DeriveSeed(core::DeriveSeed(seed_, "look"), number));
     fresh_ = true;
     result_.scan_s += watch.Seconds();
-  }
-
-  // Whether the engine still knows where everything is.
-  bool WorldIsFinite() const {
-    for (int object = 0; object < world_.objects(); ++object) {
-      if (!world_.ObjectPose(object).matrix().allFinite()) return false;
-    }
-    return world_.ArmPositions().allFinite();
   }
 
   Attempt Try() {
@@ -150,8 +142,7 @@ class Run {
   void AfterGrasp(Step& step) {
     const Attempt& attempt = step.attempt;
     step.felt = attempt.log->aperture.holds_after_carry;
-    GoHome();
-    world_.Settle();
+    result_.homing_s += grasping::GoHome(cell_, world_);
     TakeAway(step);
     ++EndOf(attempt.log->target).grasps;
     if (step.felt) {
@@ -175,13 +166,6 @@ class Run {
           std::numeric_limits<double>::quiet_NaN());
     }
     fresh_ = false;
-  }
-
-  void GoHome() {
-    const auto way = robot::TimeParameterise(cell_.robot, {world_.ArmPositions(), cell_.robot.home},
-                                             cell_.options.planning.free_motion);
-    result_.homing_s += way.Duration();
-    world_.SetArm(cell_.robot.home);
   }
 
   void TakeAway(Step& step) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/number.h"
 #include "core/units.h"
@@ -30,19 +29,6 @@ cylinders::GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) 
   map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
 }
 
-void ReadUser(YamlMap map, DemoOptions& options) {
-  sim::UserOptions& user = options.user;
-  map.Read("wait_s", user.wait_s, 0.0, 60.0, "the hand holds for so long before anyone pulls");
-  map.Read("force_n", user.force_N, 0.1, 200.0, "what the pull rises to");
-  map.Read("rise_s", user.rise_s, 0.01, 10.0, "in this time");
-  map.Read("patience_s", user.patience_s, 0.0, 60.0, "of pulling in vain");
-  map.ReadScaled("draw_mm", user.draw_m, kMm, 20.0, 1000.0,
-                 "the object is drawn so far once the hand has let go");
-  map.ReadScaled("spread_deg", options.pull_spread_rad, core::kDeg, 0.0, 90.0,
-                 "the pull's direction is drawn within this of straight out of the open hand");
-  map.Finish();
-}
-
 }  // namespace
 
 cylinders::DetectOptions FirstLook(const DemoOptions& options) {
@@ -64,18 +50,6 @@ cylinders::DetectOptions SecondLook(const DemoOptions& options) {
   return look;
 }
 
-sim::UserOptions UserFor(const DemoOptions& options, const Eigen::Vector3d& out_H, core::Rng& rng) {
-  sim::UserOptions user = options.user;
-  // Even over the cap of the sphere.
-  const double cosine = rng.Uniform(std::cos(options.pull_spread_rad), 1.0);
-  const double round = rng.Uniform(0.0, 2.0 * core::kPi);
-  const Eigen::Vector3d u = out_H.unitOrthogonal();
-  const Eigen::Vector3d v = out_H.cross(u);
-  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-  user.direction_H = cosine * out_H + sine * (std::cos(round) * u + std::sin(round) * v);
-  return user;
-}
-
 void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
   map.Read("runs", o.runs, 1, 100000, "runs; the given cylinders are wanted in turn");
   std::vector<std::string> given;
@@ -92,7 +66,7 @@ void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
   for (const auto& row : core::AdditionsTable<DemoAdditions>()) {
     keys.Read(std::string(row.key), o.*row.on, std::string(row.doc));
   }
-  ReadUser(keys.Child("user", "the person who takes it"), o);
+  ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
   keys.Finish();
 }
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "core/additions.h"
-#include "core/rng.h"
 #include "core/units.h"
 #include "core/yaml_map.h"
 #include "cylinders/detect.h"
+#include "tasks/grasping/hand_over.h"
 #include "tasks/grasping/options.h"
 
 namespace rangegrasp::tasks::demo {
@@ -73,10 +73,7 @@ struct DemoOptions : DemoAdditions {
   /// Between the open hand and others, of a roomy grasp: what completed surfaces were seen to be
   /// off by. Larger: fewer grasps are roomy.
   double room_m = 0.010;
-  sim::UserOptions user;
-  /// The pull's direction is drawn within this of the one that objects leave the open hand by:
-  /// people stand somewhere. Larger: the object is drawn through fingers.
-  double pull_spread_rad = core::Deg(30.0);
+  grasping::HandOverOptions hand_over;
 };
 
 /// How the cylinders are looked for at first, and again if the wanted one was not found.
@@ -88,10 +85,6 @@ struct Options {
   grasping::Options grasping;
   DemoOptions demo;
 };
-
-/// The person of one run.
-/// @param out_H  unit: out of the open hand
-sim::UserOptions UserFor(const DemoOptions& options, const Eigen::Vector3d& out_H, core::Rng& rng);
 
 /// The keys of a demo but those that it shares with grasping. @throws core::InputError
 void ReadDemoKeys(core::YamlMap& map, DemoOptions& options);

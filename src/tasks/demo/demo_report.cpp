@@ -12,6 +12,7 @@
 #include "core/words.h"
 #include "experiment/compare.h"
 #include "tasks/demo/demo_detector.h"
+#include "tasks/grasping/hand_over.h"
 #include "tasks/grasping/table.h"
 
 namespace rangegrasp::tasks::demo {
@@ -52,7 +53,7 @@ bool IsOneOf(const std::string& word, std::initializer_list<const char*> words) 
 
 /// What a run's outcome puts its failure down to; nullopt where it did not fail.
 std::optional<Problem> FailureOf(const std::string& outcome) {
-  if (IsOneOf(outcome, {kHandedOver, "delivered"})) return std::nullopt;
+  if (IsOneOf(outcome, {grasping::kHandedOver, "delivered"})) return std::nullopt;
   if (IsOneOf(outcome, {"no_grasp", "no_path"})) return Problem::kPlanning;
   if (IsOneOf(outcome, {"not_lifted", "dropped", "misplaced"})) return Problem::kHand;
   if (IsOneOf(outcome, {"not_segmented", "wrong_target"})) return Problem::kRecognition;
@@ -266,17 +267,8 @@ std::string FailuresText(const std::vector<experiment::Record>& records) {
 }  // namespace
 
 std::string OutcomeOf(const grasping::Attempt& attempt, Delivery delivery) {
-  using grasping::Outcome;
-  const std::string word(core::Word(attempt.outcome));
-  const bool offered = attempt.log && attempt.log->hand_over && attempt.log->held_after_carry;
-  if (delivery == Delivery::kPlace || !offered) return word;
-  if (attempt.outcome == Outcome::kInvalidPhysics || attempt.outcome == Outcome::kCrashed) {
-    return word;
-  }
-  const sim::HandOverLog& log = *attempt.log->hand_over;
-  if (log.early) return "felt_early";
-  if (!log.felt) return "not_felt";
-  return log.taken ? kHandedOver : "not_taken";
+  if (delivery == Delivery::kPlace) return std::string(core::Word(attempt.outcome));
+  return grasping::HandOverOutcome(attempt);
 }
 
 experiment::Report ReportOf(const experiment::Stamp&,

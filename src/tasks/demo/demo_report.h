@@ -10,8 +10,6 @@
 
 namespace rangegrasp::tasks::demo {
 
-inline constexpr const char* kHandedOver = "handed_over";
-
 /// How a run ended: the word of its attempt up to the carry; then handed_over, felt_early (the arm
 /// took its own motion for a pull), not_felt, not_taken; where the cylinder is put down, the
 /// attempt's own.

@@ -62,7 +62,7 @@ class Run {
     if (options_.demo.delivery == Delivery::kHandOver) {
       core::Rng rng = grasping::StageStream(seed, "user");
       const Eigen::Vector3d out_H = cell_.robot.hand().X_HG_tip.linear().col(2);
-      attempt.user = UserFor(options_.demo, out_H, rng);
+      attempt.user = grasping::UserFor(options_.demo.hand_over, out_H, rng);
     }
     one.attempt = grasping::RunAttempt(cell_, world_, attempt);
     one.outcome = Judged(one.attempt);

@@ -19,6 +19,7 @@
 #include "tasks/demo/demo_options.h"
 #include "tasks/demo/demo_report.h"
 #include "tasks/demo/demo_run.h"
+#include "tasks/grasping/hand_over.h"
 #include "tasks/grasping/recorder.h"
 #include "tasks/grasping/trial.h"
 
@@ -198,7 +199,7 @@ const experiment::TaskKind& DemoTask() {
           "`task: grasping` but `trials_per_object`.",
       .trials_key = "runs",
       .uses_seed = true,
-      .success = kHandedOver,
+      .success = grasping::kHandedOver,
       .read = Read,
       .check = [](core::YamlMap& map) { return grasping::CheckModels(ReadOptions(map).grasping); },
       .read_keys =

@@ -49,6 +49,7 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
                        {"final_distance_m", log.final_distance_m},
                        {"at_rest", log.at_rest},
                        {"touched_by_hand", log.touched_by_hand},
+                       {"lean_rad", log.lean_rad},
                        {"on_support", log.on_support},
                        {"tilt_in_hand_rad", log.tilt_in_hand_rad},
                        {"slip_in_hand_m", log.slip_in_hand_m},
@@ -77,14 +78,10 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
 
 ordered_json JsonOf(const LookRecord& look) {
   const views::Refinement& refinement = look.refinement;
-  return {{"gain_m3", look.gain_m3},
-          {"unseen_m3", look.unseen_m3},
-          {"way_s", look.way_s},
-          {"arrived", look.arrived},
-          {"refined", refinement.refined},
-          {"deviations", refinement.deviations},
-          {"rms_m", refinement.rms_m},
-          {"pairs", refinement.pairs}};
+  return {{"gain_m3", look.gain_m3},       {"unseen_m3", look.unseen_m3},
+          {"way_s", look.way_s},           {"arrived", look.arrived},
+          {"refined", refinement.refined}, {"deviations", refinement.deviations},
+          {"rms_m", refinement.rms_m},     {"pairs", refinement.pairs}};
 }
 
 std::size_t MeasuredSamples(const geometry::Observation& observation) {
@@ -168,8 +165,8 @@ class AttemptRun {
   Sensed LookAround() {
     Sensed first = Look(cell_, world_, options_.seed);
     if (cell_.options.views == 1) return first;
-    LookedAround around = grasping::LookAround(cell_.options, cell_.robot, std::move(first), world_,
-                                               options_.seed);
+    LookedAround around =
+        grasping::LookAround(cell_.options, cell_.robot, std::move(first), world_, options_.seed);
     q_start_ = around.q;
     result_.looks = std::move(around.looks);
     if (options_.observer.on_moment) options_.observer.on_moment("looked", world_);

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tasks/grasping/hand_over.h"
+
 namespace rangegrasp::tasks::demo {
 namespace {
 
@@ -139,7 +141,7 @@ TEST(DemoOutcome, IsHandedOverOnlyIfThePullWasFeltInTimeAndThePersonHasIt) {
     return OutcomeOf(AttemptWith({.early = early, .felt = felt, .taken = taken}),
                      Delivery::kHandOver);
   };
-  EXPECT_EQ(of(false, true, true), kHandedOver);
+  EXPECT_EQ(of(false, true, true), grasping::kHandedOver);
   EXPECT_EQ(of(true, true, true), "felt_early");
   EXPECT_EQ(of(false, false, false), "not_felt");
   EXPECT_EQ(of(false, true, false), "not_taken");

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "core/rng.h"
+#include "core/units.h"
+#include "core/yaml_map.h"
+#include "sim/execute.h"
+#include "tasks/grasping/attempt.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// The outcome of a run whose object a person has got.
+inline constexpr const char* kHandedOver = "handed_over";
+
+/// A person who draws the object out of the hand (section 4.3).
+struct HandOverOptions {
+  sim::UserOptions user;
+  /// The pull's direction is drawn within this of the one that objects leave the open hand by:
+  /// people stand somewhere. Larger: the object is drawn through fingers.
+  double pull_spread_rad = core::Deg(30.0);
+};
+
+/// Reads the keys of the mapping `user`. @throws core::InputError
+void ReadUser(core::YamlMap map, HandOverOptions& options);
+
+/// The person of one run.
+/// @param out_H  unit: out of the open hand
+sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
+                         core::Rng& rng);
+
+/// How an attempt that ends with a person ended: its own word up to the carry; then handed_over,
+/// felt_early (the arm took its own motion for a pull), not_felt, not_taken.
+std::string HandOverOutcome(const Attempt& attempt);
+
+}  // namespace rangegrasp::tasks::grasping
