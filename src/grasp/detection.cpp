@@ -23,7 +23,8 @@ DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
           grasp.score,
           grasp.type,
           grasp.pitch_rad,
-          grasp.collides};
+          grasp.collides,
+          {}};
 }
 
 }  // namespace

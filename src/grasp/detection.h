@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/frames.h"
@@ -39,6 +40,7 @@ struct DetectedGrasp {
   GraspType type = GraspType::kPower;
   double pitch_rad = 0.0;
   bool collides = false;  ///< the detector's own verdict; such a grasp counts but is not tried
+  std::string name;       ///< of a known object's own grasp; else empty
 };
 
 struct Detection {

@@ -12,9 +12,10 @@
 
 namespace rangegrasp::grasp {
 
-enum class GraspType { kCylindrical, kRim, kPower };
-constexpr std::array<std::string_view, 3> WordsOf(GraspType) {
-  return {"cylindrical", "rim", "power"};
+/// Named: of a known object, by its file (named_grasps.h).
+enum class GraspType { kCylindrical, kRim, kPower, kNamed };
+constexpr std::array<std::string_view, 4> WordsOf(GraspType) {
+  return {"cylindrical", "rim", "power", "named"};
 }
 
 /// A grasp of one perceived object. Frame G as in core/frames.h; C is the cloud's frame. Its origin

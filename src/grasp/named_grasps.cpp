@@ -1,0 +1,218 @@
+#include "grasp/named_grasps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/number.h"
+#include "core/units.h"
+#include "core/yaml_map.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using core::YamlMap;
+using Eigen::Vector3d;
+
+/// Of approach and closing, which the file may give a little askew.
+constexpr double kSquare_rad = core::Deg(5.0);
+/// An object that leans further is not upright: its contents are out.
+constexpr double kUpright_rad = core::Deg(30.0);
+/// Steps of its turns that a file may ask for.
+constexpr int kMaxAngles = 360;
+
+template <std::size_t n>
+std::array<double, n> Numbers(YamlMap& map, const std::string& key, std::array<double, n> numbers,
+                              const std::string& doc) {
+  std::vector<std::string> texts;
+  map.Read(key, texts, doc);
+  if (!map.Has(key)) return numbers;
+  if (texts.size() != n) map.Fail(key, fmt::format("holds {} numbers, not {}", texts.size(), n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto number = core::NumberFrom<double>(texts[i]);
+    if (!number || !std::isfinite(*number)) {
+      map.Fail(key, fmt::format("'{}' is no number", texts[i]));
+    }
+    numbers[i] = *number;
+  }
+  return numbers;
+}
+
+Vector3d Vector(YamlMap& map, const std::string& key, const Vector3d& otherwise,
+                const std::string& doc) {
+  const auto v = Numbers<3>(map, key, {otherwise.x(), otherwise.y(), otherwise.z()}, doc);
+  return {v[0], v[1], v[2]};
+}
+
+Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwise,
+                   const std::string& doc) {
+  const Vector3d v = Vector(map, key, otherwise, doc);
+  if (v.norm() < 1e-9) map.Fail(key, "has no direction, e.g. [0, 0, -1]");
+  return v.normalized();
+}
+
+/// Frame G from the approach and the closing direction, as far as they are square.
+core::Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
+  const Vector3d x = (closing - closing.dot(approach) * approach).normalized();
+  Eigen::Matrix3d R;
+  R << x, approach.cross(x), approach;
+  return core::MakePose(R, at);
+}
+
+/// In how many ways one grasp can be taken.
+struct Ways {
+  Vector3d axis_O = Vector3d::UnitZ();
+  std::vector<double> turns_rad;  ///< about the axis, through the model's origin
+  std::vector<double> leans_rad;  ///< of the approach, about the closing direction
+  bool either_way = false;        ///< thumb and fingers changed over
+};
+
+std::vector<Proposal> Expand(const core::Pose& X_OG, double width_m, const Ways& given) {
+  const Vector3d closing_O = X_OG.linear().col(0);
+  std::vector<Proposal> ways;
+  for (const double lean : given.leans_rad) {
+    for (const double turn : given.turns_rad) {
+      for (int half = 0; half < (given.either_way ? 2 : 1); ++half) {
+        core::Pose X_leaning = X_OG;
+        X_leaning.linear() = Eigen::AngleAxisd(lean, closing_O) * X_OG.linear();
+        Proposal way;
+        way.X_CG = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
+                   Eigen::AngleAxisd(half * core::kPi, Vector3d::UnitZ());
+        way.width_m = width_m;
+        way.approach_C = way.X_CG.linear().col(2);
+        way.score = 1.0;
+        ways.push_back(way);
+      }
+    }
+  }
+  return ways;
+}
+
+std::vector<double> Angles(YamlMap& map, const std::string& key, const std::string& doc) {
+  const auto turns = Numbers<3>(map, key, {0.0, 0.0, 1.0}, doc);
+  const auto [from, to, step] = turns;
+  if (step <= 0.0 || to < from || (to - from) / step > kMaxAngles) {
+    map.Fail(key, fmt::format("is FROM, TO, STEP with FROM <= TO, STEP > 0 and no more "
+                              "than {} steps, e.g. [0, 345, 15]",
+                              kMaxAngles));
+  }
+  std::vector<double> turns_rad;
+  for (int i = 0; from + i * step <= to + 1e-9; ++i) {
+    turns_rad.push_back(core::Deg(from + i * step));
+  }
+  return turns_rad;
+}
+
+NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
+  NamedGrasp grasp;
+  grasp.name = name;
+  map.Read("for", grasp.uses, "what it is for, in your own words: [drink, hand_over]");
+  map.Read("upright", grasp.upright, "only where the object is upright, which it then stays");
+  for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
+  const Vector3d at =
+      core::kMm * Vector(map, "at_mm", Vector3d::Zero(), "middle between the pads, x, y, z");
+  const Vector3d approach = Direction(map, "approach", -Vector3d::UnitZ(), "way of the hand");
+  const Vector3d closing =
+      Direction(map, "closing", Vector3d::UnitX(), "from the fingers' pads to the thumb's");
+  if (std::abs(approach.dot(closing)) > std::sin(kSquare_rad)) {
+    map.Fail("closing", "is not square to `approach`");
+  }
+  double width_m = 0.0;
+  map.ReadScaled("width_mm", width_m, core::kMm, 0.1, 1000.0, "what the pads close on");
+  Ways ways;
+  ways.axis_O = Direction(map, "about", Vector3d::UnitZ(), "axis of `turns_deg`");
+  ways.turns_rad = Angles(map, "turns_deg",
+                          "taken turned about `about` through the model's origin, too: from, to "
+                          "and step in degrees, e.g. [0, 345, 15]");
+  ways.leans_rad = Angles(map, "leans_deg",
+                          "taken with the approach turned about `closing`, too: from, to, step");
+  map.Read("either_way", ways.either_way, "thumb and fingers may change sides");
+  map.Finish();
+  grasp.ways_O = Expand(GraspFrame(at, approach, closing), width_m, ways);
+  return grasp;
+}
+
+Eigen::AlignedBox3d BoxFrom(YamlMap map) {
+  map.Require("from_mm");
+  map.Require("to_mm");
+  const Vector3d from = Vector(map, "from_mm", Vector3d::Zero(), "least x, y, z");
+  const Vector3d to = Vector(map, "to_mm", Vector3d::Zero(), "largest x, y, z");
+  if (!(to.array() > from.array()).all()) map.Fail("to_mm", "is not larger than `from_mm`");
+  map.Finish();
+  return {core::kMm * from, core::kMm * to};
+}
+
+}  // namespace
+
+NamedGrasps ReadNamedGrasps(const std::filesystem::path& file) {
+  NamedGrasps known;
+  if (!std::filesystem::exists(file)) return known;
+  YamlMap map = YamlMap::FromFile(file);
+  known.up_O = Direction(map, "up", Vector3d::UnitZ(), "up of the object as it is used");
+  auto grasps = map.Child("grasps", "by name, the one that suits best first");
+  for (const std::string& name : grasps.Names()) {
+    known.grasps.push_back(GraspFrom(grasps.Child(name), name));
+  }
+  grasps.Finish();
+  auto boxes = map.Child("keep_free", "boxes that the hand leaves free for a person, by name");
+  for (const std::string& name : boxes.Names()) {
+    known.keep_free_O.push_back(BoxFrom(boxes.Child(name)));
+  }
+  boxes.Finish();
+  map.Finish();
+  return known;
+}
+
+bool IsUpright(const NamedGrasps& known, const core::Pose& X_CO, const Vector3d& up_C) {
+  return (X_CO.linear() * known.up_O).dot(up_C) >= std::cos(kUpright_rad);
+}
+
+bool IsFor(const NamedGrasp& grasp, const std::string& use) {
+  return use.empty() || std::ranges::find(grasp.uses, use) != grasp.uses.end();
+}
+
+std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
+                                          const core::Pose& X_CO, const perception::Scene& scene,
+                                          std::size_t object, const robot::HandModel& hand,
+                                          const GraspOptions& options,
+                                          std::span<const geometry::TriangleMesh> obstacles_C) {
+  std::vector<Grasp> grasps;
+  std::vector<std::size_t> named;
+  const bool upright = IsUpright(known, X_CO, scene.table.plane.normal);
+  for (std::size_t i = 0; i < known.grasps.size(); ++i) {
+    if (!IsFor(known.grasps[i], use) || (known.grasps[i].upright && !upright)) continue;
+    for (Proposal way : known.grasps[i].ways_O) {
+      way.X_CG = X_CO * way.X_CG;
+      way.approach_C = X_CO.linear() * way.approach_C;
+      grasps.push_back(PlaceHand(way, hand, options));
+      grasps.back().type = GraspType::kNamed;
+      named.push_back(i);
+    }
+  }
+  CheckProposals(scene, object, hand, options, obstacles_C, grasps);
+  std::vector<PlacedGrasp> placed;
+  for (std::size_t i = 0; i < grasps.size(); ++i) placed.push_back({grasps[i], named[i]});
+  std::ranges::stable_partition(placed, [](const PlacedGrasp& p) { return !p.grasp.collides; });
+  return placed;
+}
+
+bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const core::Pose& X_CO,
+                     const robot::HandModel& hand) {
+  const core::Pose X_OH = X_CO.inverse() * grasp.X_CH;
+  const robot::HandModel::State& held = hand.AtGap(grasp.width_m);
+  return std::ranges::any_of(held.shapes, [&](const geometry::Shape& shape) {
+    const geometry::TriangleMesh mesh_H = geometry::Tessellate(shape);
+    return std::ranges::any_of(known.keep_free_O, [&](const Eigen::AlignedBox3d& box_O) {
+      // A triangle's box is enough here: the shapes are as small as a finger's segments.
+      return std::ranges::any_of(mesh_H.triangles, [&](const auto& triangle) {
+        Eigen::AlignedBox3d of_triangle;
+        for (const auto corner : triangle) of_triangle.extend(X_OH * mesh_H.vertices[corner]);
+        return box_O.intersects(of_triangle);
+      });
+    });
+  });
+}
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,164 @@
+#include "grasp/named_grasps.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/units.h"
+#include "grasp/fixtures.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using namespace rangegrasp::grasp::test;
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+// A bar of 12 mm that stands 80 mm tall; taken from above, either way, turned by quarters.
+constexpr const char* kBar = R"(
+up: [0, 0, 1]
+grasps:
+  body:
+    for: [hand_over]
+    at_mm: [0, 0, 60]
+    approach: [0, 0, -1]
+    closing: [1, 0, 0]
+    width_mm: 12
+    turns_deg: [0, 270, 90]
+    either_way: true
+  side:
+    for: [pour]
+    upright: true
+    at_mm: [0, 0, 60]
+    approach: [-1, 0, 0]
+    closing: [0, 1, 0]
+    width_mm: 12
+keep_free:
+  foot:
+    from_mm: [-6, -6, 0]
+    to_mm: [6, 6, 20]
+)";
+
+NamedGrasps Read(const std::string& text) {
+  const TempFolder folder;
+  return ReadNamedGrasps(folder.Write("grasps.yaml", text));
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    Read(text);
+  } catch (const core::InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+perception::Scene SceneOf(const std::vector<geometry::TriangleMesh>& meshes_W) {
+  SceneBuilder builder;
+  for (const auto& mesh_W : meshes_W) builder.Add(mesh_W);
+  return builder.scene;
+}
+
+perception::Scene BarAt(const core::Pose& X_CO) {
+  return SceneOf({geometry::Transformed(Extrude(Rectangle(0.012, 0.012), 0.08), X_CO)});
+}
+
+core::Pose At(double x, double y, double turn_rad) {
+  return core::MakePose(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).matrix(), {x, y, 0.0});
+}
+
+TEST(NamedGrasps, AreReadWithAllTheirWays) {
+  const NamedGrasps known = Read(kBar);
+  ASSERT_EQ(known.grasps.size(), 2u);
+  EXPECT_EQ(known.grasps[0].name, "body");
+  EXPECT_EQ(known.grasps[0].ways_O.size(), 8u);  // four turns, either way
+  EXPECT_EQ(known.grasps[1].ways_O.size(), 1u);
+  EXPECT_TRUE(IsFor(known.grasps[1], "pour"));
+  EXPECT_TRUE(IsFor(known.grasps[1], ""));
+  EXPECT_FALSE(IsFor(known.grasps[1], "drink"));
+  for (const Proposal& way : known.grasps[0].ways_O) {
+    EXPECT_NEAR(way.X_CG.linear().determinant(), 1.0, 1e-9);
+    EXPECT_NEAR(way.approach_C.z(), -1.0, 1e-9);
+  }
+}
+
+TEST(NamedGrasps, WithoutAFileThereAreNone) {
+  EXPECT_TRUE(ReadNamedGrasps("/nonexistent/grasps.yaml").grasps.empty());
+}
+
+TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
+  const std::string start = "grasps:\n  body:\n    at_mm: [0, 0, 60]\n    approach: [0, 0, -1]\n";
+  EXPECT_THAT(ErrorOf(start + "    closing: [0, 0, 1]\n    width_mm: 12\n"), HasSubstr("square"));
+  EXPECT_THAT(ErrorOf(start + "    closing: [1, 0]\n    width_mm: 12\n"), HasSubstr("not 3"));
+  EXPECT_THAT(ErrorOf(start + "    closing: [1, x, 0]\n    width_mm: 12\n"), HasSubstr("'x'"));
+  EXPECT_THAT(ErrorOf(start + "    closing: [1, 0, 0]\n"), HasSubstr("width_mm"));
+  EXPECT_THAT(
+      ErrorOf(start + "    closing: [1, 0, 0]\n    width_mm: 12\n    turn_deg: [0, 1, 1]\n"),
+      HasSubstr("turns_deg"));
+  EXPECT_THAT(
+      ErrorOf(start + "    closing: [1, 0, 0]\n    width_mm: 12\n    turns_deg: [0, 90, 0]\n"),
+      HasSubstr("STEP"));
+  EXPECT_THAT(ErrorOf("keep_free:\n  foot:\n    from_mm: [0, 0, 0]\n    to_mm: [0, 1, 1]\n"),
+              HasSubstr("grasps.yaml"));
+}
+
+TEST(NamedGrasps, StandWhereTheObjectStands) {
+  const NamedGrasps known = Read(kBar);
+  const robot::HandModel& hand = SensorHand();
+  const core::Pose X_CO = At(0.05, -0.02, core::Deg(30.0));
+  const auto placed =
+      PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {});
+  ASSERT_EQ(placed.size(), 8u);
+  for (const PlacedGrasp& one : placed) {
+    EXPECT_EQ(one.grasp.type, GraspType::kNamed);
+    EXPECT_FALSE(one.grasp.collides);
+    EXPECT_NEAR((one.grasp.X_CG.translation() - X_CO * Vector3d(0, 0, 0.06)).norm(), 0.0, 1e-9);
+  }
+}
+
+TEST(NamedGrasps, UprightOnesAreForWhatStands) {
+  const NamedGrasps known = Read(kBar);
+  const robot::HandModel& hand = SensorHand();
+  const auto count = [&](const core::Pose& X_CO) {
+    return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {}).size();
+  };
+  EXPECT_EQ(count(At(0.0, 0.0, 0.0)), 1u);
+  const Eigen::AngleAxisd lying(core::Deg(90.0), Vector3d::UnitX());
+  EXPECT_EQ(count(core::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
+}
+
+TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
+  const NamedGrasps known = Read(kBar);
+  const core::Pose X_CO = At(0.0, 0.0, 0.0);
+  auto scene = SceneOf(
+      {Extrude(Rectangle(0.012, 0.012), 0.08),
+       geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
+                             core::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
+  const auto placed =
+      PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, SensorHand(), GraspOptions{}, {});
+  // Closing along x meets the wall; across it, there is room.
+  int free = 0;
+  for (const PlacedGrasp& one : placed) {
+    const bool along_x = std::abs(one.grasp.X_CG.linear().col(0).x()) > 0.9;
+    free += one.grasp.collides ? 0 : 1;
+    if (along_x) EXPECT_TRUE(one.grasp.collides);
+  }
+  EXPECT_FALSE(placed.front().grasp.collides && free > 0) << "free ones come first";
+}
+
+TEST(KeptFree, IsTouchedByAHandThatReachesIntoIt) {
+  const NamedGrasps known = Read(kBar);
+  const core::Pose X_CO = At(0.02, 0.01, core::Deg(70.0));
+  const auto hand_at = [&](double z_m) {
+    Proposal proposal;
+    proposal.X_CG = X_CO * core::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0, 0, z_m});
+    proposal.width_m = 0.012;
+    return PlaceHand(proposal, SensorHand(), {});
+  };
+  EXPECT_FALSE(TouchesKeptFree(hand_at(0.07), known, X_CO, SensorHand()));
+  EXPECT_TRUE(TouchesKeptFree(hand_at(0.015), known, X_CO, SensorHand()));
+}
+
+}  // namespace
+}  // namespace rangegrasp::grasp
