@@ -10,6 +10,7 @@ namespace rangegrasp::cli {
 /// run_command.cpp); a command's callback does the work and throws core::InputError or
 /// core::RunError.
 void AddAddObjectCommand(CLI::App& app);        ///< add-object
+void AddBringCommand(CLI::App& app);            ///< bring
 void AddCalibrateStereoCommand(CLI::App& app);  ///< calibrate-stereo
 void AddCheckCommand(CLI::App& app);            ///< check
 void AddCylindersCommand(CLI::App& app);        ///< cylinders

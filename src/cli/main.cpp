@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
       "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 a run that "
       "failed, 2 bad usage or input.");
   rangegrasp::cli::AddRunCommand(app);
+  rangegrasp::cli::AddBringCommand(app);
   rangegrasp::cli::AddReproduceCommand(app);
   rangegrasp::cli::AddResultsCommands(app);
   rangegrasp::cli::AddReportCommand(app);

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "tasks/bring/bring_task.h"
 #include "tasks/clearing/clearing_task.h"
 #include "tasks/cylinders/cylinders_task.h"
 #include "tasks/demo/demo_task.h"
@@ -17,6 +18,7 @@ std::span<const experiment::TaskKind> AllKinds() {
   static const std::array kinds = {grasping::GraspingTask(),
                                    clearing::ClearingTask(),
                                    demo::DemoTask(),
+                                   bring::BringTask(),
                                    times::TimesTask(),
                                    cylinder_task::CylindersTask(),
                                    seam_task::SeamTask(),

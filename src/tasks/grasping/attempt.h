@@ -55,7 +55,7 @@ struct AttemptOptions {
   /// The object that the detector has to take first: another one ends the attempt. Without it the
   /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
   std::optional<int> target;
-  const Sensed* sensed = nullptr;      ///< an earlier look at the same world; null: looks itself
+  const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
   /// Where the arm was left by it; home if not given.
   std::optional<Eigen::VectorXd> q_start;
   const Detector* detector = nullptr;  ///< in place of the cell's; may be null

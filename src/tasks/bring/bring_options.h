@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/units.h"
+#include "core/yaml_map.h"
+#include "recognition/library.h"
+#include "recognition/recognize.h"
+#include "tasks/grasping/hand_over.h"
+#include "tasks/grasping/options.h"
+
+namespace rangegrasp::tasks::bring {
+
+/// How a known object is looked for, taken and handed over (section 7.2).
+struct BringOptions {
+  int runs_per_object = 20;
+  /// Objects that the program knows; empty: all of the experiment.
+  std::vector<std::string> known;
+  /// The wanted object is taken off the table before the program looks: it has to say so.
+  bool absent = false;
+  /// What the object is wanted for: of its named grasps those for this use; empty: all.
+  std::string use;
+  int max_tries = 4;  ///< grasps at the wanted object
+  int max_clear = 0;  ///< attempts at others that are in the way; 0: three for each object
+  /// Looks at one table before others are cleared away: the first from the fixed sensor, more from
+  /// the wrist where a sensor is there, else again from the same place.
+  int max_looks = 3;
+  /// Others whose surface is this near to the wanted one may be in its way.
+  double near_m = 0.08;
+  /// Two perceived objects whose centers are no further apart are one, when tries are counted.
+  double same_place_m = 0.03;
+  recognition::LibraryOptions library;
+  recognition::RecognitionOptions recognition;
+  grasping::HandOverOptions hand_over;
+};
+
+/// A bring experiment, as its file states it.
+struct Options {
+  grasping::Options grasping;
+  BringOptions bring;
+};
+
+/// The keys of a bring experiment but those that it shares with grasping. @throws core::InputError
+void ReadBringKeys(core::YamlMap& map, BringOptions& options);
+/// All keys, to the end of the map. @throws core::InputError
+Options ReadOptions(core::YamlMap& map);
+
+}  // namespace rangegrasp::tasks::bring

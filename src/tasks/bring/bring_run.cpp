@@ -1,0 +1,438 @@
+#include "tasks/bring/bring_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "core/words.h"
+#include "perception/perceive.h"
+#include "sim/bodies.h"
+#include "tasks/bring/hiding.h"
+#include "tasks/grasping/between.h"
+#include "tasks/grasping/looker.h"
+#include "tasks/grasping/workspace.h"
+
+namespace rangegrasp::tasks::bring {
+namespace {
+
+using Eigen::Vector3d;
+using grasping::Attempt;
+using grasping::Outcome;
+using grasping::Sensed;
+
+/// A hand that presses less does not touch.
+constexpr double kTouch_N = 0.05;
+/// Grasps that were tried and failed at one place of an object that is only in the way.
+constexpr int kTriesToClear = 3;
+
+/// Hands over what was planned beforehand.
+class Planned : public grasping::Detector {
+ public:
+  explicit Planned(grasping::Detected detected) : detected_(std::move(detected)) {}
+  grasping::Detected Detect(const geometry::Observation&, core::Rng&,
+                            const grasping::Turn&) const override {
+    return detected_;
+  }
+
+ private:
+  grasping::Detected detected_;
+};
+
+/// How often something was tried in vain, by the place where it lies.
+class TriesByPlace {
+ public:
+  explicit TriesByPlace(double same_m) : same_m_(same_m) {}
+  int At(const Vector3d& center_W) const {
+    const auto found = Find(center_W);
+    return found == tries_.end() ? 0 : found->second;
+  }
+  void Add(const Vector3d& center_W, int tries) {
+    const auto found = Find(center_W);
+    if (found == tries_.end()) {
+      tries_.emplace_back(center_W, tries);
+    } else {
+      tries_[static_cast<std::size_t>(found - tries_.begin())].second += tries;
+    }
+  }
+  void Clear() { tries_.clear(); }
+
+ private:
+  std::vector<std::pair<Vector3d, int>>::const_iterator Find(const Vector3d& center_W) const {
+    return std::ranges::find_if(
+        tries_, [&](const auto& one) { return (one.first - center_W).norm() <= same_m_; });
+  }
+  double same_m_;
+  std::vector<std::pair<Vector3d, int>> tries_;
+};
+
+class Run {
+ public:
+  Run(const Setup& setup, std::string wanted, std::optional<int> target, std::uint64_t seed,
+      sim::World& world, const BringObserver& observer)
+      : setup_(setup),
+        options_(setup.options.bring),
+        wanted_(std::move(wanted)),
+        target_(target),
+        seed_(seed),
+        world_(world),
+        observer_(observer),
+        failed_(options_.same_place_m),
+        blocked_(options_.same_place_m) {
+    const grasping::Options& cell = setup.cell.options;
+    if (!cell.look.sensor.empty()) looker_.emplace(cell, setup.cell.robot, seed);
+  }
+
+  Bring Go() {
+    Say(fmt::format("I am to bring the {}.", Title(wanted_)));
+    std::optional<Said> said;
+    while (!said) said = Next();
+    result_.said = *said;
+    return std::move(result_);
+  }
+
+ private:
+  // A look, and an attempt if there is something to take. @return what the run ends with, if it
+  // does.
+  std::optional<Said> Next() {
+    if (!Look()) return Said::kBroken;
+    if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);
+    if (known_.scene.objects.empty() && looks_here_ > 1) return NotThere();
+    if (looks_here_ < options_.max_looks && !exhausted_) {
+      Say(fmt::format("I do not see the {}. I look again.", Title(wanted_)));
+      return std::nullopt;
+    }
+    if (!MayHide()) return NotThere();
+    const Cleared cleared = ClearAway(TopmostFirst());
+    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    return NotThere();
+  }
+
+  Said NotThere() {
+    Say(fmt::format("I have looked everywhere I can. There is no {} here.", Title(wanted_)));
+    return Said::kNotThere;
+  }
+
+  // Whether something that is not known, or space that was not seen, may be the wanted object.
+  bool MayHide() const {
+    const bool all_known =
+        std::ranges::all_of(known_.found, [](const auto& found) { return found.has_value(); });
+    const robot::Robot& robot = setup_.cell.robot;
+    return !all_known ||
+           HidingArea(sensed_.observation, known_, setup_.library, robot.X_WWorkspace.translation(),
+                      robot.workspace_radius_m) >= SmallestFootprint(setup_.library.Find(wanted_));
+  }
+
+  std::optional<Said> BringIt(std::size_t seen) {
+    if (tries_ >= options_.max_tries) {
+      Say(fmt::format("I have tried {} times. I cannot take the {}.", tries_, Title(wanted_)));
+      return Said::kCannot;
+    }
+    result_.steps.push_back(TryAt(seen, true));
+    const Attempt& attempt = result_.steps.back().attempt;
+    if (!Usable(attempt)) return Said::kBroken;
+    if (attempt.log && attempt.log->hand_over) {
+      Say(fmt::format("Here you are: the {}.", Title(wanted_)));
+      return Said::kHereYouAre;
+    }
+    if (attempt.log) {
+      ++tries_;
+      Say("It has slipped out of my hand. I look again.");
+      return EndOf(AfterGrasp());
+    }
+    if (looker_ && looks_here_ < options_.max_looks && !exhausted_) {
+      Say(fmt::format("I see no way to take the {}. I look from another side.", Title(wanted_)));
+      return std::nullopt;
+    }
+    const Cleared cleared = ClearAway(NearTo(known_.scene.objects[seen]));
+    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    if (++idle_ < options_.max_looks) {
+      Say(fmt::format("I see no way to take the {}. I look again.", Title(wanted_)));
+      return AtHomeAgain();
+    }
+    Say(fmt::format("I see the {}, and cannot get at it.", Title(wanted_)));
+    return Said::kCannot;
+  }
+
+  enum class Cleared { kNothing, kSomething, kBroken };
+  static std::optional<Said> EndOf(Cleared cleared) {
+    return cleared == Cleared::kBroken ? std::optional(Said::kBroken) : std::nullopt;
+  }
+
+  // Puts the first of the objects that can be taken aside.
+  Cleared ClearAway(const std::vector<std::size_t>& order) {
+    const int max = options_.max_clear > 0
+                        ? options_.max_clear
+                        : kTriesToClear * static_cast<int>(setup_.cell.options.objects.size());
+    for (const std::size_t object : order) {
+      const Vector3d center_W = known_.scene.objects[object].center_C;
+      if (failed_.At(center_W) >= kTriesToClear || blocked_.At(center_W) > 0) continue;
+      if (clear_tries_++ >= max) return Cleared::kNothing;
+      Say(fmt::format("I put {} aside.", NameOf(object)));
+      Step step = TryAt(object, false);
+      const bool executed = step.attempt.log.has_value();
+      const bool felt = executed && step.attempt.log->aperture.holds_after_carry;
+      result_.steps.push_back(std::move(step));
+      if (!Usable(result_.steps.back().attempt)) return Cleared::kBroken;
+      if (!executed) {
+        blocked_.Add(center_W, 1);
+        continue;
+      }
+      if (!felt) failed_.Add(center_W, 1);
+      result_.cleared += felt ? 1 : 0;
+      idle_ = 0;
+      return AfterGrasp();
+    }
+    return Cleared::kNothing;
+  }
+
+  Step TryAt(std::size_t object, bool wanted) {
+    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
+    Step step;
+    step.at_wanted = wanted;
+    const auto& found = known_.found[object];
+    if (found) step.taken_for = found->object;
+    auto detected = GraspsFor(known_, object, wanted ? options_.use : "", sensed_.observation,
+                              setup_.grasps, setup_.cell.robot, setup_.cell.options);
+    if (wanted) TriedLast(detected.detection);
+    const Planned detector(std::move(detected));
+    grasping::AttemptOptions attempt;
+    attempt.seed = core::DeriveSeed(core::DeriveSeed(seed_, "attempt"),
+                                    static_cast<std::uint64_t>(result_.steps.size()));
+    attempt.sensed = &sensed_;
+    attempt.q_start = world_.ArmPositions();
+    attempt.detector = &detector;
+    attempt.observer = Watching(step);
+    if (wanted) {
+      core::Rng rng = grasping::StageStream(attempt.seed, "user");
+      const Vector3d out_H = setup_.cell.robot.hand().X_HG_tip.linear().col(2);
+      attempt.user = grasping::UserFor(options_.hand_over, out_H, rng);
+    }
+    step.attempt = grasping::RunAttempt(setup_.cell, world_, attempt);
+    if (step.attempt.grasp) {
+      step.grasp = step.attempt.grasp->name;
+      if (wanted) {
+        executed_W_.push_back(step.attempt.grasp->X_CH);
+        step.asked_upright = found && grasp::IsUpright(setup_.grasps.at(found->object), found->X_CB,
+                                                       known_.scene.table.plane.normal);
+      }
+    }
+    return step;
+  }
+
+  // Grasps like those that have failed at the wanted object come behind the others.
+  void TriedLast(grasp::Detection& detection) const {
+    std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
+      return std::ranges::none_of(executed_W_, [&](const core::Pose& tried) {
+        return (tried.translation() - grasp.X_CH.translation()).norm() < kOtherGrasp_m;
+      });
+    });
+  }
+
+  // Truth: where the hand presses on the wanted object when it has lifted it.
+  sim::ExecutionObserver Watching(Step& step) const {
+    sim::ExecutionObserver watching = observer_.execution;
+    const auto show = watching.on_moment;
+    watching.on_moment = [this, show, &step](const std::string& moment, sim::World& world) {
+      if (moment == "lifted" && target_) step.touched_kept_free = PressesOnKeptFree(world);
+      if (show) show(moment, world);
+    };
+    return watching;
+  }
+
+  bool PressesOnKeptFree(const sim::World& world) const {
+    const core::Pose X_OW = world.ObjectPose(*target_).inverse();
+    const auto& boxes_O = setup_.grasps.at(wanted_).keep_free_O;
+    return std::ranges::any_of(
+        sim::HandForces(world, kTouch_N), [&](const sim::ContactForce& contact) {
+          return std::ranges::any_of(boxes_O, [&](const Eigen::AlignedBox3d& box_O) {
+            return box_O.contains(X_OW * contact.point_W);
+          });
+        });
+  }
+
+  bool Usable(const Attempt& attempt) {
+    if (attempt.outcome != Outcome::kCrashed && grasping::IsFinite(world_)) return true;
+    result_.detail = attempt.stage + ": " + attempt.detail;
+    return false;
+  }
+
+  // An attendant takes away what lies at the delivery place.
+  Cleared AfterGrasp() {
+    if (AtHomeAgain()) return Cleared::kBroken;
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (grasping::IsAtDelivery(world_, object)) world_.ParkObject(object);
+    }
+    blocked_.Clear();
+    return Cleared::kSomething;
+  }
+
+  // All that was seen is old.
+  std::optional<Said> AtHomeAgain() {
+    result_.homing_s += grasping::GoHome(setup_.cell, world_);
+    looks_here_ = 0;
+    exhausted_ = false;
+    if (grasping::IsFinite(world_)) return std::nullopt;
+    return Said::kBroken;
+  }
+
+  // @return false if the engine broke down on the way
+  bool Look() {
+    core::Stopwatch watch;
+    const auto number = static_cast<std::uint64_t>(++result_.looks);
+    const std::uint64_t seed = core::DeriveSeed(core::DeriveSeed(seed_, "look"), number);
+    if (looks_here_ == 0 || !looker_) {
+      sensed_ = grasping::Look(setup_.cell, world_, seed);
+    } else if (!LookFromTheWrist()) {
+      exhausted_ = true;
+    }
+    ++looks_here_;
+    if (!grasping::IsFinite(world_)) return false;
+    core::Rng rng = grasping::StageStream(seed, "perceive");
+    const auto& options = setup_.cell.options;
+    auto scene =
+        perception::Perceive(sensed_.observation, options.perception, rng,
+                             grasping::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
+    const auto found = recognition::Recognize(sensed_.observation, scene, setup_.library,
+                                              options_.recognition, rng);
+    known_ = Understand(std::move(scene), found, setup_.library);
+    result_.look_s += watch.Seconds();
+    Say(WhatISee());
+    if (observer_.on_look) observer_.on_look(known_, sensed_.observation);
+    return true;
+  }
+
+  // At the first thing that is not known, else at the highest one.
+  // @return false if there is nothing new to be seen
+  bool LookFromTheWrist() {
+    const auto unknown =
+        std::ranges::find_if(known_.found, [](const auto& found) { return !found; });
+    const auto& objects = known_.scene.objects;
+    const auto region_W =
+        unknown != known_.found.end()
+            ? looker_->RegionAbout(
+                  objects[static_cast<std::size_t>(unknown - known_.found.begin())].center_C,
+                  sensed_.observation)
+            : looker_->RegionOfHighest(sensed_.observation);
+    if (!region_W) return false;
+    const auto look = looker_->Next(sensed_.observation, *region_W, world_.ArmPositions());
+    if (!look) return false;
+    const sim::MoveLog move = looker_->Go(world_, *look);
+    result_.moved_s += move.simulated_s;
+    if (move.arrived) looker_->Add(looker_->SenseHere(world_), sensed_);
+    return move.arrived;
+  }
+
+  std::string WhatISee() const {
+    std::vector<std::string> names;
+    int unknown = 0;
+    for (const auto& found : known_.found) {
+      if (found) names.push_back("the " + Title(found->object));
+      unknown += found ? 0 : 1;
+    }
+    if (unknown > 0) {
+      names.push_back((unknown == 1 ? "a thing" : fmt::format("{} things", unknown)) +
+                      " that I do not know");
+    }
+    if (names.empty()) return "I look: the table is empty.";
+    return "I look, and see " + core::Join(names) + ".";
+  }
+
+  std::vector<std::size_t> TopmostFirst() const {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) order.push_back(i);
+    return order;
+  }
+
+  // The others that may be in the way: those near to it, topmost first, and never itself.
+  std::vector<std::size_t> NearTo(const perception::PerceivedObject& wanted) const {
+    std::vector<std::size_t> near;
+    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) {
+      const perception::PerceivedObject& other = known_.scene.objects[i];
+      if (&other == &wanted) continue;
+      if (Distance(wanted, other) <= options_.near_m) near.push_back(i);
+    }
+    return near;
+  }
+
+  static double Distance(const perception::PerceivedObject& a,
+                         const perception::PerceivedObject& b) {
+    const auto box = [](const perception::PerceivedObject& object) {
+      Eigen::AlignedBox3d of;
+      for (const Vector3d& p : object.completed_C) of.extend(p);
+      return of;
+    };
+    return box(a).exteriorDistance(box(b));
+  }
+
+  std::string Title(const std::string& object) const { return setup_.library.Find(object).title; }
+  std::string NameOf(std::size_t object) const {
+    const auto& found = known_.found[object];
+    return found ? "the " + Title(found->object) : "something that I do not know";
+  }
+  void Say(std::string words) {
+    if (observer_.on_words) observer_.on_words(words);
+    result_.words.push_back(std::move(words));
+  }
+
+  /// A hand that stands this far off takes it in another way: half of a fingertip's width.
+  static constexpr double kOtherGrasp_m = 0.010;
+
+  const Setup& setup_;
+  const BringOptions& options_;
+  const std::string wanted_;
+  const std::optional<int> target_;  // truth
+  const std::uint64_t seed_;
+  sim::World& world_;
+  const BringObserver& observer_;
+  Bring result_;
+  Sensed sensed_;
+  Understanding known_;
+  std::vector<core::Pose> executed_W_;      // hands that were at the wanted object
+  TriesByPlace failed_;                     // grasps at others, executed in vain
+  TriesByPlace blocked_;                    // without a grasp or a way, as the table is now
+  std::optional<grasping::Looker> looker_;  // where there is a sensor on the wrist
+  int looks_here_ = 0;                      // since the table changed
+  bool exhausted_ = false;                  // no look tells anything new
+  int tries_ = 0;
+  int clear_tries_ = 0;
+  int idle_ = 0;
+};
+
+/// Truth: what a run came to (docs/bring.md).
+std::string Judge(const Bring& run, std::optional<int> target, const sim::World& world) {
+  switch (run.said) {
+    case Said::kBroken: {
+      const bool physics = !grasping::IsFinite(world);
+      return std::string(core::Word(physics ? Outcome::kInvalidPhysics : Outcome::kCrashed));
+    }
+    case Said::kNotThere:
+      if (!target) return kSaidAbsent;
+      return world.parked(*target) ? kClearedAway : kNotFound;
+    case Said::kHereYouAre: {
+      const Attempt& last = run.steps.back().attempt;
+      const std::string word = grasping::HandOverOutcome(last);
+      const bool right = target && last.log->target == *target;
+      return word == grasping::kHandedOver && !right ? kWrongObject : word;
+    }
+    case Said::kCannot:
+      break;
+  }
+  for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step) {
+    if (step->at_wanted) return std::string(core::Word(step->attempt.outcome));
+  }
+  return kNotFound;
+}
+
+}  // namespace
+
+Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
+                  std::uint64_t seed, sim::World& world, const BringObserver& observer) {
+  Bring run = Run(setup, wanted, target, seed, world, observer).Go();
+  run.outcome = Judge(run, target, world);
+  return run;
+}
+
+}  // namespace rangegrasp::tasks::bring
