@@ -32,9 +32,9 @@ struct Hit {
   bool found() const { return mesh != kNone; }
 };
 
-/// Ray queries on a set of meshes in one frame W, which are copied. Owns an Embree device of its own that uses the calling thread
-/// only, so that it may be made in a forked process. Neighboring rays should be neighbors in
-/// space: they are traced 16 at a time.
+/// Ray queries on a set of meshes in one frame W, which are copied. Owns an Embree device of its
+/// own that uses the calling thread only, so that it may be made in a forked process. Neighboring
+/// rays should be neighbors in space: they are traced 16 at a time.
 class RayCaster {
  public:
   /// @throws std::invalid_argument naming the mesh and the vertex that is not finite or the

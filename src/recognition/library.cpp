@@ -85,8 +85,8 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
   object.mesh_B = std::move(mesh_B);
   object.surface_B = SurfaceOf(object.mesh_B, options.spacing_m);
   if (object.surface_B.size() < 4) {
-    throw std::invalid_argument(fmt::format("{}: its mesh is too small to be an object",
-                                            object.name));
+    throw std::invalid_argument(
+        fmt::format("{}: its mesh is too small to be an object", object.name));
   }
   object.symmetry = SymmetryOf(object.mesh_B, object.surface_B, options.symmetry);
   for (const Vector3d& v : object.mesh_B.vertices) {

@@ -15,11 +15,11 @@ namespace rangegrasp::recognition {
 /// What is known of an object before it is looked for.
 struct KnownObject {
   std::string name;
-  std::string title;                ///< as people call it
-  geometry::TriangleMesh mesh_B;    ///< what is seen of it, in the frame of its body
-  geometry::PointCloud surface_B;   ///< evenly sampled from the mesh, with outward normals
+  std::string title;               ///< as people call it
+  geometry::TriangleMesh mesh_B;   ///< what is seen of it, in the frame of its body
+  geometry::PointCloud surface_B;  ///< evenly sampled from the mesh, with outward normals
   Symmetry symmetry;
-  double radius_m = 0.0;            ///< of the ball about symmetry.center_B that holds the mesh
+  double radius_m = 0.0;  ///< of the ball about symmetry.center_B that holds the mesh
 };
 
 struct LibraryOptions {
@@ -27,7 +27,8 @@ struct LibraryOptions {
   /// How far beside its base the middle of a body that rests on it may stand, for nobody says what
   /// it weighs where.
   double lying_slack_m = 0.004;
-  double yaw_step_rad = 0.1745;  ///< of the ways to lie that are tried; refining turns by half of it
+  double yaw_step_rad =
+      0.1745;  ///< of the ways to lie that are tried; refining turns by half of it
   double pair_spacing_m = 0.009;  ///< of the points whose pairs are compared with a scene's
   SymmetryOptions symmetry;
 };

@@ -96,9 +96,11 @@ class Match {
     const Symmetry& symmetry = object_.object->symmetry;
     std::vector<Posed> posed;
     for (const auto& X_CB : internal::LyingPoses(object_, segment_)) posed.push_back(Coarse(X_CB));
-    const auto voted = internal::VotedPoses(object_, segment_, static_cast<std::size_t>(options_.references), rng);
+    const auto voted =
+        internal::VotedPoses(object_, segment_, static_cast<std::size_t>(options_.references), rng);
     for (const auto& X_CB : voted) posed.push_back(Coarse(X_CB));
-    posed = Best(std::move(posed), static_cast<std::size_t>(options_.registered), symmetry, kSameCoarse_m, kSameCoarse_rad);
+    posed = Best(std::move(posed), static_cast<std::size_t>(options_.registered), symmetry,
+                 kSameCoarse_m, kSameCoarse_rad);
     for (Posed& one : posed) {
       one.X_CB = Registered(one.X_CB);
       one.score = FineScore(one.X_CB);
@@ -120,9 +122,9 @@ class Match {
 
  private:
   Posed Coarse(const core::Pose& X_CB) const {
-    return {X_CB, Penalised(internal::Weigh(object_, X_CB, segment_.coarse,
-                                            options_.coarse_tolerance_m),
-                            X_CB, options_.coarse_tolerance_m)};
+    return {X_CB,
+            Penalised(internal::Weigh(object_, X_CB, segment_.coarse, options_.coarse_tolerance_m),
+                      X_CB, options_.coarse_tolerance_m)};
   }
   double FineScore(const core::Pose& X_CB) const {
     return Penalised(internal::Weigh(object_, X_CB, segment_.fine, options_.tolerance_m), X_CB,
@@ -221,7 +223,8 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   };
   std::ranges::sort(candidates, better);
   constexpr std::size_t kRefined = 3;
-  if (candidates.size() > kRefined) candidates.erase(candidates.begin() + kRefined, candidates.end());
+  if (candidates.size() > kRefined)
+    candidates.erase(candidates.begin() + kRefined, candidates.end());
   for (Candidate& one : candidates) {
     one.posed = Match(*one.object, segment, source, options).Refined(one.posed);
   }

@@ -19,10 +19,10 @@ struct RecognitionOptions {
   double coarse_tolerance_m = 0.010;  ///< the same of poses before they are registered
   /// Rays round a segment are looked at, too, this far beside it: a model must not stand there.
   double beside_m = 0.12;
-  std::size_t coarse_rays = 240;   ///< half of them a segment's own
-  std::size_t fine_rays = 3000;    ///< likewise
+  std::size_t coarse_rays = 240;    ///< half of them a segment's own
+  std::size_t fine_rays = 3000;     ///< likewise
   std::size_t source_points = 300;  ///< of a segment, for registration
-  int references = 24;             ///< points of a segment whose pairs vote for poses
+  int references = 24;              ///< points of a segment whose pairs vote for poses
   /// Poses of one object and segment that are registered, the best by the coarse score.
   int registered = 4;
   /// Of a segment's samples that a model leaves unexplained, so much counts: less than 1, for two

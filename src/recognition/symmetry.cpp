@@ -59,7 +59,8 @@ class Turned {
     double least = std::numeric_limits<double>::infinity();
     for (const auto& neighbor : near) {
       least = std::min(
-          least, std::abs((p - surface_.points[neighbor.index]).dot(surface_.normals[neighbor.index])));
+          least,
+          std::abs((p - surface_.points[neighbor.index]).dot(surface_.normals[neighbor.index])));
     }
     // Beyond an edge the plane goes on where there is no surface.
     const double nearest = std::sqrt(near.front().squared_distance);
@@ -82,7 +83,8 @@ void Add(const Vector3d& direction, std::vector<Vector3d>& axes) {
   if (!known) axes.push_back(unit);
 }
 
-std::vector<Vector3d> CandidateAxes(const geometry::TriangleMesh& mesh_B, const Matrix3d& principal) {
+std::vector<Vector3d> CandidateAxes(const geometry::TriangleMesh& mesh_B,
+                                    const Matrix3d& principal) {
   std::vector<Vector3d> axes;
   for (int k = 0; k < 3; ++k) Add(principal.col(k), axes);
   auto faces = internal::HullFaces(mesh_B.vertices);
@@ -135,9 +137,9 @@ Moments MomentsOf(const geometry::TriangleMesh& mesh_B) {
     area += of_triangle;
     moments.center_B += of_triangle * sum / 3.0;
     // The mean of p p^T over a triangle.
-    moments.scatter_B += of_triangle / 12.0 *
-                         (a * a.transpose() + b * b.transpose() + c * c.transpose() +
-                          sum * sum.transpose());
+    moments.scatter_B +=
+        of_triangle / 12.0 *
+        (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
   }
   moments.center_B /= area;
   moments.scatter_B = moments.scatter_B / area - moments.center_B * moments.center_B.transpose();

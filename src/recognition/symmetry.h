@@ -23,8 +23,8 @@ struct SymmetryOptions {
   /// the given share of it: a scan of about 1 mm noise and calibration does not tell less.
   double tolerance_m = 0.0015;
   double stray_share = 0.02;
-  int max_fold = 8;            ///< turns by 360 deg / n up to this n
-  std::size_t samples = 600;   ///< of the surface that are turned
+  int max_fold = 8;           ///< turns by 360 deg / n up to this n
+  std::size_t samples = 600;  ///< of the surface that are turned
 };
 
 /// Found by laying the surface on itself: turned about the principal axes of its points, the

@@ -63,10 +63,10 @@ class Robot {
   bool IgnoresTable(std::size_t link) const { return ignores_table_[link] != 0; }
 
   Eigen::VectorXd lower, upper;  ///< [rad]; of a continuous joint a turn to either side of zero
-  Eigen::VectorXd velocity, acceleration;           ///< [rad/s], [rad/s^2] the published limits
-  Eigen::VectorXd home;                             ///< [rad]
-  core::Pose X_FH = core::Pose::Identity();         ///< hand's root body in the last link
-  core::Pose X_WScanner = core::Pose::Identity();   ///< site "scanner"
+  Eigen::VectorXd velocity, acceleration;          ///< [rad/s], [rad/s^2] the published limits
+  Eigen::VectorXd home;                            ///< [rad]
+  core::Pose X_FH = core::Pose::Identity();        ///< hand's root body in the last link
+  core::Pose X_WScanner = core::Pose::Identity();  ///< site "scanner"
   /// Site "wrist_scanner", of a sensor that moves with the hand's root body; nullopt if there is
   /// none.
   std::optional<core::Pose> X_HWristScanner;

@@ -121,15 +121,16 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   source = EverySoMany(source, options.max_points);
   const Eigen::Vector3d about = view.X_CV.translation();
   const Earlier before(EverySoMany(target, 3 * options.max_points), about, options.normal_radius_m);
-  const Points normals = geometry::EstimateNormals(source, geometry::KdTree(source),
-                                                   options.normal_radius_m, about);
+  const Points normals =
+      geometry::EstimateNormals(source, geometry::KdTree(source), options.normal_radius_m, about);
   const Vector6 prior = PriorOf(options.error);
   Vector6 twist = Vector6::Zero();
   Pairs pairs;
   for (int i = 0; i < options.max_iterations; ++i) {
     pairs = before.PairsWith(source, normals, PoseOf(twist, about), about, options.max_pair_m);
     if (pairs.count < kMinPoints) return result;
-    const double variance = options.points_a_fact * std::max(pairs.Rms() * pairs.Rms(), kMinVariance);
+    const double variance =
+        options.points_a_fact * std::max(pairs.Rms() * pairs.Rms(), kMinVariance);
     const Matrix6 A = pairs.A / variance + Matrix6(prior.asDiagonal());
     const Vector6 step = A.ldlt().solve(pairs.b / variance - prior.cwiseProduct(twist));
     twist += step;

@@ -35,8 +35,7 @@ std::vector<Candidate> ByGain(const SeenSpace& space, const ViewRequest& request
                               const NextViewOptions& options) {
   std::vector<Candidate> candidates;
   for (const core::Pose& X_CS : PosesAbout(request.region_C.center(), options)) {
-    const double gain_m3 =
-        space.GainFrom(X_CS, request.field, request.region_C, options.depth_m);
+    const double gain_m3 = space.GainFrom(X_CS, request.field, request.region_C, options.depth_m);
     if (gain_m3 >= options.min_gain_m3) candidates.push_back({X_CS, gain_m3});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -74,9 +73,8 @@ class Reach {
         looks.push_back({std::move(q), X_CS, {}, candidate.gain_m3, 0.0});
       }
     }
-    std::stable_sort(looks.begin(), looks.end(), [this](const Look& a, const Look& b) {
-      return Travel(a.q) < Travel(b.q);
-    });
+    std::stable_sort(looks.begin(), looks.end(),
+                     [this](const Look& a, const Look& b) { return Travel(a.q) < Travel(b.q); });
     constexpr std::size_t kPlans = 3;  // of one place: what blocks one way mostly blocks the others
     for (std::size_t i = 0; i < std::min(kPlans, looks.size()); ++i) {
       auto way = planner_.PlanMotion(request_.q_now, looks[i].q, rng_);
@@ -92,8 +90,7 @@ class Reach {
     robot::IkOptions ik;
     ik.max_solutions = static_cast<std::size_t>(options_.ik_solutions);
     ik.starts = 2 * options_.ik_solutions;
-    auto found =
-        robot::SolveIk(robot_, X_CS * request_.X_HS.inverse(), request_.q_now, ik, rng_);
+    auto found = robot::SolveIk(robot_, X_CS * request_.X_HS.inverse(), request_.q_now, ik, rng_);
     std::erase_if(found, [this](const Eigen::VectorXd& q) { return !planner_.IsFree(q); });
     return found;
   }

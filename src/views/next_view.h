@@ -38,9 +38,9 @@ struct ViewRequest {
   Eigen::AlignedBox3d region_C;  ///< what is to be seen; stands on the table
   /// All that motions may meet on the table: known or not, what is not free in it is kept clear of.
   Eigen::AlignedBox3d obstacles_C;
-  Field field;                                   ///< of the sensor
-  core::Pose X_HS = core::Pose::Identity();      ///< where it is on the hand's root body
-  Eigen::VectorXd q_now;                         ///< where the arm stands
+  Field field;                               ///< of the sensor
+  core::Pose X_HS = core::Pose::Identity();  ///< where it is on the hand's root body
+  Eigen::VectorXd q_now;                     ///< where the arm stands
 };
 
 /// A place to look from, and the way there.

@@ -103,7 +103,8 @@ TEST_P(SeededRecognition, TellsAnObjectAloneAndItsPose) {
 }
 
 TEST_P(SeededRecognition, LeavesAnotherObjectUnknown) {
-  const auto others = {synthetic::BoxMesh(0.105, 0.075, 0.105), synthetic::CylinderMesh(0.045, 0.09)};
+  const auto others = {synthetic::BoxMesh(0.105, 0.075, 0.105),
+                       synthetic::CylinderMesh(0.045, 0.09)};
   for (const TriangleMesh& other : others) {
     const double half = other.vertices.back().z();
     const core::Pose X_WB = synthetic::Standing(0.3 * GetParam(), {0.0, 0.0, half});
@@ -127,8 +128,8 @@ TEST(Recognize, OrderOfTheLibraryPlaysNoPart) {
   auto objects = Objects();
   std::ranges::reverse(objects);
   const Library reversed(std::move(objects));
-  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
-                                         synthetic::Lying(0.7, {0.08, 0.0, 0.035}));
+  const auto can =
+      geometry::Transformed(Shelf().Find("can").mesh_B, synthetic::Lying(0.7, {0.08, 0.0, 0.035}));
   const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
                                          synthetic::Standing(0.3, {-0.05, 0.0, 0.0675}));
   const auto looked = LookAt({can, box}, 7);

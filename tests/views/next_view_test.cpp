@@ -15,8 +15,7 @@ const AlignedBox3d kBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12))
 const Vector3d kMiddle(0.0, 0.0, 0.06);
 
 const robot::Robot& Wrist() {
-  static const auto robot =
-      robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop_wrist.xml");
+  static const auto robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop_wrist.xml");
   return robot;
 }
 
@@ -74,7 +73,8 @@ TEST(NextView, StopsWhereThereIsLittleToSee) {
   NextViewOptions options;
   options.min_gain_m3 = 0.01;  // more than the region holds
   core::Rng rng(1);
-  EXPECT_FALSE(NextBestView(robot, SeenFrom({0.55, 0.0, 0.45}), RequestFor(robot), options, {}, rng));
+  EXPECT_FALSE(
+      NextBestView(robot, SeenFrom({0.55, 0.0, 0.45}), RequestFor(robot), options, {}, rng));
 }
 
 TEST(NextView, TheSameArgumentsGiveTheSameWay) {

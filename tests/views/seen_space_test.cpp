@@ -41,8 +41,8 @@ TEST(SeenSpace, CallsFreeNothingThatTheSensorDoesNotSee) {
         const double enter = a.min(b).maxCoeff();
         const bool crosses = enter < std::min(1.0, a.max(b).minCoeff());
         // Cells are 10 mm wide: those that the silhouette cuts may be either.
-        const bool deep = crosses && (1.0 - enter) * way.norm() > 0.03 &&
-                          a.max(b).minCoeff() - enter > 0.06;
+        const bool deep =
+            crosses && (1.0 - enter) * way.norm() > 0.03 && a.max(b).minCoeff() - enter > 0.06;
         const auto cell = space.At({x, y, z});
         if (deep) {
           EXPECT_NE(cell, SeenSpace::Cell::kFree) << p.transpose();

@@ -56,8 +56,8 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
 }
 
 SampleRays Fewer(const SampleRays& rays, std::size_t count) {
-  const auto of_own = static_cast<std::size_t>(
-      std::ranges::count(rays, Part::kOwn, &SampleRay::part));
+  const auto of_own =
+      static_cast<std::size_t>(std::ranges::count(rays, Part::kOwn, &SampleRay::part));
   const std::size_t half = std::max<std::size_t>(1, count / 2);
   const std::size_t own_step = std::max<std::size_t>(1, (of_own + half - 1) / half);
   const std::size_t step = std::max<std::size_t>(1, (rays.size() - of_own + half - 1) / half);
@@ -97,8 +97,7 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.unexplained += ray.part == Part::kOwn ? weight : 0.0;
       continue;
     }
-    const float cosine =
-        std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    const float cosine = std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
     const float off = (ray.distance_m - hits[i].distance_m) * cosine;
     if (std::abs(off) <= tolerance) {
       if (ray.part == Part::kGround) continue;  // the table at the object's foot

@@ -34,7 +34,7 @@ SampleRays Fewer(const SampleRays& rays, std::size_t count);
 
 /// What rays say of an object in a pose; sums of weights.
 struct Evidence {
-  double fit = 0.0;        ///< of explained samples: 1 - (e / tolerance)^2
+  double fit = 0.0;  ///< of explained samples: 1 - (e / tolerance)^2
   double explained = 0.0;
   double violated = 0.0;
   double unexplained = 0.0;

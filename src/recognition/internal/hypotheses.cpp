@@ -38,9 +38,8 @@ core::Pose AlongSight(const Segment& segment) {
   Vector3d sight_T = middle_T - segment.X_TC * segment.eye_C;
   sight_T.z() = 0.0;
   if (sight_T.norm() < 1e-6) sight_T = Vector3d::UnitX();
-  const Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(sight_T.normalized(), Vector3d::UnitX())
-          .toRotationMatrix();
+  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(sight_T.normalized(), Vector3d::UnitX())
+                         .toRotationMatrix();
   return core::MakePose(R, Vector3d::Zero()) * segment.X_TC;
 }
 
@@ -87,7 +86,8 @@ std::vector<core::Pose> VotedPoses(const PreparedObject& object, const Segment& 
   const geometry::PointCloud thin{geometry::Select(segment.cloud_C.points, kept),
                                   geometry::Select(segment.cloud_C.normals, kept)};
   std::vector<PairTable::Voted> voted;
-  const std::size_t step = std::max<std::size_t>(1, thin.size() / std::max<std::size_t>(1, references));
+  const std::size_t step =
+      std::max<std::size_t>(1, thin.size() / std::max<std::size_t>(1, references));
   for (std::size_t i = rng.Index(step); i < thin.size(); i += step) {
     object.pairs.Vote(thin, static_cast<std::uint32_t>(i), kPeaks, voted);
   }

@@ -13,7 +13,7 @@ struct Segment {
   SampleRays rays;               ///< all about it
   SampleRays coarse;
   SampleRays fine;
-  core::Pose X_TC = core::Pose::Identity();  ///< the table: z up, origin on it
+  core::Pose X_TC = core::Pose::Identity();         ///< the table: z up, origin on it
   Eigen::Vector3d eye_C = Eigen::Vector3d::Zero();  ///< of the view that sees most of it
 };
 

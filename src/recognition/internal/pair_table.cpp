@@ -54,8 +54,8 @@ PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
       const Vector3d d = points_B_.points[j] - points_B_.points[i];
       if (i == j || d.norm() < spacing_m) continue;
       diameter_m_ = std::max(diameter_m_, d.norm());
-      const auto key = Key(points_B_.points[i], points_B_.normals[i], points_B_.points[j],
-                           points_B_.normals[j]);
+      const auto key =
+          Key(points_B_.points[i], points_B_.normals[i], points_B_.points[j], points_B_.normals[j]);
       pairs_[key].push_back({static_cast<std::uint16_t>(i),
                              static_cast<float>(AngleAbout(to_axis, points_B_.points[j]))});
     }
@@ -93,9 +93,8 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     const auto at = static_cast<std::size_t>(best - votes.begin());
     const std::size_t i = at / kTurns;
     const double turn = (static_cast<double>(at % kTurns) + 0.5) * 2.0 * kPi / kTurns;
-    const core::Pose spin =
-        core::MakePose(Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(),
-                       Vector3d::Zero());
+    const core::Pose spin = core::MakePose(
+        Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero());
     const core::Pose X_CB =
         to_axis.inverse() * spin * ToAxis(points_B_.points[i], points_B_.normals[i]);
     voted.push_back({X_CB, static_cast<double>(*best)});

@@ -15,9 +15,9 @@ struct PreparedObject {
   PreparedObject(const KnownObject& object, const LibraryOptions& options);
 
   const KnownObject* object;
-  geometry::RayCaster rays;          ///< the mesh in B
-  pcl_bridge::PlaneTarget target;    ///< surface_B
-  geometry::Points hull_B;           ///< corners of the hull
+  geometry::RayCaster rays;        ///< the mesh in B
+  pcl_bridge::PlaneTarget target;  ///< surface_B
+  geometry::Points hull_B;         ///< corners of the hull
   /// Ways to lie on a table whose frame has z up: rotations R_TB that symmetry does not map onto
   /// each other.
   std::vector<Eigen::Matrix3d> lying;

@@ -246,7 +246,8 @@ std::optional<core::Pose> WristScanner(const Mjcf& mjcf, int hand) {
   if (site < 0) return std::nullopt;
   const mjModel& m = mjcf.model();
   if (m.body_weldid[m.site_bodyid[site]] != m.body_weldid[hand]) {
-    mjcf.Fail("site \"wrist_scanner\" should move with body \"hand\": put it on the arm's last link");
+    mjcf.Fail(
+        "site \"wrist_scanner\" should move with body \"hand\": put it on the arm's last link");
   }
   return mjcf.BodyPose(hand).inverse() * mjcf.SitePose(site);
 }

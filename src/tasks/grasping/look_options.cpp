@@ -10,14 +10,16 @@ void ReadLookOptions(core::YamlMap map, LookOptions& options) {
   map.ReadScaled("mount_sigma_mm", options.mount_sigma_m, kMm, 0.0, 20.0,
                  "how far the head sits elsewhere on the flange than the robot believes, root mean "
                  "square; one draw a trial");
-  map.ReadScaled("mount_sigma_deg", options.mount_sigma_rad, kDeg, 0.0, 5.0, "and how it is turned");
+  map.ReadScaled("mount_sigma_deg", options.mount_sigma_rad, kDeg, 0.0, 5.0,
+                 "and how it is turned");
   map.Read("refine", options.refine,
            "views are laid onto the earlier ones; off: as the arm says they are");
   map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
                  "space about the highest thing that views are chosen for");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
                  "a view that would see less new space there is not taken");
-  map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0, "of the space that it is counted in");
+  map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
+                 "of the space that it is counted in");
   map.Finish();
 }
 

@@ -50,8 +50,8 @@ core::Pose Error(double sigma_m, double sigma_rad, core::Rng& rng) {
   };
   const Eigen::Vector3d shift = vector(sigma_m);
   const Eigen::Vector3d turn = vector(sigma_rad);
-  return core::MakePose(
-      Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(), shift);
+  return core::MakePose(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(),
+                        shift);
 }
 
 template <typename Visit>
@@ -169,11 +169,11 @@ views::Refinement Looker::Add(Sensed look, Sensed& to) const {
     return std::sqrt(sum);
   };
   views::RefineOptions refine;
-  refine.error.shift_m = rms({options_.look.mount_sigma_m, scanner_.calibration_sigma_m,
-                              fixed.calibration_sigma_m,
-                              fixed.calibration_sigma_rad * kFixedDistance_m});
-  refine.error.turn_rad = rms({options_.look.mount_sigma_rad, scanner_.calibration_sigma_rad,
-                               fixed.calibration_sigma_rad});
+  refine.error.shift_m =
+      rms({options_.look.mount_sigma_m, scanner_.calibration_sigma_m, fixed.calibration_sigma_m,
+           fixed.calibration_sigma_rad * kFixedDistance_m});
+  refine.error.turn_rad = rms(
+      {options_.look.mount_sigma_rad, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
   views::Refinement refinement;
   for (std::size_t i = 0; i < look.observation.views.size(); ++i) {
     geometry::View& view = look.observation.views[i];

@@ -15,27 +15,27 @@
 
 namespace rangegrasp::tasks::grasping {
 
-/// Stage 2 from several places: the cell's own sensor first, then the one on the wrist from wherever
-/// the arm can hold it. Who uses it looks, decides, looks again:
+/// Stage 2 from several places: the cell's own sensor first, then the one on the wrist from
+/// wherever the arm can hold it. Who uses it looks, decides, looks again:
 ///
 ///   Looker looker(cell.options, cell.robot, seed);
 ///   Sensed sensed = cell.sensor->Sense(world, rng);               // with the arm out of its way
 ///   while (!sure) {
 ///     auto look = looker.Next(sensed.observation, looker.RegionAbout(...), world.ArmPositions());
-///     if (!look || !looker.Go(world, *look)) break;               // nothing new to see, or stopped
-///     looker.Add(looker.SenseHere(world), sensed);
+///     if (!look || !looker.Go(world, *look)) break;               // nothing new to see, or
+///     stopped looker.Add(looker.SenseHere(world), sensed);
 ///   }
 ///
 /// Every draw is of a stream of the seed, numbered by its look. The arguments must outlive it.
 class Looker {
  public:
-  /// @throws core::InputError if the scene has no site "wrist_scanner", or the sensor's file is none
+  /// @throws core::InputError if the scene has no site "wrist_scanner", or the sensor's file is
+  /// none
   Looker(const Options& options, const robot::Robot& robot, std::uint64_t seed);
 
   /// A box about the highest of what was seen above the table within the workspace, down to the
   /// table; nullopt if there is nothing.
-  std::optional<Eigen::AlignedBox3d> RegionOfHighest(
-      const geometry::Observation& so_far) const;
+  std::optional<Eigen::AlignedBox3d> RegionOfHighest(const geometry::Observation& so_far) const;
   /// The same about any place: LookOptions::region_radius_m round it, from the table to
   /// the highest seen there.
   Eigen::AlignedBox3d RegionAbout(const Eigen::Vector3d& place_W,

@@ -327,12 +327,15 @@ Options ReadOptions(YamlMap& map) {
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
               o.clutter);
-  map.Read("views", o.views, 1, 10,
-           "looks of a trial: the first with the sensor, others from the wrist, where they tell most");
-  ReadLookOptions(map.Child("look", "looks from the wrist, where there is more than one view"), o.look);
+  map.Read(
+      "views", o.views, 1, 10,
+      "looks of a trial: the first with the sensor, others from the wrist, where they tell most");
+  ReadLookOptions(map.Child("look", "looks from the wrist, where there is more than one view"),
+                  o.look);
   if (o.views > 1 && o.look.sensor.empty()) {
-    map.Fail("views", "more than one needs look: {sensor: FILE}, the scanner on the wrist "
-                      "(models/sensors/wrist_scanner.yaml)");
+    map.Fail("views",
+             "more than one needs look: {sensor: FILE}, the scanner on the wrist "
+             "(models/sensors/wrist_scanner.yaml)");
   }
   ReadStereo(map.Child("stereo", "from a pair of pictures to a cloud"), o);
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);

@@ -25,7 +25,8 @@ recognition::Library LoadLibrary(std::span<const std::filesystem::path> folders,
   std::map<std::string, std::filesystem::path> files;  // by name: the same on every file system
   for (const auto& folder : folders) {
     if (!std::filesystem::is_directory(folder)) {
-      throw core::InputError(folder.string() + ": no folder (it must hold NAME/NAME.xml for every known object)");
+      throw core::InputError(folder.string() +
+                             ": no folder (it must hold NAME/NAME.xml for every known object)");
     }
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();

@@ -13,7 +13,7 @@ struct Options {
   recognition::RecognitionOptions recognition;
   /// The library lacks the scene's target, which must stay unknown then.
   bool without_target = false;
-  double max_distance_m = 0.005;         ///< of a pose that counts as found
+  double max_distance_m = 0.005;          ///< of a pose that counts as found
   double max_angle_rad = core::Deg(5.0);  ///< likewise
 };
 

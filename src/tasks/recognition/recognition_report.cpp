@@ -104,7 +104,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
     Add(record, rows[object], finds);
   }
   Grid grid;
-  grid.header = {"object",       "scenes",         "found %",         "95 %",
+  grid.header = {"object",       "scenes",          "found %",          "95 %",
                  "wrong object", "off mm (median)", "off deg (median)", "otherwise"};
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = grid.left.back() = true;
@@ -124,9 +124,9 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
       finds.wrong, experiment::PercentText(finds.wrong, finds.all, 1),
       IntervalText(finds.wrong, finds.all)));
   if (finds.others > 0) {
-    report.notes.push_back(fmt::format("of {} others that were named right {} in their pose ({} %)",
-                                       finds.others, finds.others_near,
-                                       experiment::PercentText(finds.others_near, finds.others, 1)));
+    report.notes.push_back(fmt::format(
+        "of {} others that were named right {} in their pose ({} %)", finds.others,
+        finds.others_near, experiment::PercentText(finds.others_near, finds.others, 1)));
   }
   report.notes.push_back(TimesNote(records));
   return report;
