@@ -1,0 +1,43 @@
+#include "tasks/bring/bring_task.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "experiment/experiment.h"
+#include "tasks/kinds.h"
+
+namespace rangegrasp::tasks::bring {
+namespace {
+
+experiment::Experiment Open(std::vector<std::string> set) {
+  set.emplace_back("runs_per_object=1");
+  return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml", AllKinds(),
+                                    {.set = set, .groups = {"coffee_cup"}, .seed = 1001});
+}
+
+nlohmann::json DataOf(const experiment::Result& result) {
+  return nlohmann::json::parse(result.data);
+}
+
+TEST(BringTask, BringsTheCupAndSaysSo) {
+  const auto experiment = Open({"arrangement=single"});
+  const auto result = experiment.task->Run(experiment.cases[0]);
+  EXPECT_EQ(result.outcome, "handed_over") << result.detail;
+  const auto data = DataOf(result);
+  EXPECT_EQ(data["words"].front(), "I am to bring the Coffee Cup.");
+  EXPECT_EQ(data["words"].back(), "Here you are: the Coffee Cup.");
+  EXPECT_TRUE(data["attempts"].back()["at_wanted"]);
+  EXPECT_EQ(experiment.task->Run(experiment.cases[0]).data, result.data) << "the same bytes";
+}
+
+TEST(BringTask, SaysThatItIsNotThere) {
+  const auto experiment = Open({"arrangement=single", "bring.absent=true"});
+  const auto result = experiment.task->Run(experiment.cases[0]);
+  EXPECT_EQ(result.outcome, kSaidAbsent) << result.data;
+  EXPECT_FALSE(DataOf(result)["present"]);
+  for (const auto& attempt : DataOf(result)["attempts"]) EXPECT_FALSE(attempt["at_wanted"]);
+}
+
+}  // namespace
+}  // namespace rangegrasp::tasks::bring
