@@ -18,6 +18,7 @@ void AddExportCommand(CLI::App& app);           ///< export
 void AddListCommand(CLI::App& app);             ///< list
 void AddPartsCommands(CLI::App& app);           ///< parts FILE
 void AddPerceiveCommand(CLI::App& app);         ///< perceive
+void AddRecognizeCommand(CLI::App& app);        ///< recognize
 void AddPictureCommands(CLI::App& app);         ///< snapshot, scan
 void AddReproduceCommand(CLI::App& app);        ///< reproduce
 void AddReportCommand(CLI::App& app);           ///< report

@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddPictureCommands(app);
   rangegrasp::cli::AddAddObjectCommand(app);
   rangegrasp::cli::AddPerceiveCommand(app);
+  rangegrasp::cli::AddRecognizeCommand(app);
   rangegrasp::cli::AddCylindersCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
   rangegrasp::cli::AddStereoCommand(app);

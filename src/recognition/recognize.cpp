@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "geometry/kd_tree.h"
 #include "pcl_bridge/cloud.h"
 #include "pcl_bridge/registration.h"
 #include "recognition/internal/evidence.h"
@@ -31,11 +32,21 @@ constexpr int kIterations[] = {15, 15};
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
 constexpr int kHalvings = 3;
+/// What is this near to the table stands on it; so many points of it are enough.
+constexpr double kContact_m = 0.002;
+constexpr std::size_t kMaxContact = 80;
+/// Poses of one object with scores this near are told apart by half the tolerance: by a rim of a
+/// millimetre.
+constexpr double kNear = 0.03;
+/// Poses of one object that differ by more are two.
+constexpr double kDiffers_m = 0.008;
+constexpr double kDiffers_rad = 0.14;
 
 /// A pose with what the rays say of it.
 struct Posed {
   core::Pose X_CB;
   double score = 0.0;
+  bool lies = false;  ///< on the table, in one of its ways to
 };
 
 core::Pose TableFrame(const geometry::Plane& plane) {
@@ -44,11 +55,20 @@ core::Pose TableFrame(const geometry::Plane& plane) {
   return core::MakePose(R, Eigen::Vector3d(0.0, 0.0, plane.Distance(Eigen::Vector3d::Zero())));
 }
 
+/// As many points of a cloud as registration wants, evenly.
+geometry::Points SourceOf(const geometry::Points& points, std::size_t count) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  geometry::Points source;
+  for (std::size_t i = 0; i < points.size(); i += step) source.push_back(points[i]);
+  return source;
+}
+
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
                   const geometry::Indices& own, const RecognitionOptions& options) {
   Segment segment;
   segment.cloud_C = {geometry::Select(scene.cloud.points, own),
                      geometry::Select(scene.cloud.normals, own)};
+  segment.source_C = SourceOf(segment.cloud_C.points, options.source_points);
   segment.rays = internal::RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = internal::Fewer(segment.rays, options.coarse_rays);
   segment.fine = internal::Fewer(segment.rays, options.fine_rays);
@@ -89,25 +109,53 @@ class Match {
  public:
   Match(const PreparedObject& object, const Segment& segment, const pcl_bridge::Cloud& source,
         const RecognitionOptions& options)
-      : object_(object), segment_(segment), source_(source), options_(options) {}
+      : object_(&object), segment_(&segment), source_(&source), options_(&options) {}
 
-  /// The best poses, registered, the best first.
-  std::vector<Posed> Run(core::Rng& rng) const {
-    const Symmetry& symmetry = object_.object->symmetry;
+  const PreparedObject& object() const { return *object_; }
+
+  /// The best poses by the coarse score, the best first.
+  std::vector<Posed> Guesses(core::Rng& rng) const {
     std::vector<Posed> posed;
-    for (const auto& X_CB : internal::LyingPoses(object_, segment_)) posed.push_back(Coarse(X_CB));
-    const auto voted =
-        internal::VotedPoses(object_, segment_, static_cast<std::size_t>(options_.references), rng);
-    for (const auto& X_CB : voted) posed.push_back(Coarse(X_CB));
-    posed = Best(std::move(posed), static_cast<std::size_t>(options_.registered), symmetry,
-                 kSameCoarse_m, kSameCoarse_rad);
-    for (Posed& one : posed) {
-      one.X_CB = Registered(one.X_CB);
-      one.score = FineScore(one.X_CB);
+    for (const auto& X_CB : internal::LyingPoses(*object_, *segment_)) {
+      posed.push_back(Coarse(X_CB));
+      posed.back().lies = true;
     }
-    return Best(std::move(posed), posed.size(), symmetry, kSame_m, kSame_rad);
+    const auto references = static_cast<std::size_t>(options_->references);
+    for (const auto& X_CB : internal::VotedPoses(*object_, *segment_, references, rng)) {
+      posed.push_back(Coarse(X_CB));
+    }
+    return Best(std::move(posed), static_cast<std::size_t>(options_->registered),
+                object_->object->symmetry, kSameCoarse_m, kSameCoarse_rad);
   }
 
+  /// The same, registered, the best by the fine score first.
+  std::vector<Posed> Registered(std::vector<Posed> posed) const {
+    for (Posed& one : posed) {
+      one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
+                          : Registered(one.X_CB, *source_);
+      one.score = FineScore(one.X_CB);
+    }
+    const std::size_t all = posed.size();
+    return Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+  }
+
+  /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
+  void Settle(std::vector<Posed>& posed) const {
+    if (posed.empty()) return;
+    posed.front() = Refined(posed.front());
+    const double least = posed.front().score - kNear;
+    double tightest = Tight(posed.front().X_CB);
+    for (std::size_t i = 1; i < posed.size(); ++i) {
+      if (posed[i].score < least) continue;
+      posed[i] = Refined(posed[i]);
+      const double tight = Tight(posed[i].X_CB);
+      if (tight <= tightest) continue;
+      tightest = tight;
+      std::swap(posed.front(), posed[i]);
+    }
+  }
+
+ private:
   /// Climbs the score by small moves along and about the axes of the table.
   Posed Refined(Posed posed) const {
     double step_m = kStep_m;
@@ -120,22 +168,44 @@ class Match {
     return posed;
   }
 
- private:
   Posed Coarse(const core::Pose& X_CB) const {
-    return {X_CB,
-            Penalised(internal::Weigh(object_, X_CB, segment_.coarse, options_.coarse_tolerance_m),
-                      X_CB, options_.coarse_tolerance_m)};
+    const auto evidence =
+        internal::Weigh(*object_, X_CB, segment_->coarse, options_->coarse_tolerance_m);
+    return {X_CB, Penalised(evidence, X_CB, options_->coarse_tolerance_m)};
+  }
+  double Tight(const core::Pose& X_CB) const {
+    return Penalised(
+        internal::Weigh(*object_, X_CB, segment_->fine, 0.5 * options_->tolerance_m), X_CB,
+        options_->max_sunk_m);
   }
   double FineScore(const core::Pose& X_CB) const {
-    return Penalised(internal::Weigh(object_, X_CB, segment_.fine, options_.tolerance_m), X_CB,
-                     options_.max_sunk_m);
+    return Penalised(internal::Weigh(*object_, X_CB, segment_->fine, options_->tolerance_m), X_CB,
+                     options_->max_sunk_m);
   }
   double Penalised(const Evidence& evidence, const core::Pose& X_CB, double max_sunk_m) const {
-    if (Sunk(object_, X_CB, segment_) > max_sunk_m) return 0.0;
-    return evidence.Score(options_.unexplained_weight);
+    if (Sunk(*object_, X_CB, *segment_) > max_sunk_m) return 0.0;
+    return evidence.Score(*options_);
   }
 
-  core::Pose Registered(const core::Pose& X_CB) const {
+  /// The source, and on the table what the object stands on: a round one would roll into the table
+  /// for what is seen of it.
+  geometry::Points WithContact(const core::Pose& X_CB) const {
+    geometry::Points points = segment_->source_C;
+    const core::Pose X_TB = segment_->X_TC * X_CB;
+    const geometry::Points& surface = object_->object->surface_B.points;
+    geometry::Points contact_C;
+    for (const Eigen::Vector3d& p : surface) {
+      Eigen::Vector3d on_table = X_TB * p;
+      if (on_table.z() > kContact_m) continue;
+      on_table.z() = 0.0;
+      contact_C.push_back(segment_->X_TC.inverse() * on_table);
+    }
+    const std::size_t step = 1 + contact_C.size() / kMaxContact;
+    for (std::size_t i = 0; i < contact_C.size(); i += step) points.push_back(contact_C[i]);
+    return points;
+  }
+
+  core::Pose Registered(const core::Pose& X_CB, const pcl_bridge::Cloud& source) const {
     core::Pose X_BC = X_CB.inverse();
     for (std::size_t k = 0; k < std::size(kPairs_m); ++k) {
       pcl_bridge::RegistrationOptions options;
@@ -143,15 +213,15 @@ class Match {
       options.max_iterations = kIterations[k];
       options.min_step_m = 5e-5;
       options.min_step_rad = 5e-4;
-      X_BC = pcl_bridge::RegisterPointToPlane(source_, object_.target, X_BC, options).X_TS;
+      X_BC = pcl_bridge::RegisterPointToPlane(source, object_->target, X_BC, options).X_TS;
     }
     return X_BC.inverse();
   }
 
   void Climb(int axis, double step_m, double step_rad, Posed& posed) const {
     const Eigen::Vector3d along =
-        segment_.X_TC.linear().transpose() * Eigen::Vector3d::Unit(axis % 3);
-    const Eigen::Vector3d center = posed.X_CB * object_.object->symmetry.center_B;
+        segment_->X_TC.linear().transpose() * Eigen::Vector3d::Unit(axis % 3);
+    const Eigen::Vector3d center = posed.X_CB * object_->object->symmetry.center_B;
     core::Pose move = core::Pose::Identity();
     if (axis < 3) {
       move.translation() = step_m * along;
@@ -161,23 +231,14 @@ class Match {
     }
     const core::Pose moved = move * posed.X_CB;
     const double score = FineScore(moved);
-    if (score > posed.score) posed = {moved, score};
+    if (score > posed.score) posed = {moved, score, posed.lies};
   }
 
-  const PreparedObject& object_;
-  const Segment& segment_;
-  const pcl_bridge::Cloud& source_;
-  const RecognitionOptions& options_;
+  const PreparedObject* object_;
+  const Segment* segment_;
+  const pcl_bridge::Cloud* source_;
+  const RecognitionOptions* options_;
 };
-
-/// The thinned points of a segment, as many as registration wants.
-geometry::Points SourceOf(const Segment& segment, std::size_t count) {
-  const auto& points = segment.cloud_C.points;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
-  geometry::Points source;
-  for (std::size_t i = 0; i < points.size(); i += step) source.push_back(points[i]);
-  return source;
-}
 
 FoundObject Told(const PreparedObject& object, const Posed& posed, const Segment& segment,
                  const perception::Scene& scene, const RecognitionOptions& options) {
@@ -196,48 +257,92 @@ FoundObject Told(const PreparedObject& object, const Posed& posed, const Segment
   return found;
 }
 
+/// A known object at a segment: its poses, the best first.
+struct Candidate {
+  Match match;
+  std::vector<Posed> posed;
+
+  double Score() const { return posed.empty() ? 0.0 : posed.front().score; }
+  const std::string& Name() const { return match.object().object->name; }
+};
+
+void Sort(std::vector<Candidate>& candidates) {
+  std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {
+    return a.Score() != b.Score() ? a.Score() > b.Score() : a.Name() < b.Name();
+  });
+}
+
+/// Leaves out what is hopeless beside the best.
+void Prune(std::vector<Candidate>& candidates, double hopeless) {
+  Sort(candidates);
+  if (candidates.empty()) return;
+  const double least = std::max(1e-6, candidates.front().Score() - hopeless);
+  std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
+}
+
+/// All known objects at a segment, as far as they are not hopeless, the best first.
+std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cloud& source,
+                                    const Library& library, const RecognitionOptions& options,
+                                    std::uint64_t seed) {
+  std::vector<Candidate> candidates;
+  for (const auto& object : library.prepared().ready) {
+    core::Rng rng(core::DeriveSeed(seed, object->object->name));
+    const Match match(*object, segment, source, options);
+    candidates.push_back({match, match.Guesses(rng)});
+  }
+  Prune(candidates, options.hopeless);
+  for (Candidate& one : candidates) one.posed = one.match.Registered(std::move(one.posed));
+  Prune(candidates, options.hopeless);
+  for (Candidate& one : candidates) one.match.Settle(one.posed);
+  Sort(candidates);
+  return candidates;
+}
+
 /// The object that a segment is; nullopt where none is good enough, or two are about as good.
 std::optional<FoundObject> Identify(const geometry::Observation& observation,
                                     const perception::Scene& scene, const geometry::Indices& own,
                                     const Library& library, const RecognitionOptions& options,
                                     core::Rng& rng) {
-  if (own.size() < options.min_samples) return std::nullopt;
-  const Segment segment = SegmentOf(observation, scene, own, options);
-  const pcl_bridge::Cloud source(SourceOf(segment, options.source_points));
   const std::uint64_t seed = rng.Next();
-  struct Candidate {
-    const PreparedObject* object;
-    Posed posed;
-  };
-  std::vector<Candidate> candidates;
-  for (const auto& object : library.prepared().ready) {
-    core::Rng of_object(core::DeriveSeed(seed, object->object->name));
-    const Match match(*object, segment, source, options);
-    const auto posed = match.Run(of_object);
-    if (posed.empty() || posed.front().score <= 0.0) continue;
-    candidates.push_back({object.get(), posed.front()});
-  }
-  const auto better = [](const Candidate& a, const Candidate& b) {
-    if (a.posed.score != b.posed.score) return a.posed.score > b.posed.score;
-    return a.object->object->name < b.object->object->name;
-  };
-  std::ranges::sort(candidates, better);
-  constexpr std::size_t kRefined = 3;
-  if (candidates.size() > kRefined)
-    candidates.erase(candidates.begin() + kRefined, candidates.end());
-  for (Candidate& one : candidates) {
-    one.posed = Match(*one.object, segment, source, options).Refined(one.posed);
-  }
-  std::ranges::sort(candidates, better);
-  if (candidates.empty() || candidates.front().posed.score < options.min_score) return std::nullopt;
+  const Segment segment = SegmentOf(observation, scene, own, options);
+  const pcl_bridge::Cloud source(segment.source_C);
+  const auto candidates = CandidatesAt(segment, source, library, options, seed);
+  if (candidates.empty() || candidates.front().Score() < options.min_score) return std::nullopt;
   if (candidates.size() > 1 &&
-      candidates[0].posed.score - candidates[1].posed.score < options.margin) {
+      candidates[0].Score() - candidates[1].Score() < options.margin) {
     return std::nullopt;
   }
-  FoundObject found =
-      Told(*candidates.front().object, candidates.front().posed, segment, scene, options);
+  const Candidate& best = candidates.front();
+  FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
+  for (const Posed& other : best.posed) {
+    const PoseDifference off = Difference(other.X_CB, found.X_CB, best.match.object().object->symmetry);
+    const bool differs = off.distance_m > kDiffers_m || off.angle_rad > kDiffers_rad;
+    if (differs && other.score > found.score - options.margin) {
+      found.alternatives_CB.push_back(other.X_CB);
+    }
+  }
   if (found.samples.size() < options.min_samples) return std::nullopt;
   return found;
+}
+
+/// An object's points with those of small pieces beside it, which may be a part of it that was
+/// perceived apart, such as a handle; empty if there are none.
+geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
+                             const RecognitionOptions& options) {
+  const geometry::Indices& own = scene.objects[object].points;
+  const geometry::Points points = geometry::Select(scene.cloud.points, own);
+  const geometry::KdTree tree(points);
+  geometry::Indices all = own;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const geometry::Indices& piece = scene.objects[i].points;
+    const double share = static_cast<double>(piece.size()) / static_cast<double>(own.size());
+    if (i == object || share > options.max_piece) continue;
+    const bool beside = std::ranges::any_of(piece, [&](std::uint32_t point) {
+      return tree.CountWithin(scene.cloud.points[point], options.piece_gap_m, 1) > 0;
+    });
+    if (beside) all.insert(all.end(), piece.begin(), piece.end());
+  }
+  return all.size() > own.size() ? all : geometry::Indices();
 }
 
 }  // namespace
@@ -246,8 +351,17 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
                                    const RecognitionOptions& options, core::Rng& rng) {
   std::vector<FoundObject> all;
-  for (const auto& object : scene.objects) {
-    auto found = Identify(observation, scene, object.points, library, options, rng);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const geometry::Indices& own = scene.objects[i].points;
+    core::Rng of_object(rng.Next());
+    std::optional<FoundObject> found;
+    if (own.size() >= options.min_samples) {
+      const geometry::Indices whole = WithPieces(scene, i, options);
+      if (!whole.empty()) {
+        found = Identify(observation, scene, whole, library, options, of_object);
+      }
+      if (!found) found = Identify(observation, scene, own, library, options, of_object);
+    }
     if (found) all.push_back(std::move(*found));
   }
   std::ranges::stable_sort(all, std::greater{}, &FoundObject::score);

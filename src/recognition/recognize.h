@@ -25,14 +25,25 @@ struct RecognitionOptions {
   int references = 24;              ///< points of a segment whose pairs vote for poses
   /// Poses of one object and segment that are registered, the best by the coarse score.
   int registered = 4;
+  /// Objects whose coarse score is this far below the best one's are not registered, nor refined
+  /// where their registered one is so far below.
+  double hopeless = 0.25;
   /// Of a segment's samples that a model leaves unexplained, so much counts: less than 1, for two
   /// objects may be one segment.
   double unexplained_weight = 0.6;
+  /// A ray that meets a model's surface and of which nothing came back counts so much as one that
+  /// saw through it, less where it meets it at more than 60 deg: it may have been lost to gloss or
+  /// in a shadow of the sensor's camera.
+  double lost_weight = 0.3;
   /// What is found must score so high ...
   double min_score = 0.72;
   /// ... and so much higher than any other object there.
-  double margin = 0.03;
-  std::size_t min_samples = 60;  ///< that it explains
+  double margin = 0.015;
+  std::size_t min_samples = 60;  ///< that it explains, and of what is compared with the library
+  /// A perceived object with up to this share of another one's points, and this near to it, may be
+  /// a part of it: the handle of a cup is perceived apart.
+  double max_piece = 0.25;
+  double piece_gap_m = 0.012;
   /// Deeper than this in the table no object stands.
   double max_sunk_m = 0.006;
 };
@@ -48,6 +59,10 @@ struct FoundObject {
   double violations = 0.0;
   double rms_m = 0.0;  ///< of the samples' distances to the model, across its surface
   std::vector<geometry::SampleId> samples;  ///< that it explains
+  /// Other poses of the same object that explain the samples about as well (within
+  /// RecognitionOptions::margin): what would tell them apart was not seen, e.g. a handle. Another
+  /// view does.
+  std::vector<core::Pose> alternatives_CB;
 };
 
 /// Finds known objects in what was perceived. Each perceived object is compared with each known
@@ -58,10 +73,10 @@ struct FoundObject {
 /// the perceived object that lies before the surface or beside the model is unexplained.
 ///
 ///   score = sum of (1 - (e / tolerance)^2) over explained samples
-///           / (explained + violations + w unexplained)
+///           / (explained + violations + u unexplained + l lost)
 ///
-/// with e across the surface and w = options.unexplained_weight, all weighted by the area that a
-/// sample stands for. What no model explains well enough, or two explain about as well, is not
+/// with e across the surface, u = options.unexplained_weight, l = options.lost_weight, and lost the
+/// rays that should have met the surface and did not come back. What no model explains well enough, or two explain about as well, is not
 /// named. Single-threaded; the same arguments give the same result, and the order of the library
 /// plays no part.
 /// @param scene  of this observation

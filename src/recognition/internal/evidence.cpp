@@ -8,6 +8,11 @@ namespace {
 
 /// A surface that is met at a flatter angle (80 deg) is not measured well.
 constexpr float kFlattest = 0.17f;
+/// One that is met at less than 60 deg (its cosine) gives an answer, unless it hides from the
+/// sensor's camera; a flatter one the less, the flatter it is.
+constexpr float kSurely = 0.5f;
+/// Directions between two measured samples of a profile are known by them up to this many apart.
+constexpr std::uint32_t kMaxLost = 100;
 
 /// What each of the scene's points was taken for; strays for nothing (not in the list).
 std::vector<std::uint8_t> PartsOf(const perception::Scene& scene, const geometry::Indices& own) {
@@ -32,6 +37,35 @@ Ball BallAbout(const perception::Scene& scene, const geometry::Indices& own, dou
   return ball;
 }
 
+bool Meets(const Ball& ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d middle = ball.center_C - origin;
+  return (middle - middle.dot(direction) * direction).norm() <= ball.radius_m;
+}
+
+/// The rays between samples of a profile of which nothing came back.
+void AddLost(const geometry::Observation& observation, const perception::Scene& scene,
+             const Ball& ball, SampleRays& rays) {
+  for (std::size_t i = 1; i < scene.samples.size(); ++i) {
+    const auto& from = scene.samples[i - 1];
+    const auto& to = scene.samples[i];
+    if (from.view != to.view || to.sample <= from.sample + 1) continue;
+    const auto& image = observation.views[to.view].image;
+    const auto width = static_cast<std::uint32_t>(image.samples);
+    const std::uint32_t apart = to.sample - from.sample;
+    if (apart > kMaxLost || from.sample / width != to.sample / width) continue;
+    const Eigen::Vector3d& origin = image.OriginOf(to.sample);
+    const Eigen::Vector3d first = (scene.points_C[i - 1] - origin).normalized();
+    const Eigen::Vector3d last = (scene.points_C[i] - origin).normalized();
+    for (std::uint32_t k = 1; k < apart; ++k) {
+      if (image.points_C[from.sample + k].allFinite()) continue;  // outside the workspace
+      const double share = static_cast<double>(k) / apart;
+      const Eigen::Vector3d direction = ((1.0 - share) * first + share * last).normalized();
+      if (!Meets(ball, origin, direction)) continue;
+      rays.push_back({origin.cast<float>(), direction.cast<float>(), 0.0f, 1.0f, Part::kLost, 0});
+    }
+  }
+}
+
 }  // namespace
 
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
@@ -47,17 +81,17 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
     const Eigen::Vector3d to = scene.points_C[i] - origin;
     const double distance = to.norm();
     const Eigen::Vector3d direction = to / distance;
-    const Eigen::Vector3d middle = ball.center_C - origin;
-    if ((middle - middle.dot(direction) * direction).norm() > ball.radius_m) continue;
+    if (!Meets(ball, origin, direction)) continue;
     rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
                     1.0f, static_cast<Part>(parts[i]), i});
   }
+  AddLost(observation, scene, ball, rays);
   return rays;
 }
 
 SampleRays Fewer(const SampleRays& rays, std::size_t count) {
-  const auto of_own =
-      static_cast<std::size_t>(std::ranges::count(rays, Part::kOwn, &SampleRay::part));
+  const auto of_own = static_cast<std::size_t>(
+      std::ranges::count(rays, Part::kOwn, &SampleRay::part));
   const std::size_t half = std::max<std::size_t>(1, count / 2);
   const std::size_t own_step = std::max<std::size_t>(1, (of_own + half - 1) / half);
   const std::size_t step = std::max<std::size_t>(1, (rays.size() - of_own + half - 1) / half);
@@ -73,8 +107,9 @@ SampleRays Fewer(const SampleRays& rays, std::size_t count) {
   return fewer;
 }
 
-double Evidence::Score(double unexplained_weight) const {
-  const double all = explained + violated + unexplained_weight * unexplained;
+double Evidence::Score(const RecognitionOptions& options) const {
+  const double all = explained + violated + options.unexplained_weight * unexplained +
+                     options.lost_weight * lost;
   return all > 0.0 ? fit / all : 0.0;
 }
 
@@ -97,7 +132,12 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.unexplained += ray.part == Part::kOwn ? weight : 0.0;
       continue;
     }
-    const float cosine = std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    const float cosine =
+        std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    if (ray.part == Part::kLost) {
+      evidence.lost += weight * static_cast<double>(std::min(1.0f, cosine / kSurely));
+      continue;
+    }
     const float off = (ray.distance_m - hits[i].distance_m) * cosine;
     if (std::abs(off) <= tolerance) {
       if (ray.part == Part::kGround) continue;  // the table at the object's foot

@@ -12,16 +12,21 @@
 namespace rangegrasp::recognition::internal {
 
 /// What a sample was taken for.
-enum class Part : std::uint8_t { kOwn, kOther, kGround };
+enum class Part : std::uint8_t {
+  kOwn,
+  kOther,
+  kGround,
+  kLost  ///< not measured, between two samples of its profile that were
+};
 
-/// A measured sample as a ray from its sensor.
+/// A sample as a ray from its sensor.
 struct SampleRay {
   Eigen::Vector3f origin_C;
   Eigen::Vector3f direction_C;  ///< unit
   float distance_m = 0.0f;
   float weight = 1.0f;  ///< samples that it stands for
   Part part = Part::kGround;
-  std::uint32_t point = 0;  ///< position in Scene::points_C
+  std::uint32_t point = 0;  ///< position in Scene::points_C; none for a lost one
 };
 using SampleRays = std::vector<SampleRay>;
 
@@ -38,9 +43,10 @@ struct Evidence {
   double explained = 0.0;
   double violated = 0.0;
   double unexplained = 0.0;
+  double lost = 0.0;  ///< rays that meet the surface well, and of which nothing came back
   double squares_m2 = 0.0;  ///< sum of e^2 over explained ones
 
-  double Score(double unexplained_weight) const;
+  double Score(const RecognitionOptions& options) const;
 };
 /// @param explained  receives positions in Scene::points_C; may be null
 Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const SampleRays& rays,

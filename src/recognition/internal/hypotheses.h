@@ -10,6 +10,7 @@ namespace rangegrasp::recognition::internal {
 /// A perceived object as hypotheses are made from it.
 struct Segment {
   geometry::PointCloud cloud_C;  ///< with normals
+  geometry::Points source_C;     ///< fewer of its points, for registration
   SampleRays rays;               ///< all about it
   SampleRays coarse;
   SampleRays fine;

@@ -42,6 +42,13 @@ std::map<std::string, recognition::Library> LibrariesOf(const Options& options) 
   return libraries;
 }
 
+/// x, y, z [m], then the quaternion w, x, y, z.
+ordered_json JsonOf(const core::Pose& X_WO) {
+  const Eigen::Vector3d& p = X_WO.translation();
+  const Eigen::Quaterniond q(X_WO.linear());
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
 ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int target,
                     const Options& options) {
   ordered_json finds = ordered_json::array();
@@ -55,6 +62,7 @@ ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int tar
                      {"near", near},
                      {"distance_m", find.off.distance_m},
                      {"angle_rad", find.off.angle_rad},
+                     {"alternatives", find.found->alternatives_CB.size()},
                      {"score", find.found->score},
                      {"share_seen", find.found->share_seen},
                      {"violations", find.found->violations},
@@ -105,19 +113,19 @@ class Recognition : public experiment::Task {
     result.seconds.emplace_back("perceive", watch.Restart());
     core::Rng rng = grasping::StageStream(spec.seed, "recognize");
     const auto& library = libraries_.at(options_.without_target ? spec.object : "");
-    const auto found =
-        recognition::Recognize(sensed.observation, scene, library, options_.recognition, rng);
+    const auto found = recognition::Recognize(sensed.observation, scene, library,
+                                              options_.recognition, rng);
     result.seconds.emplace_back("recognize", watch.Restart());
-    const Judgement judgement =
-        Judge(found, library, sensed, arranged->world, arranged->target, options_);
+    const Judgement judgement = Judge(found, library, sensed, arranged->world, arranged->target, options_);
     result.outcome = core::Word(judgement.outcome);
     result.stage = "recognize";
-    result.data =
-        ordered_json({{"pose_class", arranged->pose_class},
-                      {"scene_objects", arranged->world.objects()},
-                      {"objects", scene.objects.size()},
-                      {"finds", JsonOf(judgement, arranged->world, arranged->target, options_)}})
-            .dump();
+    result.data = ordered_json({{"pose_class", arranged->pose_class},
+                                {"scene_objects", arranged->world.objects()},
+                                {"objects", scene.objects.size()},
+                                {"target_pose", JsonOf(arranged->world.ObjectPose(arranged->target))},
+                                {"finds", JsonOf(judgement, arranged->world, arranged->target,
+                                                 options_)}})
+                      .dump();
     return result;
   }
 
@@ -156,9 +164,8 @@ std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Com
 const experiment::TaskKind& RecognitionTask() {
   static const experiment::TaskKind kind{
       .name = "recognition",
-      .description =
-          "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
-          "the keys below it has all of `task: grasping`.",
+      .description = "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
+                     "the keys below it has all of `task: grasping`.",
       .trials_key = "trials_per_object",
       .uses_seed = true,
       .success = "found",
