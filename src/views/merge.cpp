@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/quantile.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
 
@@ -18,10 +19,13 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// With fewer points there is nothing to lay one view onto another with.
 constexpr std::size_t kMinPoints = 100;
-/// Surfaces that meet at more than this are not the same: cos 45 deg.
-constexpr double kMinCosine = 0.7;
-/// Of pairs that fit perfectly, as in a test without noise: 10 um.
-constexpr double kMinVariance = 1e-10;
+/// Pairs whose normals differ by more are not of the same surface, or one of them is bent by an
+/// edge that the other view sees from its other side: cos 18 deg.
+constexpr double kMinCosine = 0.95;
+/// Of pairs that fit perfectly, as in a test without noise.
+constexpr double kMinSigma_m = 1e-5;
+/// The median absolute value of a normal distribution is this part of its standard deviation.
+constexpr double kMedianOfNormal = 0.6745;
 
 void AddPoints(const geometry::View& view, const Eigen::AlignedBox3d& region_C, Points& points) {
   for (const Eigen::Vector3d& p_C : view.image.points_C) {
@@ -40,41 +44,44 @@ Points EverySoMany(const Points& points, std::size_t max_points) {
 struct Pairs {
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
-  double squares = 0.0;  ///< of the distances across the surface [m^2]
-  std::size_t count = 0;
-
-  double Rms() const { return std::sqrt(squares / static_cast<double>(count)); }
+  std::vector<double> across_m;  ///< the distances across the surface
 };
 
 /// Points that were measured before.
 class Earlier {
  public:
-  Earlier(Points points, const Eigen::Vector3d& eye, double normal_radius_m)
+  Earlier(Points points, const Eigen::Vector3d& eye, const RefineOptions& options)
       : points_(std::move(points)),
         tree_(points_),
-        normals_(geometry::EstimateNormals(points_, tree_, normal_radius_m, eye)) {}
+        normals_(geometry::EstimateNormals(points_, tree_, options.normal_radius_m, eye)),
+        options_(options) {}
   Earlier(const Earlier&) = delete;
   Earlier& operator=(const Earlier&) = delete;
 
   /// @param normals  of the points, as they were before the motion: it turns them by little
   Pairs PairsWith(const Points& points, const Points& normals, const core::Pose& X,
-                  const Eigen::Vector3d& about, double max_pair_m) const {
+                  const Eigen::Vector3d& about, double sigma_m) const {
     Pairs pairs;
     std::vector<geometry::KdTree::Neighbor> nearest;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3d p = X * points[i];
       tree_.Nearest(p, 1, nearest);
       const auto& found = nearest.front();
-      if (found.squared_distance > max_pair_m * max_pair_m) continue;
       const Eigen::Vector3d& n = normals_[found.index];
       if (std::abs(n.dot(normals[i])) < kMinCosine) continue;
       const double across_m = n.dot(p - points_[found.index]);
+      const double squared_aside = found.squared_distance - across_m * across_m;
+      if (std::abs(across_m) > options_.max_across_m ||
+          squared_aside > options_.max_aside_m * options_.max_aside_m) {
+        continue;
+      }
+      // Cauchy's: what is further off than two sigma is another surface more often than not.
+      const double weight = 1.0 / (1.0 + across_m * across_m / (4.0 * sigma_m * sigma_m));
       Vector6 J;
       J << n, (p - about).cross(n);
-      pairs.A += J * J.transpose();
-      pairs.b -= J * across_m;
-      pairs.squares += across_m * across_m;
-      ++pairs.count;
+      pairs.A += weight * J * J.transpose();
+      pairs.b -= weight * J * across_m;
+      pairs.across_m.push_back(std::abs(across_m));
     }
     return pairs;
   }
@@ -83,6 +90,7 @@ class Earlier {
   Points points_;
   geometry::KdTree tree_;
   Points normals_;
+  const RefineOptions& options_;
 };
 
 /// A small motion about a place by its shift and turn.
@@ -120,17 +128,18 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   if (target.size() < kMinPoints || source.size() < kMinPoints) return result;
   source = EverySoMany(source, options.max_points);
   const Eigen::Vector3d about = view.X_CV.translation();
-  const Earlier before(EverySoMany(target, 3 * options.max_points), about, options.normal_radius_m);
+  const Earlier before(EverySoMany(target, 3 * options.max_points), about, options);
   const Points normals =
       geometry::EstimateNormals(source, geometry::KdTree(source), options.normal_radius_m, about);
   const Vector6 prior = PriorOf(options.error);
   Vector6 twist = Vector6::Zero();
-  Pairs pairs;
+  double sigma_m = options.error.shift_m;
   for (int i = 0; i < options.max_iterations; ++i) {
-    pairs = before.PairsWith(source, normals, PoseOf(twist, about), about, options.max_pair_m);
-    if (pairs.count < kMinPoints) return result;
-    const double variance =
-        options.points_a_fact * std::max(pairs.Rms() * pairs.Rms(), kMinVariance);
+    Pairs pairs = before.PairsWith(source, normals, PoseOf(twist, about), about, sigma_m);
+    if (pairs.across_m.size() < kMinPoints) return result;
+    result.pairs = pairs.across_m.size();
+    sigma_m = std::max(core::MedianOf(std::move(pairs.across_m)) / kMedianOfNormal, kMinSigma_m);
+    const double variance = options.points_a_fact * sigma_m * sigma_m;
     const Matrix6 A = pairs.A / variance + Matrix6(prior.asDiagonal());
     const Vector6 step = A.ldlt().solve(pairs.b / variance - prior.cwiseProduct(twist));
     twist += step;
@@ -138,8 +147,7 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
       break;
     }
   }
-  result.pairs = pairs.count;
-  result.rms_m = pairs.Rms();
+  result.sigma_m = sigma_m;
   result.deviations = std::sqrt(twist.cwiseAbs2().dot(prior));
   result.refined = result.deviations <= options.max_deviations;
   if (result.refined) result.X_by = PoseOf(twist, about);

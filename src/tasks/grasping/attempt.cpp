@@ -81,7 +81,7 @@ ordered_json JsonOf(const LookRecord& look) {
   return {{"gain_m3", look.gain_m3},       {"unseen_m3", look.unseen_m3},
           {"way_s", look.way_s},           {"arrived", look.arrived},
           {"refined", refinement.refined}, {"deviations", refinement.deviations},
-          {"rms_m", refinement.rms_m},     {"pairs", refinement.pairs}};
+          {"sigma_m", refinement.sigma_m}, {"pairs", refinement.pairs}};
 }
 
 std::size_t MeasuredSamples(const geometry::Observation& observation) {
