@@ -36,6 +36,9 @@ Options ReadOptions(core::YamlMap& map) {
   if (map.Has("trials_per_object")) {
     map.Fail("trials_per_object", "a clearing experiment has `runs` in its place");
   }
+  if (map.Has("views")) {
+    map.Fail("views", "a table is cleared with one look a grasp, by its own sensor");
+  }
   ReadClearingKeys(map, options.clearing);
   options.grasping = grasping::ReadOptions(map);
   return options;

@@ -165,10 +165,12 @@ class AttemptRun {
   Sensed LookAround() {
     Sensed first = Look(cell_, world_, options_.seed);
     if (cell_.options.views == 1) return first;
+    Timed("scan");
     LookedAround around =
         grasping::LookAround(cell_.options, cell_.robot, std::move(first), world_, options_.seed);
     q_start_ = around.q;
     result_.looks = std::move(around.looks);
+    Timed("look");
     if (options_.observer.on_moment) options_.observer.on_moment("looked", world_);
     return std::move(around.sensed);
   }
