@@ -74,9 +74,10 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
   result.input = parts::ReadInput(file);
   try {
     const parts::Shape shape = parts::MakeShape(result.input);
-    if (!shape.IsMesh() && arguments.method != core::Word(Method::kMirror)) {
+    if (!shape.IsMesh() && arguments.method != core::Word(Method::kMirror) &&
+        arguments.method != core::Word(Method::kHierarchy)) {
       throw core::InputError("is a point cloud; method '" + arguments.method +
-                             "' needs a mesh, --method mirror takes clouds too");
+                             "' needs a mesh, --method mirror and hierarchy take clouds too");
     }
     const core::Stopwatch watch;
     result.found = parts::SegmentBy(core::FromWord<Method>(arguments.method, "--method"), shape,
@@ -219,7 +220,8 @@ void AddPartsCommands(CLI::App& app) {
   auto* command = app.add_subcommand("parts", "Cuts a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
   command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY or PCD, one or more");
-  command->add_option("--method", arguments->method, "all but mirror need a mesh (mirror)")
+  command
+      ->add_option("--method", arguments->method, "mirror and hierarchy take clouds too (mirror)")
       ->check(CLI::IsMember(core::WordList<Method>()));
   command
       ->add_option("--parts", arguments->clusters,

@@ -280,7 +280,7 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   ExpectRefused({cloud, "--go-on-outside", "--meshes"}, "needs a mesh");
   ExpectRefused({mesh_, "--method", "sdf", "--pose-invariant"}, "--pose-invariant");
   ExpectRefused({mesh_, "--method", "core", "--go-on-outside"}, "--go-on-outside");
-  for (const char* method : {"hierarchy", "kmeans", "sdf", "core"}) {
+  for (const char* method : {"kmeans", "sdf", "core"}) {
     ExpectRefused({cloud, "--method", method}, "cloud.ply: is a point cloud");
   }
 }

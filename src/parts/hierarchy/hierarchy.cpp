@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
+#include "parts/cloud/cloud_mesh.h"
 #include "parts/hierarchy/internal/best_split.h"
 #include "parts/hierarchy/internal/facets.h"
 #include "parts/hierarchy/internal/mirror_candidates.h"
@@ -151,13 +151,7 @@ std::vector<std::int32_t> NumberByArea(const FaceFrames& frames, std::size_t cou
   return number;
 }
 
-}  // namespace
-
-Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
-  if (!shape.IsMesh()) {
-    throw core::InputError("method hierarchy needs a mesh; the input is a point cloud");
-  }
-  Check(options);
+Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   const CanonicalMesh canonical = MakeCanonical(shape);
   const Facets facets = MakeFacets(canonical.mesh, options.flat_side);
   const Shape& mesh = facets.mesh;
@@ -195,6 +189,27 @@ Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& option
                                   : "a cut gives more than two, or pieces lie apart");
   }
   return result;
+}
+
+Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
+  const CloudMesh surface = MeshOfCloud(cloud.points);
+  if (!surface.mesh.IsMesh()) {
+    return {.label = std::vector<std::int32_t>(cloud.points.size(), 0),
+            .parts = 1,
+            .note = "one part: its points lie too far apart to make a surface of them"};
+  }
+  Segmentation found = SegmentMesh(surface.mesh, options);
+  std::vector<std::int32_t> label;
+  for (const std::uint32_t f : surface.face_of_point) label.push_back(found.label[f]);
+  found.label = std::move(label);
+  return found;
+}
+
+}  // namespace
+
+Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
+  Check(options);
+  return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, options);
 }
 
 }  // namespace rangegrasp::parts

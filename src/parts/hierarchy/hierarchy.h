@@ -48,11 +48,12 @@ struct HierarchyOptions {
 /// 5. The same (3, 4) with each of the parts: a tree, whose upper levels are coarser parts.
 /// 6. Borders move to the cheapest place nearby, facet by facet, by minimum cuts.
 ///
-/// The largest part is the core, label 0; the others follow by falling area. Meshes only, open and
-/// non-manifold ones too. The same for any order of vertices and faces; for any turn, shift and
+/// The largest part is the core, label 0; the others follow by falling area. Open and non-manifold
+/// meshes too; of a cloud the mesh that MeshOfCloud makes of it, each point with the label of the
+/// nearest face. The same for any order of vertices and faces; for any turn, shift and
 /// scale too, but where rounding decides between parts of a shape that is symmetric to the last
 /// digits. About O(n log n + parts * centers * cells^1.5).
-/// @throws core::InputError for a cloud, std::invalid_argument if an option is out of range.
+/// @throws std::invalid_argument if an option is out of range.
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options);
 
 }  // namespace rangegrasp::parts

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/error.h"
 #include "geometry/kd_tree.h"
+#include "geometry/plane.h"
 #include "geometry/union_find.h"
+#include "parts/cloud/surface_points.h"
 #include "parts/mirror/internal/space.h"
 #include "parts/shape/internal/pieces.h"
 
@@ -140,9 +144,7 @@ std::vector<std::int32_t> FillMesh(const Shape& mesh, const std::vector<bool>& i
   return label;
 }
 
-}  // namespace
-
-Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options) {
+Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   const auto core = ExtractCore(shape, options);
   if (!core) {
     throw core::InputError(
@@ -165,6 +167,31 @@ Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options
         "of gravity";
   }
   return result;
+}
+
+/// The points of the surface in place of a noisy cloud's; nothing where it is not noisy.
+std::optional<Shape> Calmed(const Points& points) {
+  if (!IsNoisy(MeasureSampling(points, KdTree(points)))) return std::nullopt;
+  Shape calm{PointsOfSurface(points).points, {}, {}};
+  if (geometry::IsFlat(calm.points)) return std::nullopt;
+  return calm;
+}
+
+}  // namespace
+
+Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options) {
+  const auto calm = shape.IsMesh() ? std::nullopt : Calmed(shape.points);
+  if (!calm) return Mirror(shape, options);
+  Segmentation found = Mirror(*calm, options);
+  const KdTree tree(calm->points);
+  std::vector<KdTree::Neighbor> nearest;
+  std::vector<std::int32_t> label;
+  for (const Eigen::Vector3d& p : shape.points) {
+    tree.Nearest(p, 1, nearest);
+    label.push_back(found.label[nearest.front().index]);
+  }
+  found.label = std::move(label);
+  return found;
 }
 
 }  // namespace rangegrasp::parts

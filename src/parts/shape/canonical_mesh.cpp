@@ -14,6 +14,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using geometry::Points;
 using Face = std::array<std::uint32_t, 3>;
 
 /// Of a mesh of area 1: far above what a turn in double precision rounds off, far below any face.
@@ -24,24 +25,25 @@ Vector3d Cross(const Shape& mesh, const Face& face) {
   return (mesh.points[face[1]] - a).cross(mesh.points[face[2]] - a);
 }
 
+/// Points by their coordinates.
+std::vector<std::uint32_t> OrderOf(const Points& points) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const Vector3d& p = points[a];
+    const Vector3d& q = points[b];
+    return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z());
+  });
+  return order;
+}
+
 /// Vertices by their coordinates, faces by their vertices, the lowest of each first.
 void Sort(CanonicalMesh& canonical) {
   Shape& mesh = canonical.mesh;
-  std::vector<std::uint32_t> order(mesh.points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const Vector3d& p = mesh.points[a];
-    const Vector3d& q = mesh.points[b];
-    return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z());
-  });
+  const std::vector<std::uint32_t> order = OrderOf(mesh.points);
   std::vector<std::uint32_t> place(order.size());
-  geometry::Points points;
-  points.reserve(order.size());
-  for (std::uint32_t k = 0; k < order.size(); ++k) {
-    place[order[k]] = k;
-    points.push_back(mesh.points[order[k]]);
-  }
-  mesh.points = std::move(points);
+  for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
+  mesh.points = geometry::Select(mesh.points, order);
   std::vector<std::pair<Face, std::uint32_t>> faces;
   faces.reserve(mesh.faces.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -102,17 +104,26 @@ Vector3d Skews(const Shape& mesh) {
   return sum;
 }
 
-void Turn(Shape& mesh) {
-  const Matrix3d by_rising = Eigen::SelfAdjointEigenSolver<Matrix3d>(Inertia(mesh)).eigenvectors();
+/// Turns points to the axes of a symmetric matrix, the largest first, each pointing where the skews
+/// along them, as measured after that turn, are positive.
+template <class Skewed>
+void Turn(const Matrix3d& inertia, Points& points, const Skewed& skews_of) {
+  const Matrix3d by_rising = Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia).eigenvectors();
   const Matrix3d axes = by_rising.rowwise().reverse();
-  for (Vector3d& p : mesh.points) p = axes.transpose() * p;
-  const Vector3d skews = Skews(mesh);
+  for (Vector3d& p : points) p = axes.transpose() * p;
+  const Vector3d skews = skews_of();
   // Two signs are told by the skews; the least skewed axis makes the frame right-handed.
   Vector3d signs = skews.unaryExpr([](double skew) { return skew < 0.0 ? -1.0 : 1.0; });
   int weakest = 0;
   skews.cwiseAbs().minCoeff(&weakest);
   signs[weakest] *= axes.determinant() * signs.prod();
-  for (Vector3d& p : mesh.points) p = p.cwiseProduct(signs);
+  for (Vector3d& p : points) p = p.cwiseProduct(signs);
+}
+
+void RoundOff(Points& points) {
+  for (Vector3d& p : points) {
+    p = p.unaryExpr([](double x) { return std::round(x / kGrid) * kGrid; });
+  }
 }
 
 }  // namespace
@@ -123,11 +134,35 @@ CanonicalMesh MakeCanonical(const Shape& mesh) {
   std::iota(canonical.origin.begin(), canonical.origin.end(), 0u);
   Sort(canonical);  // sums are rounded in the order of their terms
   ShiftAndScale(canonical.mesh);
-  Turn(canonical.mesh);
-  for (Vector3d& p : canonical.mesh.points) {
-    p = p.unaryExpr([](double x) { return std::round(x / kGrid) * kGrid; });
-  }
+  Turn(Inertia(canonical.mesh), canonical.mesh.points, [&] { return Skews(canonical.mesh); });
+  RoundOff(canonical.mesh.points);
   Sort(canonical);
+  return canonical;
+}
+
+CanonicalCloud MakeCanonicalCloud(const Points& input) {
+  CanonicalCloud canonical{{}, OrderOf(input)};
+  Points& points = canonical.points;
+  points = geometry::Select(input, canonical.origin);
+  const Vector3d middle = geometry::Centroid(points);
+  Matrix3d inertia = Matrix3d::Zero();
+  for (Vector3d& p : points) {
+    p -= middle;
+    inertia += p * p.transpose() / static_cast<double>(points.size());
+  }
+  const double size = std::sqrt(inertia.trace());
+  for (Vector3d& p : points) p /= size;
+  Turn(inertia, points, [&] {
+    Vector3d skews = Vector3d::Zero();
+    for (const Vector3d& p : points) skews += p.cwiseProduct(p).cwiseProduct(p);
+    return skews;
+  });
+  RoundOff(points);
+  const std::vector<std::uint32_t> order = OrderOf(points);
+  points = geometry::Select(points, order);
+  std::vector<std::uint32_t> origin;
+  for (const std::uint32_t k : order) origin.push_back(canonical.origin[k]);
+  canonical.origin = std::move(origin);
   return canonical;
 }
 

@@ -22,4 +22,12 @@ struct CanonicalMesh {
 /// O(n log n)
 CanonicalMesh MakeCanonical(const Shape& mesh);
 
+/// The same for a cloud, each of whose points counts as much as the others: its middle is the
+/// origin, the mean square distance from it 1. O(n log n)
+struct CanonicalCloud {
+  geometry::Points points;
+  std::vector<std::uint32_t> origin;  ///< of each point: its number in the input
+};
+CanonicalCloud MakeCanonicalCloud(const geometry::Points& points);
+
 }  // namespace rangegrasp::parts

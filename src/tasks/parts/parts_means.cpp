@@ -51,6 +51,7 @@ PartsRow RowOf(const experiment::Record& record) {
   row.id = params.at("model");
   row.split = core::FromWord<Split>(params.at("split").get<std::string>(), "split");
   row.method = core::FromWord<Method>(params.at("method").get<std::string>(), "method");
+  if (params.contains("points")) row.cloud = {params.at("points"), params.at("noise_percent")};
   row.note = result.detail;
   row.failed = result.outcome != "scored";
   if (row.failed) {

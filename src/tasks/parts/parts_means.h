@@ -17,6 +17,7 @@ struct PartsRow {
   int id = 0;
   Split split = Split::kReport;
   parts::Method method = parts::Method::kMirror;
+  std::optional<CloudGrade> cloud;  ///< of the model, in place of it
   int parts = 0;
   double rand_error = 0.0;                ///< mean over the humans
   std::optional<double> cut_discrepancy;  ///< mean over those where it is defined

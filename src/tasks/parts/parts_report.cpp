@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 
 #include "core/csv.h"
@@ -148,6 +149,57 @@ Section TimesSection(const PartsSetup& setup, const Rows& rows) {
   return section;
 }
 
+/// Of clouds of one grade, and of the same models as meshes.
+struct CloudFigures {
+  std::vector<double> rand_errors, more, parts, seconds;
+  int failed = 0;
+};
+
+CloudFigures FiguresOf(const Rows& rows, Method method, const CloudGrade& grade,
+                       std::optional<Split> split) {
+  CloudFigures figures;
+  const auto is_wanted = [&](const PartsRow& row) {
+    return row.method == method && (!split || row.split == *split);
+  };
+  for (const PartsRow& row : rows) {
+    if (!is_wanted(row) || row.cloud != grade) continue;
+    figures.failed += row.failed ? 1 : 0;
+    if (row.failed) continue;
+    figures.rand_errors.push_back(row.rand_error);
+    figures.parts.push_back(row.parts);
+    figures.seconds.push_back(row.seconds);
+    const auto mesh = std::ranges::find_if(rows, [&](const PartsRow& other) {
+      return is_wanted(other) && !other.cloud && !other.failed && other.id == row.id;
+    });
+    if (mesh != rows.end()) figures.more.push_back(row.rand_error - mesh->rand_error);
+  }
+  return figures;
+}
+
+Section CloudSection(const PartsSetup& setup, const Rows& rows, std::optional<Split> split) {
+  constexpr std::size_t kColumns = 9;
+  Section section{"Clouds sampled from the models, mean and standard error, " +
+                      ModelsText(setup, split) + "; noise in % of the bounding box's diagonal",
+                  {{"method", "points", "noise %", "models", "1 - Rand index",
+                    "more than of meshes", "parts", "mean s", "failed"},
+                   std::vector<bool>(kColumns, false),
+                   {},
+                   false}};
+  section.grid.left[0] = true;
+  for (const Method method : setup.methods) {
+    for (const CloudGrade& grade : setup.clouds) {
+      const CloudFigures figures = FiguresOf(rows, method, grade, split);
+      section.grid.rows.push_back(
+          {std::string(core::Word(method)), fmt::format("{}", grade.points),
+           fmt::format("{}", grade.noise_percent), fmt::format("{}", figures.rand_errors.size()),
+           CellOf(MeanOf(figures.rand_errors)), CellOf(MeanOf(figures.more)),
+           CellOf(MeanOf(figures.parts), 1), CellOf(MeanOf(figures.seconds), 2),
+           fmt::format("{}", figures.failed)});
+    }
+  }
+  return section;
+}
+
 Section FailuresSection(const Rows& rows) {
   Section section{"Failed",
                   {{"class", "model", "method", "why"}, {true, false, true, true}, {}, false}};
@@ -155,6 +207,9 @@ Section FailuresSection(const Rows& rows) {
     if (!row.failed) continue;
     section.grid.rows.push_back(
         {row.class_name, fmt::format("{}", row.id), std::string(core::Word(row.method)), row.note});
+    if (!row.cloud) continue;
+    section.grid.rows.back()[2] +=
+        fmt::format(", {} points, {} % noise", row.cloud->points, row.cloud->noise_percent);
   }
   return section;
 }
@@ -179,14 +234,17 @@ std::vector<experiment::PublishedFigure> FiguresOf(const PartsSetup& setup, cons
 }
 
 std::string RowsCsv(const Rows& rows) {
-  std::string text = core::CsvLine({"class", "id", "split", "method", "parts", "rand_error",
-                                    "cut_discrepancy", "seconds", "failed", "note"});
+  std::string text =
+      core::CsvLine({"class", "id", "split", "method", "parts", "rand_error", "cut_discrepancy",
+                     "seconds", "failed", "note", "points", "noise_percent"});
   for (const PartsRow& row : rows) {
     text += core::CsvLine({row.class_name, fmt::format("{}", row.id),
                            std::string(core::Word(row.split)), std::string(core::Word(row.method)),
                            fmt::format("{}", row.parts), fmt::format("{}", row.rand_error),
                            row.cut_discrepancy ? fmt::format("{}", *row.cut_discrepancy) : "",
-                           fmt::format("{}", row.seconds), row.failed ? "1" : "0", row.note});
+                           fmt::format("{}", row.seconds), row.failed ? "1" : "0", row.note,
+                           row.cloud ? fmt::format("{}", row.cloud->points) : "",
+                           row.cloud ? fmt::format("{}", row.cloud->noise_percent) : ""});
   }
   return text;
 }
@@ -214,8 +272,11 @@ std::map<Method, double> PublishedSeconds(const std::string& csv, const std::str
 experiment::Report PartsReport(const experiment::Stamp& stamp,
                                const std::vector<experiment::Record>& records) {
   const PartsSetup setup = PartsSetupOf(stamp);
-  Rows rows;
-  for (const experiment::Record& record : records) rows.push_back(RowOf(record));
+  Rows all;
+  for (const experiment::Record& record : records) all.push_back(RowOf(record));
+  Rows rows;  // of meshes
+  std::ranges::copy_if(all, std::back_inserter(rows),
+                       [](const PartsRow& row) { return !row.cloud; });
   // The models apart from those of tuning, and all where there are others.
   std::vector<std::optional<Split>> splits;
   if (setup.HasModels(Split::kReport)) splits.emplace_back(Split::kReport);
@@ -223,18 +284,21 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
 
   experiment::Report report;
   for (const auto split : splits) report.sections.push_back(SummarySection(setup, rows, split));
+  for (const auto split : splits) {
+    if (!setup.clouds.empty()) report.sections.push_back(CloudSection(setup, all, split));
+  }
   for (const Metric metric : core::ValuesOf<Metric>()) {
     for (const auto split : splits) {
       report.sections.push_back(MetricSection(setup, rows, metric, split));
     }
   }
   report.sections.push_back(TimesSection(setup, rows));
-  Section failures = FailuresSection(rows);
+  Section failures = FailuresSection(all);
   if (!failures.grid.rows.empty()) report.sections.push_back(std::move(failures));
   report.notes = {"SE: standard error of the mean over models, s / sqrt(n)"};
 
   report.published = FiguresOf(setup, rows);
-  report.files.emplace_back("rows.csv", RowsCsv(rows));
+  report.files.emplace_back("rows.csv", RowsCsv(all));
   for (const Metric metric : core::ValuesOf<Metric>()) {
     for (const auto split : splits) {
       const MetricMeans means = MeansOf(setup, rows, metric, split);

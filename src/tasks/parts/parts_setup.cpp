@@ -34,12 +34,52 @@ struct Keys {
   std::vector<Method> methods;
   std::filesystem::path runtimes;
   int models_per_class = 0;
+  std::vector<CloudGrade> clouds;
 };
+
+/// The numbers of a list within a range.
+template <typename Number>
+std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low, Number high,
+                                const std::string& doc) {
+  std::vector<std::string> words;
+  map.Read(key, words, doc);
+  std::vector<Number> numbers;
+  for (const std::string& word : words) {
+    const auto number = core::NumberFrom<Number>(word);
+    if (!number || !(*number >= low && *number <= high)) {
+      map.Fail(key, fmt::format("'{}' must be a number from {} to {}", word, low, high));
+    }
+    if (std::count(numbers.begin(), numbers.end(), *number) > 0) {
+      map.Fail(key, fmt::format("{} stands twice", *number));
+    }
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+/// Of every number of points every noise.
+std::vector<CloudGrade> ReadClouds(YamlMap& map) {
+  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, scored beside it");
+  const auto points = ReadNumbers(clouds, "points", 100, 10'000'000, "numbers of points");
+  const auto noises = ReadNumbers(clouds, "noise_percent", 0.0, 10.0,
+                                  "standard deviations of each coordinate, in percent of the "
+                                  "diagonal of the model's bounding box");
+  clouds.Finish();
+  std::vector<CloudGrade> grades;
+  for (const int count : points) {
+    for (const double noise : noises) grades.push_back({count, noise});
+  }
+  if (map.Has("clouds") && grades.empty()) {
+    map.Fail("clouds", "needs both, e.g. clouds: {points: [10000], noise_percent: [0, 0.3]}");
+  }
+  return grades;
+}
 
 Keys ReadKeys(YamlMap& map) {
   Keys keys;
   for (const Method method : core::ValuesOf<Method>()) keys.methods.push_back(method);
   map.Read("methods", keys.methods, "methods to run on every model");
+  keys.clouds = ReadClouds(map);
   map.Require("classes");
   map.Read("classes", keys.classes, "classes of models, in the order of the tables");
   map.Read("models_per_class", keys.models_per_class, 0, kMaxModels,
@@ -55,6 +95,14 @@ Keys ReadKeys(YamlMap& map) {
 void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
   const std::set<Method> different(methods.begin(), methods.end());
   if (different.size() < methods.size()) map.Fail("methods", "a method stands twice");
+}
+
+void CheckReadClouds(const YamlMap& map, const Keys& keys) {
+  for (const Method method : keys.methods) {
+    if (keys.clouds.empty() || method == Method::kMirror || method == Method::kHierarchy) continue;
+    map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
+                                   core::Word(method)));
+  }
 }
 
 /// A model's number, or a range of them: "61-80".
@@ -197,8 +245,10 @@ bool PartsSetup::HasModels(Split split) const {
 PartsSetup ReadPartsSetup(YamlMap& map) {
   const Keys keys = ReadKeys(map);
   CheckNoneTwice(map, keys.methods);
+  CheckReadClouds(map, keys);
   PartsSetup setup;
   setup.methods = keys.methods;
+  setup.clouds = keys.clouds;
   const std::filesystem::path folder = (map.file().parent_path() / keys.data).lexically_normal();
   setup.classes = ReadClasses(map, keys.classes, folder);
   map.Finish();
@@ -234,7 +284,11 @@ void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
   json methods = json::array();
   for (const Method method : setup.methods) methods.push_back(core::Word(method));
   stamp.identity["models_hash"] = HashOfModels(setup);
-  stamp.data["parts"] = json{{"classes", classes}, {"methods", methods}}.dump();
+  json parts = {{"classes", classes}, {"methods", methods}};
+  for (const CloudGrade& grade : setup.clouds) {
+    parts["clouds"].push_back({{"points", grade.points}, {"noise_percent", grade.noise_percent}});
+  }
+  stamp.data["parts"] = parts.dump();
   stamp.data["published_table_6.1"] = setup.published;
 }
 
@@ -246,6 +300,9 @@ PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
   }
   for (const json& word : data.at("methods")) {
     setup.methods.push_back(core::FromWord<Method>(word.get<std::string>(), "stamp: methods"));
+  }
+  for (const json& grade : data.value("clouds", json::array())) {
+    setup.clouds.push_back({grade.at("points"), grade.at("noise_percent")});
   }
   setup.published = experiment::Need(stamp.data, "published_table_6.1");
   return setup;

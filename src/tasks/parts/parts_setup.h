@@ -9,6 +9,7 @@
 #include "core/yaml_map.h"
 #include "experiment/task.h"
 #include "parts/method.h"
+#include "tasks/parts/sampled_cloud.h"
 
 namespace rangegrasp::tasks {
 
@@ -32,7 +33,8 @@ struct PartsSetup {
   std::filesystem::path folder;  ///< holds off/ and seg/
   std::vector<ModelClass> classes;
   std::vector<parts::Method> methods;
-  std::string published;  ///< table 6.1 as CSV: method, seconds; or empty
+  std::vector<CloudGrade> clouds;  ///< sampled from each model, beside the model itself
+  std::string published;           ///< table 6.1 as CSV: method, seconds; or empty
 
   bool HasModels(Split split) const;
 };

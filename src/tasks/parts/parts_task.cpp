@@ -84,13 +84,40 @@ class PartsExperiment : public experiment::Task {
  private:
   void AddCases(const ModelClass& one, int id, Split split, std::vector<Case>& cases) const {
     for (const Method method : setup_.methods) {
-      const json params = {{"class", one.name},
-                           {"model", id},
-                           {"method", core::Word(method)},
-                           {"split", core::Word(split)}};
-      cases.push_back({fmt::format("{}-{:04}-{}", one.name, id, core::Word(method)), one.name,
-                       /*seed=*/0, params.dump()});
+      json params = {{"class", one.name},
+                     {"model", id},
+                     {"method", core::Word(method)},
+                     {"split", core::Word(split)}};
+      const std::string name = fmt::format("{}-{:04}-{}", one.name, id, core::Word(method));
+      cases.push_back({name, one.name, /*seed=*/0, params.dump()});
+      for (const CloudGrade& grade : setup_.clouds) {
+        params["points"] = grade.points;
+        params["noise_percent"] = grade.noise_percent;
+        cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent), one.name,
+                         /*seed=*/0, params.dump()});
+      }
     }
+  }
+
+  /// What a method finds of a model, or of the cloud of it that the case names, and how long that
+  /// took.
+  parts::Segmentation Segment(const parts::Shape& mesh, const json& params, double& seconds) const {
+    const auto method = core::FromWord<Method>(params.at("method").get<std::string>(), "method");
+    const parts::MethodOptions options = OptionsOf(method, params.at("class"));
+    const auto timed = [&](const parts::Shape& shape) {
+      const double begin = ProcessorSeconds();
+      parts::Segmentation found = parts::SegmentBy(method, shape, options);
+      seconds = ToMicrosecond(ProcessorSeconds() - begin);
+      return found;
+    };
+    if (!params.contains("points")) return timed(mesh);
+    const CloudGrade grade{params.at("points"), params.at("noise_percent")};
+    // The same points for every method.
+    core::Rng rng(core::DeriveSeed(
+        static_cast<std::uint64_t>(params.at("model").get<int>()),
+        fmt::format("cloud of {} points, {} % noise", grade.points, grade.noise_percent)));
+    const parts::Shape cloud = SampleCloud(mesh, grade, rng);
+    return OfMesh(mesh, cloud, timed(cloud));
   }
 
   /// Figures are filled in all together or, of a method that fails, not at all.
@@ -100,14 +127,12 @@ class PartsExperiment : public experiment::Task {
     result.stage = "read";
     try {
       const json params = json::parse(which.params);
-      const auto method = core::FromWord<Method>(params.at("method").get<std::string>(), "method");
       const parts::HumanModel& model =
           running.model.emplace(parts::ReadHumanModel(setup_.folder, params.at("model")));
       result.stage = "method";
-      const double begin = ProcessorSeconds();
-      const parts::Segmentation& found = running.found.emplace(
-          parts::SegmentBy(method, model.shape, OptionsOf(method, params.at("class"))));
-      const double seconds = ToMicrosecond(ProcessorSeconds() - begin);
+      double seconds = 0.0;
+      const parts::Segmentation& found =
+          running.found.emplace(Segment(model.shape, params, seconds));
       result.stage = "score";
       const parts::HumanScore score = parts::ScoreAgainstHumans(model, found);
       json data = {{"parts", found.parts}, {"rand_error", score.rand_error}};

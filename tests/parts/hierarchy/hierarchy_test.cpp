@@ -269,10 +269,10 @@ TEST(Hierarchy, GivesAsManyPartsAsAsked) {
   }
 }
 
-TEST(Hierarchy, TakesWhatIsBarelyAMeshAndRefusesACloud) {
+TEST(Hierarchy, TakesWhatIsBarelyAMeshOrACloud) {
   Shape shape;
   shape.points = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
-  EXPECT_THROW(SegmentHierarchy(shape, {}), core::InputError);
+  EXPECT_EQ(SegmentHierarchy(shape, {}).label, std::vector<std::int32_t>(4, 0));
   shape.faces = {{0, 1, 2}};
   EXPECT_EQ(SegmentHierarchy(shape, {}).parts, 1);
   shape.faces = {{0, 1, 2}, {0, 2, 1}};  // twice the same, back to back

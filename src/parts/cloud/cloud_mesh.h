@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/point_cloud.h"
+#include "parts/shape/clean_shape.h"
+
+namespace rangegrasp::parts {
+
+/// A mesh of the surface that a cloud samples.
+struct CloudMesh {
+  Shape mesh;                                ///< in a frame and a unit of its own
+  std::vector<std::uint32_t> face_of_point;  ///< the nearest face, one a point
+};
+/// The cloud is turned, scaled and sorted to a canonical form. An advancing front makes triangles
+/// of the points of its surface, turned outwards; pieces of less than 0.5 % of the area are left
+/// out. What the cloud does not show, as the far side of a single view, stays open. Depends on
+/// neither the order of the points nor on pose and scale, but for rounding. O(n log n); 100,000
+/// points about a second.
+/// @return without faces, if the points lie too far apart or too few of them are no strays.
+CloudMesh MeshOfCloud(const geometry::Points& points);
+
+}  // namespace rangegrasp::parts
