@@ -63,17 +63,18 @@ void CheckOptions(const SegmentArguments& arguments) {
 
 // A shape with what was found of it.
 struct Segmented {
-  geometry::TriangleMesh input;
+  geometry::PolygonMesh input;
   Segmentation found;
-  std::vector<std::int32_t> labels;  // of the input
+  std::vector<std::int32_t> labels;    // of its triangles or points
+  std::vector<std::int32_t> elements;  // of its polygons or points
   double seconds = 0.0;
 };
 
 Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
   Segmented result;
-  result.input = parts::ReadInput(file);
+  result.input = parts::ReadPolygons(file);
   try {
-    const parts::Shape shape = parts::MakeShape(result.input);
+    const parts::Shape shape = parts::MakeShape(result.input.mesh);
     if (!shape.IsMesh() && arguments.method != core::Word(Method::kMirror) &&
         arguments.method != core::Word(Method::kHierarchy)) {
       throw core::InputError("is a point cloud; method '" + arguments.method +
@@ -87,7 +88,8 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
                                      .pose_invariant = arguments.pose_invariant,
                                      .go_on_outside = arguments.go_on_outside});
     result.seconds = watch.Seconds();
-    result.labels = parts::LabelsOfInput(shape, result.input, result.found);
+    result.labels = parts::LabelsOfInput(shape, result.input.mesh, result.found);
+    result.elements = parts::LabelsOfPolygons(result.input, result.labels);
   } catch (const core::InputError& e) {
     throw core::InputError(file + ": " + e.what());
   }
@@ -116,11 +118,11 @@ ordered_json TreeOf(const Segmentation& found) {
 ordered_json JsonOf(const std::string& file, const SegmentArguments& arguments,
                     const Segmented& result) {
   const auto& found = result.found;
-  const bool mesh = !result.input.triangles.empty();
+  const bool mesh = result.input.polygons > 0;
   ordered_json json = {{"file", file},
                        {"method", arguments.method},
-                       {"vertices", result.input.vertices.size()},
-                       {"faces", result.input.triangles.size()},
+                       {"vertices", result.input.mesh.vertices.size()},
+                       {"faces", result.input.polygons},
                        {"element", mesh ? "face" : "point"},
                        {"elements", 0},
                        {"parts", ordered_json::array()},
@@ -128,7 +130,7 @@ ordered_json JsonOf(const std::string& file, const SegmentArguments& arguments,
                        {"seconds", result.seconds}};
   std::vector<std::size_t> sizes(static_cast<std::size_t>(found.parts), 0);
   std::size_t elements = 0;  // that have a place, and so a part
-  for (const std::int32_t label : result.labels) {
+  for (const std::int32_t label : result.elements) {
     if (label < 0) continue;
     ++sizes[static_cast<std::size_t>(label)];
     ++elements;
@@ -166,9 +168,9 @@ std::filesystem::path BaseOf(const std::string& file, const SegmentArguments& ar
 // Each part as BASE_part_<label>.stl.
 void WriteMeshes(const std::filesystem::path& base, const Segmented& result) {
   for (std::int32_t part = 0; part < result.found.parts; ++part) {
-    geometry::TriangleMesh mesh{result.input.vertices, {}};
+    geometry::TriangleMesh mesh{result.input.mesh.vertices, {}};
     for (std::size_t f = 0; f < result.labels.size(); ++f) {
-      if (result.labels[f] == part) mesh.triangles.push_back(result.input.triangles[f]);
+      if (result.labels[f] == part) mesh.triangles.push_back(result.input.mesh.triangles[f]);
     }
     geometry::WriteStl(fmt::format("{}_part_{}.stl", base.string(), part), mesh);
   }
@@ -176,7 +178,7 @@ void WriteMeshes(const std::filesystem::path& base, const Segmented& result) {
 
 ordered_json SegmentFile(const std::string& file, const SegmentArguments& arguments) {
   const Segmented result = Segment(file, arguments);
-  if (arguments.meshes && result.input.triangles.empty()) {
+  if (arguments.meshes && result.input.polygons == 0) {
     throw core::InputError(file + ": is a point cloud; --meshes needs a mesh");
   }
   const auto base = BaseOf(file, arguments);
@@ -200,7 +202,7 @@ void CheckNames(const SegmentArguments& arguments) {
 
 void SegmentFiles(const SegmentArguments& arguments) {
   if (arguments.files.empty()) {
-    throw core::InputError("parts: a FILE (.off, .obj, .stl, .ply, .pcd) must follow");
+    throw core::InputError("parts: a FILE (.off, .obj, .stl, .ply, .glb, .gltf, .pcd) must follow");
   }
   CheckOptions(arguments);
   CheckNames(arguments);
@@ -219,7 +221,7 @@ void SegmentFiles(const SegmentArguments& arguments) {
 void AddPartsCommands(CLI::App& app) {
   auto* command = app.add_subcommand("parts", "Cuts a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
-  command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY or PCD, one or more");
+  command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY, glTF or PCD, one or more");
   command
       ->add_option("--method", arguments->method, "mirror and hierarchy take clouds too (mirror)")
       ->check(CLI::IsMember(core::WordList<Method>()));

@@ -4,13 +4,18 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstring>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "geometry/internal/cloud_format.h"
+#include "geometry/internal/obj.h"
 #include "geometry/internal/off.h"
 #include "geometry/internal/ply.h"
 
@@ -107,11 +112,62 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   }
 }
 
-TexturedMesh Read(const std::filesystem::path& file, bool textured) {
-  const std::string bytes = core::ReadNonEmptyFile(file);
-  // The reader of PLY does not end on some broken headers.
-  if (internal::IsPly(bytes)) internal::CheckPlyHeader(file, bytes);
-  if (core::EndingOf(file) == ".off") internal::CheckOff(file, bytes);
+// Of a binary file: cuts off what stands behind the facets that it declares, for which assimp would
+// take it for text. Of one that is shorter it does not always find an end.
+void CheckStl(const std::filesystem::path& file, std::string& bytes) {
+  constexpr std::size_t kHeader_bytes = 80, kFacet_bytes = 50;  // of the binary format
+  const auto holds = [&](const char* word) { return bytes.find(word) != std::string::npos; };
+  if (holds("facet") && holds("vertex")) return;  // text
+  std::uint32_t facets = 0;
+  constexpr std::size_t kBegin_bytes = kHeader_bytes + sizeof(facets);
+  if (bytes.size() >= kBegin_bytes) {
+    std::memcpy(&facets, bytes.data() + kHeader_bytes, sizeof(facets));
+  }
+  const std::size_t needed = kBegin_bytes + kFacet_bytes * std::size_t{facets};
+  if (facets == 0 || needed > bytes.size()) {
+    throw core::InputError(
+        fmt::format("{}: is neither text nor binary STL: {} facets are declared, {} bytes follow",
+                    file.string(), facets, bytes.size() - std::min(bytes.size(), kBegin_bytes)));
+  }
+  bytes.resize(needed);
+}
+
+// assimp makes room for what the chunks of a binary glTF declare before it looks for them.
+void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
+  constexpr std::size_t kHeader_bytes = 12, kChunkHeader_bytes = 8;  // of the format
+  std::size_t at = kHeader_bytes;
+  while (at < bytes.size()) {
+    std::uint32_t length = 0;
+    const std::size_t left = bytes.size() - at;
+    if (left >= kChunkHeader_bytes) std::memcpy(&length, bytes.data() + at, sizeof(length));
+    if (left < kChunkHeader_bytes || length > left - kChunkHeader_bytes) {
+      throw core::InputError(fmt::format("{}: a chunk of {} bytes is declared, {} follow",
+                                         file.string(), length, left));
+    }
+    at += kChunkHeader_bytes + length;
+  }
+}
+
+// What has polygons and double precision as text, which assimp would cut and narrow.
+std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& file,
+                                                  const std::string& bytes) {
+  const std::string ending = core::EndingOf(file);
+  if (internal::IsPly(bytes)) return internal::ReadPlyPolygons(file, bytes);
+  if (ending == ".ply") {
+    throw core::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
+  }
+  if (ending == ".off") return internal::ReadOff(file, bytes);
+  if (ending == ".obj") return internal::ReadObj(file, bytes);
+  return std::nullopt;
+}
+
+TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
+  if (core::EndingOf(file) == ".stl") CheckStl(file, bytes);
+  if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
+  // assimp 5.2 ends the program where an archive is damaged.
+  if (core::EndingOf(file) == ".3mf") {
+    throw core::InputError(file.string() + ": 3MF is not read; save it as STL, OBJ or glTF");
+  }
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
   Assimp::Importer importer;
@@ -153,9 +209,27 @@ bool PlyHoldsMesh(const std::filesystem::path& file) {
   return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
 }
 
-TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) { return Read(file, true); }
+TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) {
+  std::string bytes = core::ReadNonEmptyFile(file);
+  // Also tells what is wrong with the file, with its line.
+  const auto polygons = ReadPolygons(file, bytes);
+  if (core::EndingOf(file) != ".off") return Read(file, std::move(bytes), true);
+  return {internal::ToPolygonMesh(file, *polygons).mesh, {}};
+}
 
-TriangleMesh ReadMesh(const std::filesystem::path& file) { return Read(file, false).mesh; }
+PolygonMesh ReadPolygonMesh(const std::filesystem::path& file) {
+  std::string bytes = core::ReadNonEmptyFile(file);
+  if (const auto polygons = ReadPolygons(file, bytes)) {
+    return internal::ToPolygonMesh(file, *polygons);
+  }
+  PolygonMesh result{Read(file, std::move(bytes), false).mesh, {}, 0};
+  result.polygons = result.mesh.triangles.size();
+  result.polygon.resize(result.polygons);
+  std::iota(result.polygon.begin(), result.polygon.end(), 0U);
+  return result;
+}
+
+TriangleMesh ReadMesh(const std::filesystem::path& file) { return ReadPolygonMesh(file).mesh; }
 
 void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh) {
   constexpr std::size_t kHeader_bytes = 80;  // of the format; its text means nothing

@@ -9,9 +9,19 @@
 
 namespace rangegrasp::geometry {
 
-/// Reads OFF, OBJ, STL, PLY or glTF (assimp); polygons are cut into triangles, equal vertices
-/// joined.
+/// A mesh of which polygon i of the file became the triangles t with polygon[t] == i.
+struct PolygonMesh {
+  TriangleMesh mesh;
+  std::vector<std::uint32_t> polygon;
+  std::size_t polygons = 0;
+};
+
+/// Reads OFF, OBJ, PLY (in double precision), STL or glTF (assimp, in single precision; their
+/// triangles are the polygons). Polygons are cut into triangles where they stand, equal vertices
+/// joined, unused ones left out.
 /// @throws core::InputError naming the file and what is wrong with it.
+PolygonMesh ReadPolygonMesh(const std::filesystem::path& file);
+/// Its triangles alone.
 TriangleMesh ReadMesh(const std::filesystem::path& file);
 
 /// A mesh with the texture coordinates of its triangles' corners; none where the file has none.
@@ -19,7 +29,8 @@ struct TexturedMesh {
   TriangleMesh mesh;
   std::vector<std::array<Eigen::Vector2d, 3>> uv;
 };
-/// The same with texture coordinates; equal vertices are not joined.
+/// The same with texture coordinates, in single precision; equal vertices are not joined, but in
+/// OFF, which has no texture.
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
 /// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for what is no PLY.

@@ -8,20 +8,6 @@
 #include "core/error.h"
 
 namespace rangegrasp::geometry::internal {
-namespace {
-
-template <class T>
-double Load(const char* bytes, bool swap_bytes) {
-  char copy[sizeof(T)];
-  std::memcpy(copy, bytes, sizeof(T));
-  if (swap_bytes) std::reverse(copy, copy + sizeof(T));
-  T value;
-  std::memcpy(&value, copy, sizeof(T));
-  return static_cast<double>(value);
-}
-
-}  // namespace
-
 std::optional<std::string_view> LineReader::Next() {
   if (position_ >= text_.size()) return std::nullopt;
   ++line_;
@@ -58,6 +44,16 @@ std::optional<double> ParseNumber(std::string_view word) {
   return value;
 }
 
+Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words) {
+  Eigen::Vector3d p;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto value = ParseNumber(words[axis]);
+    if (!value) lines.Fail("{} is not a number", Quoted(words[axis]));
+    p[static_cast<Eigen::Index>(axis)] = *value;
+  }
+  return p;
+}
+
 std::string Quoted(std::string_view word) {
   constexpr std::size_t kMaxLength = 40;  // a message stays on one line
   std::string text = "\"";
@@ -76,7 +72,7 @@ Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate 
     for (std::size_t i = 0; i < points; ++i) {
       const char* value = at + i * c.stride;
       decoded[i][axis] =
-          c.size == 4 ? Load<float>(value, swap_bytes) : Load<double>(value, swap_bytes);
+          c.size == 4 ? LoadAs<float>(value, swap_bytes) : LoadAs<double>(value, swap_bytes);
     }
   }
   return decoded;

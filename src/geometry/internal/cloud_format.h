@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -50,6 +53,9 @@ class LineReader {
 std::vector<std::string_view> Words(std::string_view line);
 /// A number, "nan" among them; nullopt if the word is anything else.
 std::optional<double> ParseNumber(std::string_view word);
+/// The point that the first three words are, which may be nan.
+/// @throws core::InputError naming file and line if one is no number.
+Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words);
 /// A word for a message: shortened, without unprintable bytes, in quotes.
 std::string Quoted(std::string_view word);
 
@@ -74,6 +80,16 @@ Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
 template <class T>
 void AppendRaw(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+/// The number whose bytes stand there, turned round if `swap_bytes`.
+template <class T>
+double LoadAs(const char* bytes, bool swap_bytes) {
+  char copy[sizeof(T)];
+  std::memcpy(copy, bytes, sizeof(T));
+  if (swap_bytes) std::reverse(copy, copy + sizeof(T));
+  T value;
+  std::memcpy(&value, copy, sizeof(T));
+  return static_cast<double>(value);
 }
 /// Appends x, y and z in single precision.
 void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);

@@ -3,12 +3,13 @@
 #include <filesystem>
 #include <string_view>
 
+#include "geometry/internal/polygon_soup.h"
+
 namespace rangegrasp::geometry::internal {
 
-/// Checks the text of an OFF file before assimp reads it, which allocates what the counts say and
-/// drops what it cannot place. Binary OFF is left to assimp.
+/// Reads the text of an OFF file (OFF, COFF, NOFF, STOFF and what they make together).
 /// @throws core::InputError naming file and line: counts that the file cannot hold, fewer faces
-/// than declared, a face with a vertex that is not there.
-void CheckOff(const std::filesystem::path& file, std::string_view bytes);
+/// than declared, a face with a vertex that is not there, what is no number.
+PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace rangegrasp::geometry::internal

@@ -1,12 +1,33 @@
 #include "geometry/internal/ply.h"
 
+#include <cmath>
+#include <cstdint>
 #include <map>
+#include <optional>
 
 #include "core/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
 namespace {
+
+/// Of a number: its bytes, and 'f' real, 'i' whole, 'u' whole without a sign.
+struct Type {
+  std::size_t size;
+  char kind;
+};
+
+struct Property {
+  std::string name;
+  Type type;
+  std::optional<Type> count;  // of a list
+};
+
+struct Element {
+  std::string name;
+  std::size_t count;
+  std::vector<Property> properties;
+};
 
 struct Header {
   std::string format;
@@ -18,20 +39,18 @@ struct Header {
   Coordinate xyz[3];
   std::size_t columns = 0;
   std::size_t row_bytes = 0;
+  std::vector<Element> after;  // behind vertex
 };
 
-std::size_t TypeSize(const LineReader& lines, std::string_view type) {
-  static const std::map<std::string_view, std::size_t> kSizes = {
-      {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
-      {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
-      {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-  const auto size = kSizes.find(type);
-  if (size == kSizes.end()) lines.Fail("{} is not a type of PLY", Quoted(type));
-  return size->second;
-}
-
-bool IsReal(std::string_view type) {
-  return type == "float" || type == "float32" || type == "double" || type == "float64";
+Type TypeOf(const LineReader& lines, std::string_view word) {
+  static const std::map<std::string_view, Type> kTypes = {
+      {"char", {1, 'i'}},  {"uchar", {1, 'u'}},   {"int8", {1, 'i'}},   {"uint8", {1, 'u'}},
+      {"short", {2, 'i'}}, {"ushort", {2, 'u'}},  {"int16", {2, 'i'}},  {"uint16", {2, 'u'}},
+      {"int", {4, 'i'}},   {"uint", {4, 'u'}},    {"int32", {4, 'i'}},  {"uint32", {4, 'u'}},
+      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
+  const auto type = kTypes.find(word);
+  if (type == kTypes.end()) lines.Fail("{} is not a type of PLY", Quoted(word));
+  return type->second;
 }
 
 void ReadElement(const LineReader& lines, const std::vector<std::string_view>& words,
@@ -47,6 +66,8 @@ void ReadElement(const LineReader& lines, const std::vector<std::string_view>& w
     header.points = *count;
   } else if (!header.has_vertex && *count > 0) {
     lines.Fail("element {} stands before vertex; vertex must come first", Quoted(words[1]));
+  } else {
+    header.after.push_back({std::string(words[1]), *count, {}});
   }
 }
 
@@ -57,15 +78,16 @@ void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& 
     if (!list && words.size() != 3) {
       lines.Fail("a property needs a type and a name, or list, two types and a name");
     }
-    TypeSize(lines, words[list ? 2 : 1]);
-    if (list) TypeSize(lines, words[3]);
+    Property property{std::string(words.back()), TypeOf(lines, words[list ? 3 : 1]), {}};
+    if (list) property.count = TypeOf(lines, words[2]);
+    if (!header.after.empty()) header.after.back().properties.push_back(std::move(property));
     return;
   }
   if (words.size() != 3) lines.Fail("a property of vertex needs a type and a name, and is no list");
-  const std::size_t size = TypeSize(lines, words[1]);
+  const Type type = TypeOf(lines, words[1]);
   for (int axis = 0; axis < 3; ++axis) {
     if (words[2] != std::string(1, static_cast<char>('x' + axis))) continue;
-    if (!IsReal(words[1])) {
+    if (type.kind != 'f') {
       lines.Fail("property {} is of type {}; float or double is needed", Quoted(words[2]),
                  Quoted(words[1]));
     }
@@ -73,10 +95,10 @@ void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& 
     c.found = true;
     c.column = header.columns;
     c.offset = header.row_bytes;
-    c.size = size;
+    c.size = type.size;
   }
   ++header.columns;
-  header.row_bytes += size;
+  header.row_bytes += type.size;
 }
 
 Header ReadHeader(LineReader& lines) {
@@ -118,6 +140,125 @@ void Check(const LineReader& lines, Header& header) {
   }
 }
 
+std::size_t LeftIn(std::string_view bytes, const LineReader& lines) {
+  return bytes.size() - lines.position();
+}
+
+double Load(const Type& type, const char* at, bool swap) {
+  switch (type.kind) {
+    case 'f':
+      return type.size == 4 ? LoadAs<float>(at, swap) : LoadAs<double>(at, swap);
+    case 'i':
+      return type.size == 1   ? LoadAs<std::int8_t>(at, swap)
+             : type.size == 2 ? LoadAs<std::int16_t>(at, swap)
+                              : LoadAs<std::int32_t>(at, swap);
+    default:
+      return type.size == 1   ? LoadAs<std::uint8_t>(at, swap)
+             : type.size == 2 ? LoadAs<std::uint16_t>(at, swap)
+                              : LoadAs<std::uint32_t>(at, swap);
+  }
+}
+
+/// The numbers behind the vertices, one after the other.
+class Values {
+ public:
+  Values(std::string_view bytes, std::string_view format, LineReader& lines, std::size_t begin)
+      : bytes_(bytes),
+        ascii_(format == "ascii"),
+        swap_(format == "binary_big_endian"),
+        lines_(lines),
+        at_(begin) {}
+
+  double Next(const Type& type) {
+    if (ascii_) return NextWord();
+    if (type.size > bytes_.size() - at_) lines_.Fail("the data end within {}", "an element");
+    at_ += type.size;
+    return Load(type, bytes_.data() + at_ - type.size, swap_);
+  }
+  /// The length of a list of numbers of a type, which the file can hold.
+  std::size_t NextCount(const Type& count, const Type& type) {
+    const double n = Next(count);
+    const std::size_t left =
+        ascii_ ? LeftIn(bytes_, lines_) + words_.size() : (bytes_.size() - at_) / type.size;
+    if (n >= 0.0 && n == std::floor(n) && n <= static_cast<double>(left)) {
+      return static_cast<std::size_t>(n);
+    }
+    lines_.Fail("a list of {} values is declared; the file cannot hold them", n);
+  }
+  const LineReader& lines() const { return lines_; }
+
+ private:
+  double NextWord() {
+    while (word_ == words_.size()) {
+      const auto line = lines_.Next();
+      if (!line) lines_.Fail("the data end within {}", "an element");
+      words_ = Words(*line);
+      word_ = 0;
+    }
+    const auto value = ParseNumber(words_[word_]);
+    if (!value) lines_.Fail("{} is not a number", Quoted(words_[word_]));
+    ++word_;
+    return *value;
+  }
+
+  std::string_view bytes_;
+  bool ascii_, swap_;
+  LineReader& lines_;
+  std::size_t at_;
+  std::vector<std::string_view> words_;
+  std::size_t word_ = 0;
+};
+
+void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
+  for (const Property& property : element.properties) {
+    if (!property.count) {
+      values.Next(property.type);
+      continue;
+    }
+    const std::size_t n = values.NextCount(*property.count, property.type);
+    const bool corners = element.name == "face" &&
+                         (property.name == "vertex_indices" || property.name == "vertex_index");
+    for (std::size_t k = 0; k < n; ++k) {
+      const double vertex = values.Next(property.type);
+      if (!corners) continue;
+      const auto vertices = static_cast<double>(soup.points.size());
+      if (!(vertex >= 0.0 && vertex < vertices && vertex == std::floor(vertex))) {
+        values.lines().Fail("face {} names vertex {}; there are {}, from 0", soup.Polygons(),
+                            vertex, soup.points.size());
+      }
+      soup.corner.push_back(static_cast<std::uint32_t>(vertex));
+    }
+  }
+  if (element.name == "face") soup.EndPolygon();
+}
+
+/// @return where the data behind the vertices begin, if they are binary.
+std::size_t ReadVertices(std::string_view bytes, const Header& header, LineReader& lines,
+                         Points& points) {
+  const std::size_t begin = lines.position();
+  const std::string_view body = bytes.substr(begin);
+  const bool ascii = header.format == "ascii";
+  const std::size_t needed = ascii ? 2 * header.points - 1 : header.points * header.row_bytes;
+  if (body.size() < needed) {
+    lines.Fail(
+        "the data are {} bytes; the header says {}{}: the file is truncated, or the count of "
+        "vertices is wrong",
+        body.size(), needed, ascii ? " or more" : "");
+  }
+  points =
+      ascii ? DecodeAscii(lines, header.points, header.columns, header.xyz)
+            : DecodeBinary(body, header.points, header.xyz, header.format == "binary_big_endian");
+  return begin + needed;
+}
+
+void CheckElements(std::string_view bytes, const Header& header, const LineReader& lines) {
+  if (header.elements <= LeftIn(bytes, lines)) return;
+  lines.Fail(
+      "the data are {} bytes; the header says {} elements: the file is truncated, or a count is "
+      "wrong",
+      LeftIn(bytes, lines), header.elements);
+}
+
 }  // namespace
 
 bool IsPly(std::string_view bytes) {
@@ -135,33 +276,32 @@ std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view b
   LineReader lines(bytes, file);
   Header header = ReadHeader(lines);
   Check(lines, header);
-  if (header.elements > bytes.size() - lines.position()) {
-    lines.Fail(
-        "the data are {} bytes; the header says {} elements: the file is truncated, or a count is "
-        "wrong",
-        bytes.size() - lines.position(), header.elements);
-  }
+  CheckElements(bytes, header, lines);
   return header.faces;
+}
+
+PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes) {
+  LineReader lines(bytes, file);
+  Header header = ReadHeader(lines);
+  Check(lines, header);
+  CheckElements(bytes, header, lines);
+  PolygonSoup soup;
+  const std::size_t begin = ReadVertices(bytes, header, lines, soup.points);
+  Values values(bytes, header.format, lines, begin);
+  for (const Element& element : header.after) {
+    for (std::size_t i = 0; i < element.count; ++i) ReadRow(element, values, soup);
+    if (element.name == "face") break;  // nothing behind it counts
+  }
+  return soup;
 }
 
 CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
   Header header = ReadHeader(lines);
   Check(lines, header);
-  const std::string_view body = bytes.substr(lines.position());
-  const bool ascii = header.format == "ascii";
-  const std::size_t needed = ascii ? 2 * header.points - 1 : header.points * header.row_bytes;
-  if (body.size() < needed) {
-    lines.Fail(
-        "the data are {} bytes; the header says {}{}: the file is truncated, or the count of "
-        "vertices is wrong",
-        body.size(), needed, ascii ? " or more" : "");
-  }
   CloudFile cloud;
   cloud.width = static_cast<int>(header.points);
-  cloud.points =
-      ascii ? DecodeAscii(lines, header.points, header.columns, header.xyz)
-            : DecodeBinary(body, header.points, header.xyz, header.format == "binary_big_endian");
+  ReadVertices(bytes, header, lines, cloud.points);
   return cloud;
 }
 

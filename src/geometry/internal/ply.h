@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "geometry/cloud_file.h"
+#include "geometry/internal/polygon_soup.h"
 
 namespace rangegrasp::geometry::internal {
 
@@ -19,6 +20,11 @@ std::string PlyVertexHeader(std::size_t vertices);
 /// @throws core::InputError naming file and line: an unknown key or type, no x, y and z, no end,
 /// more elements than the data can hold.
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the faces too: lists vertex_indices or vertex_index of the element face.
+/// @throws core::InputError naming file and line, also a list that the file cannot hold and a
+/// vertex that is not there.
+PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the vertices of a PLY file (ascii, binary of either byte order).
 /// @throws core::InputError naming file and line.

@@ -49,13 +49,13 @@ std::vector<std::filesystem::path> HumanFiles(const std::filesystem::path& folde
 
 HumanModel ReadHumanModel(const std::filesystem::path& folder, int id) {
   const auto file = ModelFile(folder, id);
-  geometry::TriangleMesh input = ReadInput(file);
-  Shape shape = MakeShape(input);
+  geometry::PolygonMesh input = ReadPolygons(file);
+  Shape shape = MakeShape(input.mesh);
   if (!shape.IsMesh()) throw core::InputError(file.string() + ": has no faces; a mesh is needed");
   CutMeasure cuts(shape);
   HumanModel model{std::move(input), std::move(shape), std::move(cuts), {}, {}};
   for (const auto& human : HumanFiles(folder, id)) {
-    model.humans.push_back(ReadLabels(human, model.input.triangles.size()));
+    model.humans.push_back(LabelsOfTriangles(model.input, ReadLabels(human, model.input.polygons)));
     model.humans_of_shape.push_back(OfShape(model.shape, model.humans.back()));
   }
   if (model.humans.empty()) {
@@ -83,7 +83,7 @@ int MeanHumanSegments(const std::filesystem::path& folder, std::span<const int> 
 }
 
 HumanScore ScoreAgainstHumans(const HumanModel& model, const Segmentation& found) {
-  const Labels labels = LabelsOfInput(model.shape, model.input, found);
+  const Labels labels = LabelsOfInput(model.shape, model.input.mesh, found);
   HumanScore score;
   double discrepancy = 0.0;
   int defined = 0;

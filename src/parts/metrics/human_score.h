@@ -13,10 +13,10 @@ namespace rangegrasp::parts {
 /// A model of a benchmark laid out as Chen et al. 2009: off/ID.off with any number of human
 /// segmentations seg/ID/ID_K.seg.
 struct HumanModel {
-  geometry::TriangleMesh input;
+  geometry::PolygonMesh input;
   Shape shape;
   CutMeasure cuts;
-  std::vector<std::vector<std::int32_t>> humans;           ///< labels of the input's faces
+  std::vector<std::vector<std::int32_t>> humans;           ///< labels of the input's triangles
   std::vector<std::vector<std::int32_t>> humans_of_shape;  ///< of the shape's faces
 };
 

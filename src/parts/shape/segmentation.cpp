@@ -1,7 +1,10 @@
 #include "parts/shape/segmentation.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <stdexcept>
 
 #include "geometry/kd_tree.h"
 
@@ -59,6 +62,38 @@ std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const TriangleMesh& 
     tree.Nearest(center, 1, found);
     label[i] = label[kept_index[found.front().index]];
   }
+  return label;
+}
+
+std::vector<std::int32_t> LabelsOfPolygons(const geometry::PolygonMesh& input,
+                                           std::span<const std::int32_t> triangles) {
+  if (input.polygons == 0) return {triangles.begin(), triangles.end()};
+  std::vector<std::map<std::int32_t, double>> area(input.polygons);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto& [a, b, c] = input.mesh.triangles[t];
+    const Eigen::Vector3d& p = input.mesh.vertices[a];
+    area[input.polygon[t]][triangles[t]] +=
+        (input.mesh.vertices[b] - p).cross(input.mesh.vertices[c] - p).norm();
+  }
+  std::vector<std::int32_t> label(input.polygons, -1);
+  for (std::size_t i = 0; i < label.size(); ++i) {
+    double largest = -1.0;
+    for (const auto& [one, size] : area[i]) {
+      if (size <= largest) continue;
+      largest = size;
+      label[i] = one;
+    }
+  }
+  return label;
+}
+
+std::vector<std::int32_t> LabelsOfTriangles(const geometry::PolygonMesh& input,
+                                            std::span<const std::int32_t> polygons) {
+  if (polygons.size() != input.polygons) {
+    throw std::invalid_argument("LabelsOfTriangles: not one label a polygon");
+  }
+  std::vector<std::int32_t> label;
+  for (const std::uint32_t i : input.polygon) label.push_back(polygons[i]);
   return label;
 }
 

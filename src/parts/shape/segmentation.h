@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "geometry/mesh_file.h"
 #include "parts/shape/clean_shape.h"
 
 namespace rangegrasp::parts {
@@ -30,6 +32,14 @@ struct Segmentation {
 /// kept.
 std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const geometry::TriangleMesh& input,
                                         const Segmentation& segmentation);
+
+/// Labels of the polygons that the triangles were cut of: that of the largest area, ties the lower
+/// one; -1 of a polygon without triangles. Of a cloud the labels themselves.
+std::vector<std::int32_t> LabelsOfPolygons(const geometry::PolygonMesh& input,
+                                           std::span<const std::int32_t> triangles);
+/// The other way round. @throws std::invalid_argument if there is not one label a polygon.
+std::vector<std::int32_t> LabelsOfTriangles(const geometry::PolygonMesh& input,
+                                            std::span<const std::int32_t> polygons);
 
 /// The same with fewer parts: those of the tree that are at most so many cuts below the whole,
 /// numbered by falling number of elements. Without a tree nothing changes.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -13,7 +14,6 @@
 #include "core/file.h"
 #include "core/number.h"
 #include "geometry/cloud_file.h"
-#include "geometry/mesh_file.h"
 #include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts {
@@ -38,15 +38,22 @@ constexpr const char* kColors = "property uchar red\nproperty uchar green\nprope
 
 }  // namespace
 
-geometry::TriangleMesh ReadInput(const std::filesystem::path& file) {
+geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file) {
+  constexpr std::array<std::string_view, 5> kMeshes = {".off", ".obj", ".stl", ".glb", ".gltf"};
   const std::string ending = core::EndingOf(file);
-  const bool mesh = ending == ".off" || ending == ".obj" || ending == ".stl";
+  const bool mesh = std::find(kMeshes.begin(), kMeshes.end(), ending) != kMeshes.end();
   if (!mesh && ending != ".ply" && ending != ".pcd") {
     throw core::InputError(file.string() + ": unknown ending '" + ending +
-                           "'; a shape is .off, .obj, .stl, .ply or .pcd");
+                           "'; a shape is .off, .obj, .stl, .ply, .glb, .gltf or .pcd");
   }
-  if (mesh || (ending == ".ply" && geometry::PlyHoldsMesh(file))) return geometry::ReadMesh(file);
-  return {.vertices = geometry::ReadCloud(file).points, .triangles = {}};
+  if (mesh || (ending == ".ply" && geometry::PlyHoldsMesh(file))) {
+    return geometry::ReadPolygonMesh(file);
+  }
+  return {.mesh = {.vertices = geometry::ReadCloud(file).points, .triangles = {}}, .polygon = {}};
+}
+
+geometry::TriangleMesh ReadInput(const std::filesystem::path& file) {
+  return ReadPolygons(file).mesh;
 }
 
 Shape ReadShape(const std::filesystem::path& file) {

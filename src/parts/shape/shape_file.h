@@ -5,13 +5,15 @@
 #include <span>
 #include <vector>
 
+#include "geometry/mesh_file.h"
 #include "parts/shape/clean_shape.h"
 
 namespace rangegrasp::parts {
 
-/// Reads OFF, OBJ, STL, PLY or PCD as it is; a PLY without faces and a PCD are clouds. Triangle i
-/// of the file is triangle i; polygons are cut into triangles where they stand.
-/// @throws core::InputError naming the file.
+/// Reads OFF, OBJ, STL, PLY, glTF or PCD as it is; a PLY without faces and a PCD are clouds,
+/// which have no polygons. @throws core::InputError naming the file.
+geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file);
+/// Its triangles alone. Triangle i of a file of triangles is triangle i.
 geometry::TriangleMesh ReadInput(const std::filesystem::path& file);
 /// ReadInput and MakeShape. @throws core::InputError naming the file.
 Shape ReadShape(const std::filesystem::path& file);

@@ -70,7 +70,7 @@ class PartsExperiment : public experiment::Task {
     if (!running.model) return result;
     const parts::HumanModel& model = *running.model;
     std::vector<std::int32_t> labels;
-    if (running.found) labels = parts::LabelsOfInput(model.shape, model.input, *running.found);
+    if (running.found) labels = parts::LabelsOfInput(model.shape, model.input.mesh, *running.found);
     if (options.view) {
       *options.view = PartsView(model, json::parse(which.params).at("method"), labels);
     } else if (running.found) {

@@ -76,7 +76,7 @@ Labels MatchedLabels(const Labels& labels, const Labels& reference) {
 }
 
 View PartsView(const parts::HumanModel& model, const std::string& name, const Labels& found) {
-  const geometry::TriangleMesh mesh = InUnitBox(model.input);
+  const geometry::TriangleMesh mesh = InUnitBox(model.input.mesh);
   View view;
   if (!found.empty()) view.painted.push_back(PaintedBy(mesh, name, found));
   for (std::size_t h = 0; h < model.humans.size(); ++h) {

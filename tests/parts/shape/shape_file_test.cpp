@@ -120,6 +120,24 @@ TEST(ColoredShape, OfACloudIsReadBackAsACloud) {
   EXPECT_EQ(read.vertices, cloud.vertices);
 }
 
+TEST(PolygonLabels, StandOneALineOfTheFile) {
+  const TempFolder folder;
+  // Two quads and a triangle over them; the second quad is cut into a large and a small triangle.
+  const auto input = ReadPolygons(
+      folder.Write("a.off",
+                   "OFF\n8 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n4 0 1\n4 1 1\n0 3 1\n"
+                   "4 0 1 2 3\n4 4 5 6 7\n3 0 1 4\n2 0 1\n"));
+  ASSERT_EQ(input.polygon, (std::vector<std::uint32_t>{0, 0, 1, 1, 2}));
+  EXPECT_EQ(LabelsOfPolygons(input, Labels{5, 5, 1, 2, 3}), (Labels{5, 2, 3, -1}));
+  EXPECT_EQ(LabelsOfTriangles(input, Labels{5, 2, 3, -1}), (Labels{5, 5, 2, 2, 3}));
+  EXPECT_THROW(LabelsOfTriangles(input, Labels{5}), std::invalid_argument);
+}
+
+TEST(PolygonLabels, OfACloudAreThoseOfItsPoints) {
+  const geometry::PolygonMesh cloud{{Tetrahedron().vertices, {}}, {}, 0};
+  EXPECT_EQ(LabelsOfPolygons(cloud, Labels{1, 0, 2, 0}), (Labels{1, 0, 2, 0}));
+}
+
 TEST(ColoredShape, NeedsOneLabelAnElement) {
   EXPECT_THROW(WriteColoredShape("never.ply", Tetrahedron(), Labels{0, 1}), std::invalid_argument);
 }

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "geometry/mesh_file.h"
+
+namespace rangegrasp::geometry::internal {
+
+/// Polygons as a file holds them: polygon i has the corners [begin[i], begin[i + 1]).
+struct PolygonSoup {
+  Points points;
+  std::vector<std::uint32_t> begin = {0};
+  std::vector<std::uint32_t> corner;  ///< positions in points
+
+  std::size_t Polygons() const { return begin.size() - 1; }
+  /// Ends the polygon whose corners were appended last.
+  void EndPolygon() { begin.push_back(static_cast<std::uint32_t>(corner.size())); }
+};
+
+/// Cuts polygons into triangles where they stand, equal vertices joined, unused ones left out.
+/// A polygon of less than three corners has none.
+/// @throws core::InputError naming the file: a vertex that is not finite, no triangle.
+PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup);
+
+}  // namespace rangegrasp::geometry::internal
