@@ -174,9 +174,8 @@ class Match {
     return {X_CB, Penalised(evidence, X_CB, options_->coarse_tolerance_m)};
   }
   double Tight(const core::Pose& X_CB) const {
-    return Penalised(
-        internal::Weigh(*object_, X_CB, segment_->fine, 0.5 * options_->tolerance_m), X_CB,
-        options_->max_sunk_m);
+    return Penalised(internal::Weigh(*object_, X_CB, segment_->fine, 0.5 * options_->tolerance_m),
+                     X_CB, options_->max_sunk_m);
   }
   double FineScore(const core::Pose& X_CB) const {
     return Penalised(internal::Weigh(*object_, X_CB, segment_->fine, options_->tolerance_m), X_CB,
@@ -308,14 +307,14 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   const pcl_bridge::Cloud source(segment.source_C);
   const auto candidates = CandidatesAt(segment, source, library, options, seed);
   if (candidates.empty() || candidates.front().Score() < options.min_score) return std::nullopt;
-  if (candidates.size() > 1 &&
-      candidates[0].Score() - candidates[1].Score() < options.margin) {
+  if (candidates.size() > 1 && candidates[0].Score() - candidates[1].Score() < options.margin) {
     return std::nullopt;
   }
   const Candidate& best = candidates.front();
   FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
   for (const Posed& other : best.posed) {
-    const PoseDifference off = Difference(other.X_CB, found.X_CB, best.match.object().object->symmetry);
+    const PoseDifference off =
+        Difference(other.X_CB, found.X_CB, best.match.object().object->symmetry);
     const bool differs = off.distance_m > kDiffers_m || off.angle_rad > kDiffers_rad;
     if (differs && other.score > found.score - options.margin) {
       found.alternatives_CB.push_back(other.X_CB);

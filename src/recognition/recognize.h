@@ -76,9 +76,9 @@ struct FoundObject {
 ///           / (explained + violations + u unexplained + l lost)
 ///
 /// with e across the surface, u = options.unexplained_weight, l = options.lost_weight, and lost the
-/// rays that should have met the surface and did not come back. What no model explains well enough, or two explain about as well, is not
-/// named. Single-threaded; the same arguments give the same result, and the order of the library
-/// plays no part.
+/// rays that should have met the surface and did not come back. What no model explains well enough,
+/// or two explain about as well, is not named. Single-threaded; the same arguments give the same
+/// result, and the order of the library plays no part.
 /// @param scene  of this observation
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,

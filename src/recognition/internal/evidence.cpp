@@ -90,8 +90,8 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
 }
 
 SampleRays Fewer(const SampleRays& rays, std::size_t count) {
-  const auto of_own = static_cast<std::size_t>(
-      std::ranges::count(rays, Part::kOwn, &SampleRay::part));
+  const auto of_own =
+      static_cast<std::size_t>(std::ranges::count(rays, Part::kOwn, &SampleRay::part));
   const std::size_t half = std::max<std::size_t>(1, count / 2);
   const std::size_t own_step = std::max<std::size_t>(1, (of_own + half - 1) / half);
   const std::size_t step = std::max<std::size_t>(1, (rays.size() - of_own + half - 1) / half);
@@ -108,8 +108,8 @@ SampleRays Fewer(const SampleRays& rays, std::size_t count) {
 }
 
 double Evidence::Score(const RecognitionOptions& options) const {
-  const double all = explained + violated + options.unexplained_weight * unexplained +
-                     options.lost_weight * lost;
+  const double all =
+      explained + violated + options.unexplained_weight * unexplained + options.lost_weight * lost;
   return all > 0.0 ? fit / all : 0.0;
 }
 
@@ -132,8 +132,7 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.unexplained += ray.part == Part::kOwn ? weight : 0.0;
       continue;
     }
-    const float cosine =
-        std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    const float cosine = std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
     if (ray.part == Part::kLost) {
       evidence.lost += weight * static_cast<double>(std::min(1.0f, cosine / kSurely));
       continue;

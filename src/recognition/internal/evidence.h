@@ -43,7 +43,7 @@ struct Evidence {
   double explained = 0.0;
   double violated = 0.0;
   double unexplained = 0.0;
-  double lost = 0.0;  ///< rays that meet the surface well, and of which nothing came back
+  double lost = 0.0;        ///< rays that meet the surface well, and of which nothing came back
   double squares_m2 = 0.0;  ///< sum of e^2 over explained ones
 
   double Score(const RecognitionOptions& options) const;

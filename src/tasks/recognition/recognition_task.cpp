@@ -113,19 +113,20 @@ class Recognition : public experiment::Task {
     result.seconds.emplace_back("perceive", watch.Restart());
     core::Rng rng = grasping::StageStream(spec.seed, "recognize");
     const auto& library = libraries_.at(options_.without_target ? spec.object : "");
-    const auto found = recognition::Recognize(sensed.observation, scene, library,
-                                              options_.recognition, rng);
+    const auto found =
+        recognition::Recognize(sensed.observation, scene, library, options_.recognition, rng);
     result.seconds.emplace_back("recognize", watch.Restart());
-    const Judgement judgement = Judge(found, library, sensed, arranged->world, arranged->target, options_);
+    const Judgement judgement =
+        Judge(found, library, sensed, arranged->world, arranged->target, options_);
     result.outcome = core::Word(judgement.outcome);
     result.stage = "recognize";
-    result.data = ordered_json({{"pose_class", arranged->pose_class},
-                                {"scene_objects", arranged->world.objects()},
-                                {"objects", scene.objects.size()},
-                                {"target_pose", JsonOf(arranged->world.ObjectPose(arranged->target))},
-                                {"finds", JsonOf(judgement, arranged->world, arranged->target,
-                                                 options_)}})
-                      .dump();
+    result.data =
+        ordered_json({{"pose_class", arranged->pose_class},
+                      {"scene_objects", arranged->world.objects()},
+                      {"objects", scene.objects.size()},
+                      {"target_pose", JsonOf(arranged->world.ObjectPose(arranged->target))},
+                      {"finds", JsonOf(judgement, arranged->world, arranged->target, options_)}})
+            .dump();
     return result;
   }
 
@@ -164,8 +165,9 @@ std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Com
 const experiment::TaskKind& RecognitionTask() {
   static const experiment::TaskKind kind{
       .name = "recognition",
-      .description = "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
-                     "the keys below it has all of `task: grasping`.",
+      .description =
+          "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
+          "the keys below it has all of `task: grasping`.",
       .trials_key = "trials_per_object",
       .uses_seed = true,
       .success = "found",
