@@ -3,10 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <stdexcept>
 
 #include "core/units.h"
+#include "seam/internal/vectorised.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -38,30 +40,59 @@ double At(const Curve& curve, double u) { return curve[0] + u * (curve[1] + u * 
 struct SurfacePoint {
   double u;
   double z;
-  bool Supports(const Curve& curve) const { return std::abs(z - At(curve, u)) <= kWithin_m; }
 };
 
+// Every kStride-th measured point, u and z apart.
+struct SurfacePoints {
+  std::vector<double> u, z;
+
+  explicit SurfacePoints(std::span<const float> height) {
+    const double last = static_cast<double>(height.size() - 1);
+    for (std::size_t i = 0; i < height.size(); i += kStride) {
+      if (!std::isfinite(height[i])) continue;
+      u.push_back(2.0 * static_cast<double>(i) / last - 1.0);
+      z.push_back(static_cast<double>(height[i]));
+    }
+  }
+};
+
+bool Supports(double u, double z, const Curve& curve) {
+  return std::abs(z - At(curve, u)) <= kWithin_m;
+}
+
+RANGEGRASP_VECTORISED std::int64_t CountSupport(const double* u, const double* z,
+                                                std::size_t points, double c0, double c1,
+                                                double c2) {
+  std::int64_t support = 0;
+  for (std::size_t i = 0; i < points; ++i) {
+    support += std::abs(z[i] - (c0 + u[i] * (c1 + u[i] * c2))) <= kWithin_m ? 1 : 0;
+  }
+  return support;
+}
+
 // Least squares over the points that support `curve`.
-Curve Refine(std::span<const SurfacePoint> points, const Curve& curve) {
+Curve Refine(const SurfacePoints& points, const Curve& curve) {
   Eigen::Matrix3d normal = kPriorWeight * Eigen::Matrix3d::Identity();
   Eigen::Vector3d right = kPriorWeight * curve;
-  for (const SurfacePoint& p : points) {
-    if (!p.Supports(curve)) continue;
-    const Eigen::Vector3d basis(1.0, p.u, p.u * p.u);
+  for (std::size_t i = 0; i < points.u.size(); ++i) {
+    const double u = points.u[i];
+    if (!Supports(u, points.z[i], curve)) continue;
+    const Eigen::Vector3d basis(1.0, u, u * u);
     normal += basis * basis.transpose();
-    right += p.z * basis;
+    right += points.z[i] * basis;
   }
   return normal.ldlt().solve(right);
 }
 
 // The middle of each block of neighboring points, by height.
-std::vector<SurfacePoint> BlockMedians(std::span<const SurfacePoint> points) {
+std::vector<SurfacePoint> BlockMedians(const SurfacePoints& points) {
   std::vector<SurfacePoint> medians;
+  std::vector<SurfacePoint> block;
   for (std::size_t b = 0; b < kBlocks; ++b) {
-    const std::size_t begin = b * points.size() / kBlocks;
-    const std::size_t end = (b + 1) * points.size() / kBlocks;
-    std::vector<SurfacePoint> block(points.begin() + static_cast<std::ptrdiff_t>(begin),
-                                    points.begin() + static_cast<std::ptrdiff_t>(end));
+    const std::size_t begin = b * points.u.size() / kBlocks;
+    const std::size_t end = (b + 1) * points.u.size() / kBlocks;
+    block.clear();
+    for (std::size_t i = begin; i < end; ++i) block.push_back({points.u[i], points.z[i]});
     if (block.empty()) continue;
     const auto middle = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
     std::nth_element(block.begin(), middle, block.end(),
@@ -82,17 +113,12 @@ Curve Through(const SurfacePoint& p, const SurfacePoint& q, const SurfacePoint& 
 // The parabola that most points support: neither an obstacle of a third of the line nor points that
 // are no surface bend it.
 Curve FitSurface(std::span<const float> height) {
-  std::vector<SurfacePoint> points;
-  const double last = static_cast<double>(height.size() - 1);
-  for (std::size_t i = 0; i < height.size(); i += kStride) {
-    if (!std::isfinite(height[i])) continue;
-    points.push_back({2.0 * static_cast<double>(i) / last - 1.0, static_cast<double>(height[i])});
-  }
+  const SurfacePoints points(height);
   const auto squares = FitQuadratic(height);
   Curve best(squares[0], squares[1], squares[2]);
   const auto support = [&](const Curve& curve) {
-    return std::count_if(points.begin(), points.end(),
-                         [&](const SurfacePoint& p) { return p.Supports(curve); });
+    return CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1],
+                        curve[2]);
   };
   auto max_support = support(best);
   const auto medians = BlockMedians(points);
@@ -111,22 +137,39 @@ Curve FitSurface(std::span<const float> height) {
   return best;
 }
 
+RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_t columns,
+                                    float* height) {
+  const double last = static_cast<double>(columns - 1);
+  for (std::int32_t i = 0; i < columns; ++i) {
+    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
+    height[i] -= static_cast<float>(c0 + u * (c1 + u * c2));
+  }
+}
+
+// By how much a line rises above what either of two others had; where one of them has no point the
+// other alone counts.
+RANGEGRASP_VECTORISED void RiseAbove(const float* now, const float* a, const float* b,
+                                     std::size_t columns, float* rise) {
+  for (std::size_t i = 0; i < columns; ++i) {
+    const bool other = (b[i] > a[i]) | std::isnan(a[i]);
+    rise[i] = now[i] - (other ? b[i] : a[i]);
+  }
+}
+
 }  // namespace
 
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
   std::vector<float> above = profile.original_m;
   if (above.size() < 2 * kStride) return std::vector<float>(above.size(), 0.0F);
   const Curve curve = FitSurface(above);
-  const double last = static_cast<double>(above.size() - 1);
-  for (std::size_t i = 0; i < above.size(); ++i) {
-    above[i] -= static_cast<float>(At(curve, 2.0 * static_cast<double>(i) / last - 1.0));
-  }
+  Subtract(curve[0], curve[1], curve[2], static_cast<std::int32_t>(above.size()), above.data());
   return above;
 }
 
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
   std::vector<bool> rising(above.size(), false);
   const auto wanted = static_cast<float>(height);
+  if (std::ranges::none_of(above, [&](float z) { return z >= wanted; })) return rising;
   std::size_t high = 0;
   std::size_t low = 0;
   std::size_t marked = 0;
@@ -191,9 +234,7 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   if (heights_.size() >= 2 && heights_[0].size() == now.size() &&
       heights_[1].size() == now.size()) {
     std::vector<float> above(now.size());
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      above[i] = now[i] - std::fmax(heights_[0][i], heights_[1][i]);
-    }
+    RiseAbove(now.data(), heights_[0].data(), heights_[1].data(), now.size(), above.data());
     const auto risen = RisingColumns(above, width_, height);
     for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || risen[i];
   }
