@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <stdexcept>
 
 #include "seam/internal/vectorised.h"
@@ -18,6 +19,9 @@ constexpr double kMinPoints = 10.0;
 // Points whose columns do not determine a parabola, or hardly a step beside one.
 constexpr double kMinDeterminant = 1e-9;
 constexpr double kMinOwnPoints = 1e-3;
+// In place of the squared t-value where nothing fits, and beyond all of them.
+constexpr double kNoFit = -1.0;
+constexpr double kMost = std::numeric_limits<double>::max();
 // Heights are not known better than this, so that a profile without noise has finite likelihoods.
 constexpr double kResolution_mm = 8e-3;
 // The share of places that surely hold no edge, and the chi-squared (1 degree of freedom) there.
@@ -128,8 +132,10 @@ struct Fits {
 };
 
 // z = c0 + c1 u + c2 u^2 + h [u >= 0], u = x - place: the parabola is taken out of the step and of
-// the heights (Frisch and Waugh 1933), then h is a quotient.
-void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& fits) {
+// the heights (Frisch and Waugh 1933), then h is a quotient. Where nothing fits, divisions by zero
+// do no harm: the loop has no branch, so that places are computed side by side.
+RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, double spacing,
+                                      Fits& fits) {
   const auto before = [&](std::size_t kind) { return sums.before[kind].data() + sums.pad; };
   const double* const n = before(0);
   const double* const x = before(1);
@@ -146,6 +152,7 @@ void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& f
   double* const t_squared = fits.t_squared.data();
   const auto places = static_cast<int>(sums.places);
   const auto reach = static_cast<int>(half);
+#pragma GCC ivdep
   for (int place = 0; place < places; ++place) {
     const auto all = [=](const double* sum) { return sum[place + reach] - sum[place - reach]; };
     const auto right = [=](const double* sum) { return sum[place + reach] - sum[place]; };
@@ -172,7 +179,7 @@ void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& f
     const double d12 = a1 * a2 - a0 * a3;
     const double d22 = a0 * a2 - a1 * a1;
     const double determinant = a0 * d00 + a1 * d01 + a2 * d02;
-    const double scale = 1.0 / std::max(determinant, 1e-300);
+    const double scale = 1.0 / determinant;
     const double step0 = (d00 * r0 + d01 * r1 + d02 * r2) * scale;
     const double step1 = (d01 * r0 + d11 * r1 + d12 * r2) * scale;
     const double step2 = (d02 * r0 + d12 * r1 + d22 * r2) * scale;
@@ -182,17 +189,16 @@ void FitWindows(const PlaceSums& sums, std::size_t half, double spacing, Fits& f
     const double flat1 = (d01 * z0 + d11 * z1 + d12 * z2) * scale;
     const double flat2 = (d02 * z0 + d12 * z1 + d22 * z2) * scale;
     const double residual = all(zz) - (flat0 * z0 + flat1 * z1 + flat2 * z2);
-    const double h = own_height / std::max(own, kMinOwnPoints);
+    const double h = own_height / own;
     const double left_over =
         std::max(residual - h * own_height, 0.0) + a0 * kResolution_mm * kResolution_mm;
-    const double its_variance =
-        left_over / (std::max(a0, kMinPoints) - kParameters) / std::max(own, kMinOwnPoints);
+    const double its_variance = left_over / (a0 - kParameters) / own;
     const bool fits_here = (r0 >= kMinSide) & (a0 - r0 >= kMinSide) & (a0 >= kMinPoints) &
                            (determinant > kMinDeterminant * a0 * a2 * a4) & (own > kMinOwnPoints);
     points[place] = a0;
     height[place] = h;
     variance[place] = its_variance;
-    t_squared[place] = fits_here ? h * h / std::max(its_variance, 1e-300) : -1.0;
+    t_squared[place] = std::min(fits_here ? kMost : kNoFit, h * h / its_variance);
   }
 }
 
@@ -213,13 +219,21 @@ void KeepBetter(const Fits& fits, std::vector<LocalStep>& best) {
   const double inflation = Inflation(fits.t_squared);
   for (std::size_t i = 0; i < best.size(); ++i) {
     const double h = fits.height_mm[i];
-    if (fits.t_squared[i] < 0.0 || h <= 0.0) continue;
+    if (fits.t_squared[i] < 0.0) continue;
+    const double precision = kMm_1_m * kMm_1_m / (fits.variance_mm2[i] * inflation);
+    if (precision > best[i].surest_precision_m2) {
+      best[i].surest_height_m = h / kMm_1_m;
+      best[i].surest_precision_m2 = precision;
+    }
+    if (h <= 0.0) continue;
     const double ratio = fits.t_squared[i] / (inflation * (fits.points[i] - kParameters));
     // log(1 + x) <= x spares most logarithms.
     if (0.5 * fits.points[i] * ratio <= best[i].evidence) continue;
     const double evidence = 0.5 * fits.points[i] * std::log1p(ratio);
     if (evidence <= best[i].evidence) continue;
-    best[i] = {evidence, h / kMm_1_m, kMm_1_m * kMm_1_m / (fits.variance_mm2[i] * inflation)};
+    best[i].evidence = evidence;
+    best[i].height_m = h / kMm_1_m;
+    best[i].precision_m2 = precision;
   }
 }
 
@@ -240,8 +254,7 @@ void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& s
 
 }  // namespace
 
-std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
-                                     const LocalStepOptions& options) {
+void CheckOptions(const LocalStepOptions& options) {
   const int narrowest = std::ranges::min(options.half_windows);
   if (options.stride < 1 || narrowest < 4 || narrowest < options.stride ||
       !(options.max_step_m > 0.0)) {
@@ -249,6 +262,11 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
         "local step: stride must be at least 1, half windows at least 4 and the stride, max_step_m "
         "above 0");
   }
+}
+
+std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
+                                     const LocalStepOptions& options) {
+  CheckOptions(options);
   const auto stride = static_cast<std::size_t>(options.stride);
   const auto half_of = [&](int columns) {
     return std::min((static_cast<std::size_t>(columns) + stride / 2) / stride,
@@ -261,7 +279,7 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
     FitWindows(sums, half_of(columns), static_cast<double>(stride) / kColumns, fits);
     KeepBetter(fits, best);
   }
-  RemoveHigh(options.max_step_m, half_of(narrowest), best);
+  RemoveHigh(options.max_step_m, half_of(std::ranges::min(options.half_windows)), best);
   return best;
 }
 

@@ -17,6 +17,9 @@ struct LocalStepOptions {
   double max_step_m = 2.5e-3;
 };
 
+/// @throws std::invalid_argument naming the option that is out of range.
+void CheckOptions(const LocalStepOptions& options);
+
 /// What the points about one place say.
 struct LocalStep {
   /// Log-likelihood ratio of the parabola with a rising step to the parabola without, in the window
@@ -24,6 +27,9 @@ struct LocalStep {
   double evidence = 0.0;
   double height_m = 0.0;      ///< of the step
   double precision_m2 = 0.0;  ///< 1 / variance of height_m
+  /// Height by the window that knows it best, also where it is 0 or less: tells that there is none.
+  double surest_height_m = 0.0;
+  double surest_precision_m2 = 0.0;  ///< 0: no window fits
 };
 
 /// Steps at the columns 0, stride, 2 stride, ...: from there on the points belong to the high side.

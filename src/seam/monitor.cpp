@@ -263,7 +263,8 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   if (!usable) return std::nullopt;  // which tells nothing of the mats
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
   // An edge that only goes on by what was seen before does not count here.
-  const double decided_m = reading.status == ProfileStatus::kEdge ? reading.step_m : 0.0;
+  const bool decided = reading.status == ProfileStatus::kEdge && reading.goes_on;
+  const double decided_m = decided ? reading.step_m : 0.0;
   const double step_m = std::max(decided_m, reading.followed_step_m);
   const bool edge = step_m >= std::max(options_.min_step_m, kStepShare * usual_step_m_);
   if (edge) usual_step_m_ += kStepGain * (step_m - usual_step_m_);

@@ -17,6 +17,9 @@ struct StepTrackOptions {
   /// > 0: a profile whose greatest evidence is above this has all of it scaled down to this, so
   /// that an edge that ends is soon forgotten.
   double most_evidence = 15.0;
+  /// > 0: share of its height by which an edge varies (standard deviation). A profile that surely
+  /// has no step speaks against the edge with 1 / (2 uneven^2).
+  double uneven = 0.2;
   /// > 0, how fast an edge may be expected to move on the line: standard deviation. 20 mm/s at 12
   /// columns a mm.
   double speed_columns_per_s = 240.0;
@@ -42,6 +45,9 @@ class StepTrack {
     std::optional<int> strongest;  ///< the place with the greatest evidence in this profile
     double step_m = 0.0;           ///< mean along the best way
     double evidence = 0.0;         ///< mean along the best way
+    /// Whether the edge goes on where profiles without its step speak against it as much as those
+    /// with it speak for it. Else the evidence of many profiles outlives a mat's end.
+    bool goes_on = false;
   };
   /// @throws std::invalid_argument if an option is out of range.
   explicit StepTrack(const StepTrackOptions& options);
@@ -54,17 +60,26 @@ class StepTrack {
     double evidence = 0.0;
     double height = 0.0;  // of precision times height
     double precision = 0.0;
+
+    double Height() const { return precision > 0.0 ? height / precision : 0.0; }
   };
+  struct Ways {
+    std::vector<Way> to;  // each place
+    bool edge = false;
+  };
+  double Absence(const Way& way, const LocalStep& step) const;
+  std::vector<Way> Moved(const std::vector<Way>& ways, double period_s) const;
   void Continue(const std::vector<LocalStep>& steps, double strongest, double period_s);
+  const Way& Judge(Ways& ways) const;
   double Peak(std::size_t place) const;
   double OnLine(double column, double time_s);
 
   StepTrackOptions options_;
-  std::vector<Way> ways_;
+  Ways ways_;            // tell where the edge is
+  Ways strict_;          // and whether it goes on
   double weight_ = 0.0;  // of a Way's sums: 1 + memory + memory^2 ...
   std::optional<double> last_time_s_;
   std::deque<TimedColumn> positions_;  // of the last profiles
-  bool edge_ = false;
 };
 
 }  // namespace rangegrasp::seam

@@ -272,6 +272,7 @@ float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
   reading.local_step = found.strongest;
   reading.column = found.column;
   reading.step_m = found.step_m;
+  reading.goes_on = found.goes_on;
   reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
   return 0.0F;
 }

@@ -33,6 +33,9 @@ struct Reading {
   double step_m = 0.0;           ///< step height where the edge was looked for
   /// Step height where the edge has been followed to: it may be there although no detector sees it.
   double followed_step_m = 0.0;
+  /// With kEdge: whether the last profiles bear the step out; false: the edge may have ended, and
+  /// what is told of it rests on profiles before.
+  bool goes_on = true;
   /// Each detector's own position in this profile; with method steps that of the fourth alone.
   std::array<std::optional<int>, kDetectors> detected;
   std::optional<int> local_step;

@@ -82,6 +82,9 @@ void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
            "what a single profile must have more; n profiles: an n-th of this");
   map.Read("most_evidence", options.most_evidence, 0.1, 1e6,
            "evidence that a profile counts for at most");
+  map.Read("uneven", options.uneven, 0.01, 10.0,
+           "share of its height by which an edge varies: the lower, the more a profile without it "
+           "tells of a mat's end");
   map.Read("continued", options.continued, 0.0, 1.0,
            "share of the evidence that an edge needs to go on");
   map.Read("line_profiles", options.line_profiles, 2, 1000,
@@ -115,6 +118,9 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
         "accumulation.memory must be at least 0 and below 1");
   Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
+  if (options.method == DecisionMethod::kSteps) {
+    CheckOptions(WithWindowsOfLine(options).step_track.steps);
+  }
   Check(options.step.half_window >= 1, "step.half_window must be at least 1");
   Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
   Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,

@@ -322,6 +322,19 @@ TEST(SurfaceMonitor, TheMatsEndThoughALowStepGoesOn) {
   EXPECT_EQ(monitor.Update(WithBlock(0, 0), low), StopReason::kMatEnd);
 }
 
+TEST(SurfaceMonitor, AnEdgeThatOnlyEarlierProfilesBearOutHasEnded) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  Reading reading = Told(ProfileStatus::kEdge);
+  for (int i = 0; i < 2 * options.window; ++i)
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), reading));
+  reading.goes_on = false;
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), reading)) << i;
+  }
+  EXPECT_EQ(monitor.Update(WithBlock(0, 0), reading), StopReason::kMatEnd);
+}
+
 TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   const LineGeometry line;
   PreparedProfile flat;

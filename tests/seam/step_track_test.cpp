@@ -125,6 +125,30 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
   }
 }
 
+// Each profile takes nearly as much away as one with the step had brought, of which the last ten or
+// so are known: some six profiles.
+TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
+  for (const double noise : {0.05, 0.2}) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      Rng rng(seed);
+      const Seam seam(rng);
+      StepTrack track({});
+      for (int k = 0; k < 60; ++k) {
+        const double step = k < 30 ? 0.6 : 0.0;
+        const double t = k * kPeriod_s;
+        const Surface mats{.name = "", .step = step, .noise = noise};
+        const auto found = track.Update(Scan(mats, seam, t, rng), t);
+        if (k >= 5 && k < 30) {
+          EXPECT_TRUE(found.goes_on) << seed << ", " << noise << ", " << k;
+        }
+        if (k >= 40) {
+          EXPECT_FALSE(found.goes_on) << seed << ", " << noise << ", " << k;
+        }
+      }
+    }
+  }
+}
+
 TEST(StepTrack, AStepThatIsTooLowIsNoEdge) {
   StepTrackOptions options;
   options.min_step_m = 0.8e-3;
@@ -155,6 +179,9 @@ TEST(StepTrack, OptionsOutOfRangeAreRefused) {
   EXPECT_THROW(StepTrack{options}, std::invalid_argument);
   options = {};
   options.line_profiles = 1;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+  options = {};
+  options.uneven = 0.0;
   EXPECT_THROW(StepTrack{options}, std::invalid_argument);
 }
 

@@ -526,6 +526,10 @@ TEST(EdgeTracker, RefusesOptionsOutOfRange) {
   };
   refused([](TrackerOptions& o) { o.line.columns = 10; });
   refused([](TrackerOptions& o) { o.vote_tolerance_m = 0.0; });
+  refused([](TrackerOptions& o) {
+    o.method = DecisionMethod::kSteps;
+    o.line.columns_per_m = 1000.0;  // the narrowest window would have three columns on a side
+  });
   refused([](TrackerOptions& o) { o.packet_period_s = -1.0; });
   refused([](TrackerOptions& o) { o.history.length = 0; });
   refused([](TrackerOptions& o) { o.accumulation.memory = 1.0; });
