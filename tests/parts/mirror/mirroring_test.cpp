@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "core/error.h"
 #include "core/rng.h"
@@ -240,6 +241,25 @@ TEST(SegmentByMirroring, TakesTheArmsOffACloud) {
     }
     EXPECT_EQ(of_arm.size(), 4U);
   }
+}
+
+TEST(SegmentByMirroring, TakesTheArmsOffADenseAndNoisyCloud) {
+  Shape cloud = ArmedCloud(100'000, 1);
+  Rng rng(2);
+  for (Eigen::Vector3d& p : cloud.points) {
+    for (double& x : p) x += 0.015 * rng.Normal();  // 0.3 % of the size
+  }
+  const Segmentation parts = SegmentByMirroring(cloud, {});
+  std::set<std::int32_t> arms;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.points[i].norm() > 1.8) arms.insert(parts.label[i]);
+  }
+  EXPECT_EQ(arms.size(), 4U);
+  EXPECT_FALSE(arms.contains(0));
+  // What the inner hull leaves out of the ball are crumbs.
+  const auto crumbs = std::count_if(parts.label.begin(), parts.label.end(),
+                                    [&](std::int32_t l) { return l > 0 && !arms.contains(l); });
+  EXPECT_LT(crumbs, 1'000);
 }
 
 TEST(SegmentByMirroring, TheCoreHasNoHoles) {
