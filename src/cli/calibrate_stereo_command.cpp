@@ -15,6 +15,7 @@
 #include "sensing/chessboard_recorder.h"
 #include "stereo/pictures.h"
 #include "tasks/grasping/grasping_task.h"
+#include "tasks/grasping/sensor_files.h"
 #include "tasks/grasping/stereo_calibration.h"
 #include "tasks/kinds.h"
 
@@ -114,7 +115,7 @@ grasping::CalibrationSetup SimulatedSetup(const CalibrateArguments& arguments) {
   }
   setup.scene = cell.options.scene;
   setup.scanner = cell.scanner;
-  setup.camera = sensing::ReadStereoCamera(cell.options.sensor);
+  setup.camera = sensing::ReadStereoCamera(grasping::ReadSensorFiles(cell.options.sensor).stereo);
   return setup;
 }
 

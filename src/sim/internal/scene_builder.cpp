@@ -171,6 +171,9 @@ ObjectEntry ReadEntry(const ObjectModel& object, const mjSpec* spec) {
   entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", usual.albedo);
   entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", usual.gloss);
   entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", usual.clarity);
+  // What is swallowed does not come back either, whatever the surface is printed with.
+  const double absorption = Numeric(spec, object.mjcf, "absorption", 0.0);
+  entry.optical.clarity = 1.0 - (1.0 - entry.optical.clarity) * (1.0 - absorption);
   return entry;
 }
 

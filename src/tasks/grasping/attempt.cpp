@@ -9,6 +9,8 @@
 #include "core/words.h"
 #include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
+#include "tasks/grasping/laser_and_stereo.h"
+#include "tasks/grasping/sensor_files.h"
 #include "tasks/grasping/stereo_calibration.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -285,20 +287,15 @@ class AttemptRun {
 // A cell with a stereo camera has its line scanner, too: objects lie in its view, so that both see
 // the same arrangements.
 sensing::LineScannerOptions ScannerOf(const Options& options) {
-  if (options.sensor_kind == SensorKind::kLineScanner) {
-    return sensing::ReadLineScanner(options.sensor);
-  }
-  return {};
+  const SensorFiles files = ReadSensorFiles(options.sensor);
+  return files.laser.empty() ? sensing::LineScannerOptions()
+                             : sensing::ReadLineScanner(files.laser);
 }
 
-std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
+std::unique_ptr<Sensor> StereoOf(const Cell& cell, const std::filesystem::path& camera) {
   const Options& options = cell.options;
-  const core::Pose& X_WScanner = cell.robot.X_WScanner;
-  if (options.sensor_kind == SensorKind::kLineScanner) {
-    return MakeLineScanner(cell.scanner, X_WScanner);
-  }
   StereoSetup setup;
-  setup.camera = sensing::ReadStereoCamera(options.sensor);
+  setup.camera = sensing::ReadStereoCamera(camera);
   if (options.stereo_calibration.empty()) {
     const CalibrationSetup calibration{.scene = options.scene,
                                        .camera = setup.camera,
@@ -314,7 +311,18 @@ std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
       .X_WV = cell.robot.X_WWorkspace,
       .radius_m = cell.robot.workspace_radius_m + options.workspace_margin_m,
       .height_m = options.stereo.volume_height_m};
-  return std::make_unique<StereoSensor>(std::move(setup), X_WScanner);
+  return std::make_unique<StereoSensor>(std::move(setup), cell.robot.X_WScanner);
+}
+
+std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
+  const SensorFiles files = ReadSensorFiles(cell.options.sensor);
+  std::unique_ptr<Sensor> laser, stereo;
+  if (files.kind != SensorKind::kStereoCamera) {
+    laser = MakeLineScanner(cell.scanner, cell.robot.X_WScanner);
+  }
+  if (!files.stereo.empty()) stereo = StereoOf(cell, files.stereo);
+  if (!stereo) return laser;
+  return laser ? MakeLaserAndStereo(std::move(laser), std::move(stereo)) : std::move(stereo);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ class Grasping : public experiment::Task {
 
   void Prepare() const override {
     cell_.sensor->Prepare();
-    if (cell_.options.sensor_kind == SensorKind::kStereoCamera) {
+    if (cell_.options.sensor_kind != SensorKind::kLineScanner) {
       cell_.sensor->Rehearse(WorldOfAll(cell_));
     }
   }

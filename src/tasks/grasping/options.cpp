@@ -16,6 +16,7 @@
 #include "core/words.h"
 #include "sim/check_object.h"
 #include "sim/surfaces.h"
+#include "tasks/grasping/sensor_files.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -117,13 +118,6 @@ void ReadHand(YamlMap map, double& firm_from_rad, sim::HandControlOptions& optio
                          *options.initial_force_N, *options.max_force_N));
   }
   map.Finish();
-}
-
-// What a sensor's file is of; a line scanner's need not say so.
-SensorKind KindOfSensor(const std::filesystem::path& file) {
-  SensorKind kind = SensorKind::kLineScanner;
-  if (!file.empty()) YamlMap::FromFile(file).Read("type", kind);
-  return kind;
 }
 
 // A word, or a map that says how to start another program.
@@ -303,8 +297,8 @@ Options ReadOptions(YamlMap& map) {
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
   map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
-  map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner or a stereo camera");
-  o.sensor_kind = KindOfSensor(o.sensor);
+  map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner, a stereo camera, or both");
+  o.sensor_kind = ReadSensorFiles(o.sensor).kind;
   ReadDetector(map, o);
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
@@ -401,6 +395,10 @@ std::string SceneHash(const Options& options) {
   }
   files.insert(options.sensor);
   if (!options.look.sensor.empty()) files.insert(options.look.sensor);
+  const SensorFiles sensors = ReadSensorFiles(options.sensor);
+  for (const auto& file : {sensors.laser, sensors.stereo}) {
+    if (!file.empty()) files.insert(file);
+  }
   // By name, not by path: the same files in another folder hash alike.
   std::vector<std::pair<std::string, std::filesystem::path>> sorted;
   for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);

@@ -29,9 +29,9 @@ constexpr std::array<std::string_view, 5> WordsOf(ArrangerKind) {
 }
 
 /// What looks at the settled objects: the `type` of the sensor's file.
-enum class SensorKind { kLineScanner, kStereoCamera };
-constexpr std::array<std::string_view, 2> WordsOf(SensorKind) {
-  return {"line_scanner", "stereo_camera"};
+enum class SensorKind { kLineScanner, kStereoCamera, kLaserAndStereo };
+constexpr std::array<std::string_view, 3> WordsOf(SensorKind) {
+  return {"line_scanner", "stereo_camera", "laser_and_stereo"};
 }
 
 /// What finds objects and grasps.
