@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "geometry/kd_tree.h"
 #include "pcl_bridge/cloud.h"
@@ -344,6 +346,21 @@ geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
   return all.size() > own.size() ? all : geometry::Indices();
 }
 
+/// Leaves out what more than half of the samples of which a larger find explains: a piece of it.
+void DropPieces(std::vector<FoundObject>& all) {
+  std::ranges::stable_sort(all, std::greater{},
+                           [](const FoundObject& found) { return found.samples.size(); });
+  std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
+  std::erase_if(all, [&](const FoundObject& found) {
+    const auto known = std::ranges::count_if(found.samples, [&](const geometry::SampleId& id) {
+      return taken.contains({id.view, id.sample});
+    });
+    if (2 * static_cast<std::size_t>(known) > found.samples.size()) return true;
+    for (const auto& id : found.samples) taken.insert({id.view, id.sample});
+    return false;
+  });
+}
+
 }  // namespace
 
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
@@ -363,6 +380,7 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
     }
     if (found) all.push_back(std::move(*found));
   }
+  DropPieces(all);
   std::ranges::stable_sort(all, std::greater{}, &FoundObject::score);
   return all;
 }
