@@ -11,14 +11,10 @@
 namespace rangegrasp::parts {
 
 Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options) {
-  const MirrorOptions mirror{.go_on_outside = options.go_on_outside};
   switch (method) {
-    case Method::kMirror: {
-      if (!options.pose_invariant) return SegmentByMirroring(shape, mirror);
-      PoseInvariantOptions stretched;
-      stretched.mirror = mirror;
-      return SegmentPoseInvariant(shape, stretched);
-    }
+    case Method::kMirror:
+      if (options.pose_invariant) return SegmentPoseInvariant(shape, {});
+      return SegmentByMirroring(shape, {.go_on_outside = options.go_on_outside});
     case Method::kHierarchy: {
       HierarchyOptions hierarchy;
       hierarchy.parts = options.clusters;

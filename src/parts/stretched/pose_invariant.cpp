@@ -19,9 +19,12 @@ bool IsInsideOut(const Shape& shape) {
   return shape.IsMesh() && geometry::Volume({shape.points, shape.faces}) < 0.0;
 }
 
-}  // namespace
+struct Stretched {
+  Shape form;
+  std::vector<double> remoteness;  ///< of each point: mean distance to the landmarks
+};
 
-Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
+Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
   if (options.landmarks < 4) {
     throw std::invalid_argument("PoseInvariant: landmarks must be >= 4");
   }
@@ -29,29 +32,34 @@ Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
   const Embedding embedding = Smacof(BetweenLandmarks(spread), options.smacof);
   const LandmarkPlacement placement(embedding.positions);
 
-  Shape result = shape;
+  Stretched result{shape, {}};
+  geometry::Points& points = result.form.points;
   const Eigen::MatrixXd to_landmarks = spread.distance.transpose();
-  for (std::size_t i = 0; i < result.points.size(); ++i) {
-    result.points[i] =
-        placement.Place(to_landmarks.col(static_cast<Eigen::Index>(i)), kPlacementSteps);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto distances = to_landmarks.col(static_cast<Eigen::Index>(i));
+    points[i] = placement.Place(distances, kPlacementSteps);
+    result.remoteness.push_back(distances.mean());
   }
   for (std::size_t k = 0; k < spread.landmark.size(); ++k) {
-    result.points[spread.landmark[k]] = embedding.positions.row(static_cast<Eigen::Index>(k));
+    points[spread.landmark[k]] = embedding.positions.row(static_cast<Eigen::Index>(k));
   }
-  if (IsInsideOut(result)) {
-    for (Eigen::Vector3d& p : result.points) p.z() = -p.z();
+  if (IsInsideOut(result.form)) {
+    for (Eigen::Vector3d& p : points) p.z() = -p.z();
   }
   return result;
 }
 
+}  // namespace
+
+Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
+  return Stretch(shape, options).form;
+}
+
 Segmentation SegmentPoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
-  if (!(options.core_growth >= 1.0)) {
-    throw std::invalid_argument("SegmentPoseInvariant: core_growth must be >= 1");
-  }
-  const Shape form = PoseInvariant(shape, options);
-  const Segmentation segmentation = SegmentByMirroring(form, options.mirror);
-  if (!segmentation.has_core || !shape.IsMesh()) return segmentation;
-  return GrowCore(form, segmentation, options.core_growth);
+  const Stretched stretched = Stretch(shape, options);
+  const Segmentation segmentation = SegmentByMirroring(stretched.form, options.mirror);
+  if (!segmentation.has_core || !options.grow_core) return segmentation;
+  return GrowCore(shape, stretched.form, segmentation, stretched.remoteness, options.limbs);
 }
 
 }  // namespace rangegrasp::parts

@@ -432,8 +432,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
       ExpectLabels(shape, SegmentByKMeans(shape, {}));
       ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
       ExpectLabels(shape, SegmentBySdf(shape, {}));
-      ExpectLabels(shape,
-                   SegmentPoseInvariant(shape, {.smacof = {}, .mirror = {.go_on_outside = true}}));
+      ExpectLabels(shape, SegmentPoseInvariant(shape, {}));
     }
   }
   EXPECT_GT(segmented, 200);

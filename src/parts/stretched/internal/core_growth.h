@@ -1,12 +1,16 @@
 #pragma once
 
 #include "parts/shape/segmentation.h"
+#include "parts/stretched/limbs.h"
 
 namespace rangegrasp::parts {
 
-/// Grows the core's hull of a segmented mesh about its middle, as Katz et al. (2005) let their core
-/// grow, to the size where most parts that count come off; the smallest such.
-/// @param max_growth  >= 1; the factor up to which it grows.
-Segmentation GrowCore(const Shape& mesh, const Segmentation& segmentation, double max_growth);
+/// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) let their
+/// core grow, into each protrusion as far as it falls apart into limbs (LabelLimbs).
+/// @param shape  as it was given: its elements are joined as they are there
+/// @param form   the same, in the places in which it was segmented
+/// @param remoteness  of each point: its mean geodesic distance to all of the shape
+Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
+                      const std::vector<double>& remoteness, const LimbOptions& options);
 
 }  // namespace rangegrasp::parts
