@@ -1,0 +1,279 @@
+#include "parts/function/description.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "geometry/hull.h"
+#include "geometry/union_find.h"
+#include "parts/function/held_water.h"
+#include "parts/shape/face_frames.h"
+#include "parts/shape/shape_graph.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::Points;
+
+/// An edge or link between two parts, by the vertices or points at its ends.
+struct Seam {
+  std::int32_t from, to;
+  std::array<std::uint32_t, 2> ends;
+};
+
+/// Samples of the parts' surfaces with their weights: all of a cloud; of a mesh points no further
+/// apart than `spacing`.
+struct Samples {
+  Points points;
+  std::vector<double> weight;
+};
+
+void SampleFace(const Shape& mesh, const std::array<std::uint32_t, 3>& face, double spacing,
+                Samples& samples) {
+  const Vector3d& a = mesh.points[face[0]];
+  const Vector3d b = mesh.points[face[1]] - a;
+  const Vector3d c = mesh.points[face[2]] - a;
+  const double longest = std::max({b.norm(), c.norm(), (b - c).norm()});
+  const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
+  const double weight = 0.5 * b.cross(c).norm() / (n * n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; i + j < n; ++j) {
+      samples.points.push_back(a + (i + 1.0 / 3.0) / n * b + (j + 1.0 / 3.0) / n * c);
+      samples.weight.push_back(weight);
+      if (i + j + 1 == n) continue;
+      samples.points.push_back(a + (i + 2.0 / 3.0) / n * b + (j + 2.0 / 3.0) / n * c);
+      samples.weight.push_back(weight);
+    }
+  }
+}
+
+double Diagonal(const Points& points) {
+  Vector3d low = points.front(), high = points.front();
+  for (const Vector3d& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
+std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segmentation) {
+  // Half a cell of the grid that water is poured on, of a part a fifth of the whole.
+  const double spacing = Diagonal(shape.points) / 240.0;
+  std::vector<Samples> samples(static_cast<std::size_t>(segmentation.parts));
+  for (std::size_t i = 0; i < shape.Elements(); ++i) {
+    Samples& part = samples[static_cast<std::size_t>(segmentation.label[i])];
+    if (shape.IsMesh()) {
+      SampleFace(shape, shape.faces[i], spacing, part);
+    } else {
+      part.points.push_back(shape.points[i]);
+      part.weight.push_back(1.0);
+    }
+  }
+  return samples;
+}
+
+std::vector<Seam> Seams(const Shape& shape, const std::vector<std::int32_t>& label) {
+  std::vector<Seam> seams;
+  if (shape.IsMesh()) {
+    const FaceGraph graph = BuildFaceGraph(shape);
+    for (std::uint32_t f = 0; f < label.size(); ++f) {
+      for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
+        const std::int32_t other = label[graph.neighbor[k]];
+        if (other != label[f]) seams.push_back({label[f], other, graph.edge[k]});
+      }
+    }
+    return seams;
+  }
+  const VertexGraph graph = BuildVertexGraph(shape);
+  for (std::uint32_t p = 0; p < label.size(); ++p) {
+    for (std::uint32_t k = graph.begin[p]; k < graph.begin[p + 1]; ++k) {
+      const std::uint32_t other = graph.neighbor[k];
+      if (label[other] != label[p]) seams.push_back({label[p], label[other], {p, other}});
+    }
+  }
+  return seams;
+}
+
+/// Seams that share an end belong to one joint.
+int Joints(const std::vector<Seam>& seams) {
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (const Seam& seam : seams) {
+    for (const std::uint32_t end : seam.ends) {
+      number.try_emplace(end, static_cast<std::uint32_t>(number.size()));
+    }
+  }
+  geometry::UnionFind sets(number.size());
+  auto joints = static_cast<int>(number.size());
+  for (const Seam& seam : seams) {
+    if (sets.Unite(number[seam.ends[0]], number[seam.ends[1]])) --joints;
+  }
+  return joints;
+}
+
+void DescribeNeighbors(const Shape& shape, const std::vector<std::int32_t>& label,
+                       std::vector<PartDescription>& parts) {
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Seam>> between;
+  for (const Seam& seam : Seams(shape, label)) between[{seam.from, seam.to}].push_back(seam);
+  for (const auto& [pair, seams] : between) {
+    PartNeighbor neighbor{pair.second, 0.0, Joints(seams)};
+    if (shape.IsMesh()) {
+      for (const Seam& seam : seams) {
+        neighbor.border += (shape.points[seam.ends[0]] - shape.points[seam.ends[1]]).norm();
+      }
+    }
+    parts[static_cast<std::size_t>(pair.first)].neighbors.push_back(neighbor);
+  }
+}
+
+/// Volumes of the parts that have no border.
+void DescribeVolumes(const Shape& mesh, const std::vector<std::int32_t>& label,
+                     std::vector<PartDescription>& parts) {
+  std::map<std::array<std::uint32_t, 2>, std::vector<std::int32_t>> sides;
+  std::vector<geometry::TriangleMesh> of_part(parts.size());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    of_part[static_cast<std::size_t>(label[f])].triangles.push_back(mesh.faces[f]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [a, b] = std::minmax(mesh.faces[f][i], mesh.faces[f][(i + 1) % 3]);
+      sides[{a, b}].push_back(label[f]);
+    }
+  }
+  std::vector<bool> open(parts.size(), false);
+  for (const auto& [edge, labels] : sides) {
+    const bool closed = labels.size() == 2 && labels[0] == labels[1];
+    if (closed) continue;
+    for (const std::int32_t l : labels) open[static_cast<std::size_t>(l)] = true;
+  }
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (open[p]) continue;
+    of_part[p].vertices = mesh.points;
+    parts[p].volume = std::abs(geometry::Volume(of_part[p]));
+  }
+}
+
+void DescribeExtents(const Samples& samples, PartDescription& part) {
+  double weight = 0.0;
+  part.center = Vector3d::Zero();
+  for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    part.center += samples.weight[i] * samples.points[i];
+    weight += samples.weight[i];
+  }
+  part.center /= weight;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    const Vector3d d = samples.points[i] - part.center;
+    covariance += samples.weight[i] * d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  part.axes = solver.eigenvectors().rowwise().reverse();
+  part.axes.col(2) = part.axes.col(0).cross(part.axes.col(1));
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d high = -low;
+  for (const Vector3d& p : samples.points) {
+    const Vector3d q = part.axes.transpose() * p;
+    low = low.cwiseMin(q);
+    high = high.cwiseMax(q);
+  }
+  part.extents = high - low;
+}
+
+void PourInto(const Samples& samples, std::vector<Vector3d> directions, PartDescription& part) {
+  for (int k = 0; k < 3; ++k) directions.emplace_back(part.axes.col(k));
+  part.opening = directions.front();
+  for (const Vector3d& direction : directions) {
+    for (const double sign : {1.0, -1.0}) {
+      const double held = HeldWater(samples.points, sign * direction);
+      if (held <= part.holds) continue;
+      part.holds = held;
+      part.opening = sign * direction;
+    }
+  }
+}
+
+/// The hull of the points that are farthest in directions all round (a spiral on the sphere): of
+/// all of them it takes seconds where a surface is round, and no decision hangs on the difference.
+geometry::TriangleMesh RoughHull(const Points& points) {
+  constexpr int kDirections = 300;
+  Points farthest;
+  for (int k = 0; k < kDirections; ++k) {
+    const double z = 1.0 - (2.0 * k + 1.0) / kDirections;
+    const double turn = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double r = std::sqrt(1.0 - z * z);
+    const Vector3d direction(r * std::cos(turn), r * std::sin(turn), z);
+    farthest.push_back(
+        *std::ranges::max_element(points, {}, [&](const Vector3d& p) { return direction.dot(p); }));
+  }
+  return geometry::ConvexHull(farthest);
+}
+
+/// How far half of the points and more stand out of a hull.
+double MedianOut(const Points& points, const geometry::TriangleMesh& hull) {
+  std::vector<double> out(points.size(), 0.0);
+  for (const auto& [a, b, c] : hull.triangles) {
+    const Vector3d normal = (hull.vertices[b] - hull.vertices[a])
+                                .cross(hull.vertices[c] - hull.vertices[a])
+                                .normalized();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      out[i] = std::max(out[i], normal.dot(points[i] - hull.vertices[a]));
+    }
+  }
+  const auto middle = out.begin() + static_cast<std::ptrdiff_t>(out.size() / 2);
+  std::nth_element(out.begin(), middle, out.end());
+  return *middle;
+}
+
+int JointsWith(const PartDescription& part, std::int32_t other) {
+  for (const PartNeighbor& neighbor : part.neighbors) {
+    if (neighbor.label == other) return neighbor.joints;
+  }
+  return 0;
+}
+
+void TellFunctions(const Shape& shape, const Segmentation& segmentation,
+                   const std::vector<Samples>& samples, const FunctionOptions& options,
+                   std::vector<PartDescription>& parts) {
+  const auto container = std::ranges::max_element(parts, {}, &PartDescription::holds);
+  const auto c = static_cast<std::size_t>(container->label);
+  const geometry::TriangleMesh hull = RoughHull(samples[c].points);
+  if (!(container->holds >= options.min_held * geometry::Volume(hull)) || hull.triangles.empty()) {
+    return;
+  }
+  container->function = PartFunction::kContainer;
+  const double size = container->extents.minCoeff();
+  const auto elements_of = [&](std::int32_t label) {
+    return static_cast<double>(std::ranges::count(segmentation.label, label));
+  };
+  const int joints = shape.IsMesh() ? 2 : 1;
+  for (PartDescription& part : parts) {
+    if (part.label == container->label || JointsWith(part, container->label) < joints) continue;
+    if (part.extents.minCoeff() > options.max_thickness * size) continue;
+    if (elements_of(part.label) > options.max_share * elements_of(container->label)) continue;
+    const double out = MedianOut(samples[static_cast<std::size_t>(part.label)].points, hull);
+    if (out >= options.min_out * size) part.function = PartFunction::kHandle;
+  }
+}
+
+}  // namespace
+
+std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentation& segmentation,
+                                           const FunctionOptions& options) {
+  const std::vector<Samples> samples = SampleParts(shape, segmentation);
+  std::vector<PartDescription> parts(samples.size());
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    parts[p].label = static_cast<std::int32_t>(p);
+    DescribeExtents(samples[p], parts[p]);
+    PourInto(samples[p], options.up, parts[p]);
+    if (!shape.IsMesh()) continue;
+    for (const double weight : samples[p].weight) parts[p].area += weight;
+  }
+  DescribeNeighbors(shape, segmentation.label, parts);
+  if (shape.IsMesh()) DescribeVolumes(shape, segmentation.label, parts);
+  TellFunctions(shape, segmentation, samples, options, parts);
+  return parts;
+}
+
+}  // namespace rangegrasp::parts

@@ -1,0 +1,115 @@
+#include "parts/function/description.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "parts/function/held_water.h"
+#include "parts/hierarchy/hierarchy.h"
+#include "parts/solids.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kInner = 0.8, kOuter = 0.9, kFloor = 0.15, kTall = 2.0;
+
+/// A cup about z, and half a ring of a handle at its side.
+double ToCup(const Vector3d& p) {
+  const double r = p.head<2>().norm();
+  const double solid = std::max({r - kOuter, -p.z(), p.z() - kTall});
+  const double hollow = std::max(r - kInner, kFloor - p.z());
+  return std::max(solid, -hollow);
+}
+double ToHandle(const Vector3d& p) {
+  const Vector3d q = p - Vector3d(kOuter - 0.05, 0.0, 1.0);
+  const double ring = std::hypot(std::hypot(q.x(), q.z()) - 0.55, q.y()) - 0.12;
+  return std::max(ring, -q.x());
+}
+Shape Mug() {
+  return testing::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.8, 1.1, 2.2), 0.06,
+                             [](const Vector3d& p) { return std::min(ToCup(p), ToHandle(p)); });
+}
+/// The true parts: 0 the cup, 1 the handle.
+Segmentation CupAndHandle(const Shape& mug) {
+  Segmentation found;
+  for (std::size_t i = 0; i < mug.Elements(); ++i) {
+    Vector3d center = mug.IsMesh() ? Vector3d::Zero() : mug.points[i];
+    if (mug.IsMesh()) {
+      for (const std::uint32_t v : mug.faces[i]) center += mug.points[v] / 3.0;
+    }
+    found.label.push_back(center.head<2>().norm() > kOuter + 0.05 ? 1 : 0);
+  }
+  found.parts = 2;
+  found.has_core = true;
+  return found;
+}
+
+TEST(HeldWater, ACupHoldsItsHollowUprightAndNothingUpsideDown) {
+  const Shape cup =
+      testing::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.1, 1.1, 2.2), 0.05, ToCup);
+  const double hollow = std::numbers::pi * kInner * kInner * (kTall - kFloor);
+  // A cell that the wall touches counts as wall: up to a cell of 1.8 / 24 less all round.
+  const double wall_cells = 2.0 * std::numbers::pi * kInner * (kTall - kFloor) * 1.8 / 24.0;
+  EXPECT_NEAR(HeldWater(cup.points, Vector3d::UnitZ()), hollow, wall_cells);
+  EXPECT_LT(HeldWater(cup.points, -Vector3d::UnitZ()), 0.01 * hollow);
+  EXPECT_LT(HeldWater(cup.points, Vector3d::UnitX()), 0.05 * hollow);
+  EXPECT_EQ(HeldWater(geometry::Points(5, Vector3d::Ones()), Vector3d::UnitZ()), 0.0);
+}
+
+TEST(DescribeParts, AMugIsAContainerWithAHandle) {
+  Shape mug = Mug();
+  const auto parts = DescribeParts(mug, CupAndHandle(mug));
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_EQ(parts[0].function, PartFunction::kContainer);
+  EXPECT_EQ(parts[1].function, PartFunction::kHandle);
+  ASSERT_EQ(parts[1].neighbors.size(), 1u);
+  EXPECT_EQ(parts[1].neighbors[0].joints, 2);
+  // Two rings of radius 0.12, cut along the edges of a mesh: up to a third longer, aslant more.
+  EXPECT_NEAR(parts[1].neighbors[0].border, 4.0 * std::numbers::pi * 0.12, 0.8);
+  EXPECT_FALSE(parts[0].volume);
+  // The same seen as points.
+  mug.faces.clear();
+  const auto of_points = DescribeParts(mug, CupAndHandle(mug));
+  EXPECT_EQ(of_points[0].function, PartFunction::kContainer);
+  EXPECT_EQ(of_points[1].function, PartFunction::kHandle);
+}
+
+TEST(DescribeParts, WhatTheHierarchyFindsOfAMugHasItsFunctionsToo) {
+  const Shape mug = Mug();
+  const auto parts = DescribeParts(mug, SegmentHierarchy(mug, {}));
+  int containers = 0, handles = 0;
+  for (const auto& part : parts) {
+    containers += part.function == PartFunction::kContainer;
+    handles += part.function == PartFunction::kHandle;
+  }
+  EXPECT_EQ(containers, 1);
+  EXPECT_EQ(handles, 1);
+}
+
+TEST(DescribeParts, AHandHoldsNoWaterAndHasNoHandle) {
+  const testing::Hand hand = testing::BentHand();
+  for (const auto& part : DescribeParts(hand.shape, SegmentHierarchy(hand.shape, {}))) {
+    EXPECT_EQ(part.function, PartFunction::kOther) << part.label;
+  }
+}
+
+TEST(DescribeParts, ABallIsMeasured) {
+  const Shape ball = testing::Ball(12, [](const Vector3d&) { return 2.0; });
+  Segmentation whole;
+  whole.label.assign(ball.faces.size(), 0);
+  whole.parts = 1;
+  const auto parts = DescribeParts(ball, whole);
+  ASSERT_TRUE(parts[0].volume);
+  // Facets of 2 * pi / 48 of a turn are within a hundredth of the sphere.
+  EXPECT_NEAR(*parts[0].volume, 32.0 / 3.0 * std::numbers::pi, 0.4);
+  EXPECT_NEAR(parts[0].area, 16.0 * std::numbers::pi, 0.6);
+  EXPECT_NEAR(parts[0].center.norm(), 0.0, 1e-6);
+  EXPECT_NEAR(parts[0].extents.minCoeff(), 4.0, 0.1);
+  EXPECT_TRUE(parts[0].neighbors.empty());
+}
+
+}  // namespace
+}  // namespace rangegrasp::parts
