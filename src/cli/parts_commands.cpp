@@ -10,10 +10,13 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/part_table.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "geometry/mesh_file.h"
+#include "parts/function/description.h"
 #include "parts/method.h"
 #include "parts/shape/shape_file.h"
 #include "tasks/parts/write_parts.h"
@@ -65,6 +68,7 @@ void CheckOptions(const SegmentArguments& arguments) {
 struct Segmented {
   geometry::PolygonMesh input;
   Segmentation found;
+  std::vector<parts::PartDescription> described;
   std::vector<std::int32_t> labels;    // of its triangles or points
   std::vector<std::int32_t> elements;  // of its polygons or points
   double seconds = 0.0;
@@ -88,6 +92,7 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
                                      .pose_invariant = arguments.pose_invariant,
                                      .go_on_outside = arguments.go_on_outside});
     result.seconds = watch.Seconds();
+    result.described = parts::DescribeParts(shape, result.found);
     result.labels = parts::LabelsOfInput(shape, result.input.mesh, result.found);
     result.elements = parts::LabelsOfPolygons(result.input, result.labels);
   } catch (const core::InputError& e) {
@@ -143,6 +148,7 @@ ordered_json JsonOf(const std::string& file, const SegmentArguments& arguments,
                              {"elements", size},
                              {"share", static_cast<double>(size) / static_cast<double>(elements)},
                              {"color", HexOf(parts::PartColor(part))}});
+    DescribePart(result.described[static_cast<std::size_t>(part)], mesh, json["parts"].back());
   }
   if (!found.tree.empty()) json["tree"] = TreeOf(found);
   return json;
@@ -153,10 +159,13 @@ std::string TextOf(const ordered_json& json) {
       fmt::format("{} parts of {} {}s\n", json["parts"].size(), json["elements"].get<std::size_t>(),
                   json["element"].get<std::string>());
   for (const auto& part : json["parts"]) {
-    text += fmt::format("part {}: {} {}s, {:.1f} %, {}{}\n", part["label"].get<int>(),
+    const auto function = part["function"].get<std::string>();
+    text += fmt::format("part {}: {} {}s, {:.1f} %, {}{}{}\n", part["label"].get<int>(),
                         part["elements"].get<std::size_t>(), json["element"].get<std::string>(),
                         100.0 * part["share"].get<double>(), part["color"].get<std::string>(),
-                        part["core"].get<bool>() ? ", the core" : "");
+                        part["core"].get<bool>() ? ", the core" : "",
+                        function == "other" ? "" : ", a " + function);
+    text += "  " + PartMeasures(part) + "\n";
   }
   return text;
 }
@@ -185,8 +194,11 @@ ordered_json SegmentFile(const std::string& file, const SegmentArguments& argume
   tasks::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
   if (arguments.meshes) WriteMeshes(base, result);
   if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
-  spdlog::info("labels, colored shape and picture in {}.seg, .ply, .png", base.string());
-  return JsonOf(file, arguments, result);
+  const ordered_json json = JsonOf(file, arguments, result);
+  core::WriteFile(base.string() + ".csv", PartTable(json));
+  spdlog::info("labels, colored shape, picture and table in {}.seg, .ply, .png, .csv",
+               base.string());
+  return json;
 }
 
 // Files of one name would leave their results in one place.
