@@ -181,15 +181,19 @@ void DescribeExtents(const Samples& samples, PartDescription& part) {
   part.extents = high - low;
 }
 
-void PourInto(const Samples& samples, std::vector<Vector3d> directions, PartDescription& part) {
+/// Of a part alone water would also stand in the stump where a limb was cut off: it must stand in
+/// the whole shape, too.
+void PourInto(const Samples& samples, const Points& whole, std::vector<Vector3d> directions,
+              PartDescription& part) {
   for (int k = 0; k < 3; ++k) directions.emplace_back(part.axes.col(k));
   part.opening = directions.front();
   for (const Vector3d& direction : directions) {
     for (const double sign : {1.0, -1.0}) {
-      const double held = HeldWater(samples.points, sign * direction);
+      const Vector3d up = sign * direction;
+      const double held = std::min(HeldWater(samples.points, up), HeldWater(whole, up));
       if (held <= part.holds) continue;
       part.holds = held;
-      part.opening = sign * direction;
+      part.opening = up;
     }
   }
 }
@@ -242,6 +246,10 @@ void TellFunctions(const Shape& shape, const Segmentation& segmentation,
   if (!(container->holds >= options.min_held * geometry::Volume(hull)) || hull.triangles.empty()) {
     return;
   }
+  constexpr std::size_t kMinShare = 5;  // a fifth: less is an ear, whatever it would hold
+  const auto elements =
+      static_cast<std::size_t>(std::ranges::count(segmentation.label, container->label));
+  if (kMinShare * elements < segmentation.label.size()) return;
   container->function = PartFunction::kContainer;
   const double size = container->extents.minCoeff();
   const auto elements_of = [&](std::int32_t label) {
@@ -262,11 +270,15 @@ void TellFunctions(const Shape& shape, const Segmentation& segmentation,
 std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentation& segmentation,
                                            const FunctionOptions& options) {
   const std::vector<Samples> samples = SampleParts(shape, segmentation);
+  Points whole;
+  for (const Samples& part : samples) {
+    whole.insert(whole.end(), part.points.begin(), part.points.end());
+  }
   std::vector<PartDescription> parts(samples.size());
   for (std::size_t p = 0; p < parts.size(); ++p) {
     parts[p].label = static_cast<std::int32_t>(p);
     DescribeExtents(samples[p], parts[p]);
-    PourInto(samples[p], options.up, parts[p]);
+    PourInto(samples[p], whole, options.up, parts[p]);
     if (!shape.IsMesh()) continue;
     for (const double weight : samples[p].weight) parts[p].area += weight;
   }
