@@ -16,8 +16,7 @@ struct StandingOut {
 
 struct LimbOptions {
   double min_weight = 0.01;  ///< share of all weight from which a piece is a limb, not a crumb
-  /// A limb lasts while the core grows by this share of itself: less is a bump. 0.2 loses a cow's
-  /// tail.
+  /// A limb lasts while the core grows by this share of itself: less is a bump.
   double min_prominence = 0.1;
   /// Its tip is so many times as remote as its root. Of limbs, tails and ears of four models that
   /// it was chosen on 1.26 and more, of bellies, udders and bent hips 1.14 and less.
