@@ -13,7 +13,7 @@ namespace {
 experiment::Experiment Open(std::vector<std::string> set) {
   set.emplace_back("runs_per_object=1");
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml", AllKinds(),
-                                    {.set = set, .groups = {"coffee_cup"}, .seed = 1001});
+                                    {.set = set, .seed = 1001, .groups = {"coffee_cup"}});
 }
 
 nlohmann::json DataOf(const experiment::Result& result) {
