@@ -299,6 +299,26 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
   return candidates;
 }
 
+/// Whether what the model leaves unexplained of a segment lies close about it all the way.
+bool IsLarger(const FoundObject& found, const KnownObject& object, const perception::Scene& scene,
+              const geometry::Indices& own, const RecognitionOptions& options) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> explained;
+  for (const auto& id : found.samples) explained.emplace(id.view, id.sample);
+  const geometry::KdTree surface(object.surface_B.points);
+  const core::Pose X_BC = found.X_CB.inverse();
+  std::size_t beside = 0;
+  std::size_t close = 0;
+  for (const auto point : own) {
+    const auto& id = scene.SampleOf(point);
+    if (explained.contains({id.view, id.sample})) continue;
+    ++beside;
+    const Eigen::Vector3d p_B = X_BC * scene.cloud.points[point];
+    close += surface.CountWithin(p_B, options.hugs_m, 1) > 0 ? 1 : 0;
+  }
+  return static_cast<double>(beside) > options.max_hugging * static_cast<double>(own.size()) &&
+         2 * close > beside;
+}
+
 /// The object that a segment is; nullopt where none is good enough, or two are about as good.
 std::optional<FoundObject> Identify(const geometry::Observation& observation,
                                     const perception::Scene& scene, const geometry::Indices& own,
@@ -323,6 +343,8 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
     }
   }
   if (found.samples.size() < options.min_samples) return std::nullopt;
+  if (found.violations > options.max_violations) return std::nullopt;
+  if (IsLarger(found, *best.match.object().object, scene, own, options)) return std::nullopt;
   return found;
 }
 

@@ -39,6 +39,14 @@ struct RecognitionOptions {
   double min_score = 0.72;
   /// ... and so much higher than any other object there.
   double margin = 0.015;
+  /// ... and no more than this share of the model is seen through: of right finds 0.034 at most
+  /// was.
+  double max_violations = 0.06;
+  /// Samples that a model leaves unexplained are of a neighbor if they reach away from it. If half
+  /// of them lie nearer than this, and they are more than that share, it is another shape that is
+  /// a little larger.
+  double hugs_m = 0.012;
+  double max_hugging = 0.08;
   std::size_t min_samples = 60;  ///< that it explains, and of what is compared with the library
   /// A perceived object with up to this share of another one's points, and this near to it, may be
   /// a part of it: the handle of a cup is perceived apart.
