@@ -36,8 +36,8 @@ grasps:
     width_mm: 12
 keep_free:
   foot:
-    from_mm: [-6, -6, 0]
-    to_mm: [6, 6, 20]
+    from_mm: [-10, -10, 0]
+    to_mm: [10, 10, 20]
 )";
 
 NamedGrasps Read(const std::string& text) {

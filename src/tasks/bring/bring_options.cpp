@@ -7,7 +7,8 @@ using core::YamlMap;
 
 void ReadBringKeys(YamlMap& map, BringOptions& o) {
   map.Read("runs_per_object", o.runs_per_object, 1, 100000, "each of `objects` is wanted so often");
-  map.Read("known", o.known, "objects that the program knows the models of; all of `objects`");
+  map.Read("known", o.known,
+           "objects that the program knows the models of; all of `objects` unless given");
   auto keys = map.Child("bring", "from the word to the hand of a person");
   keys.Read("absent", o.absent,
             "the wanted object is taken off the table before the program looks: it has to say so");

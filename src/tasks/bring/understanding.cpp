@@ -70,7 +70,7 @@ void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMes
   }
   const auto most = std::ranges::max_element(shared);
   const bool perceived = most != shared.end() && *most > 0;
-  auto place = static_cast<std::size_t>(most - shared.begin());  // the end if there is none
+  auto place = perceived ? static_cast<std::size_t>(most - shared.begin()) : shared.size();
   PerceivedObject known;
   known.axis_C = scene.table.plane.normal.unitOrthogonal();
   if (perceived) known = scene.objects[place];

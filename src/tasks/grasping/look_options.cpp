@@ -6,7 +6,8 @@ void ReadLookOptions(core::YamlMap map, LookOptions& options) {
   using core::kDeg;
   using core::kMm;
   constexpr double kCm3 = 1e-6;
-  map.ReadPath("sensor", options.sensor, "file of the line scanner at the site `wrist_scanner`");
+  map.ReadPath("sensor", options.sensor,
+               "file of the line scanner at the scene's site wrist_scanner");
   map.ReadScaled("mount_sigma_mm", options.mount_sigma_m, kMm, 0.0, 20.0,
                  "how far the head sits elsewhere on the flange than the robot believes, root mean "
                  "square; one draw a trial");

@@ -413,7 +413,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
   int segmented = 0;
   int refused = 0;
   for (const auto& [name, whole] : WholeFiles()) {
-    for (std::uint64_t seed = 0; seed < 220; ++seed) {
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
       Rng rng(seed);
       const auto file = folder.Write(name, Damaged(whole, rng));
       Shape shape;
