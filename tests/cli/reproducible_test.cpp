@@ -32,6 +32,9 @@ std::vector<std::string> AllExperiments() {
 
 // What makes it short: a few cases of seconds at the most.
 std::vector<std::string> Short(const std::string& name) {
+  if (name == "parts_clouds") {
+    return {"--objects", "cup", "--trials", "1", "--set", "clouds.points=[2000]"};
+  }
   if (name.starts_with("parts_")) {
     return {"--objects", "cup", "--trials", "1", "--set", "methods=[mirror, kmeans, core]"};
   }
@@ -40,6 +43,11 @@ std::vector<std::string> Short(const std::string& name) {
   }
   if (name.starts_with("seam_")) return {"--trials", "4", "--set", "profiles_per_seam=40"};
   if (name == "laser_bowl") return {"--trials", "3"};
+  // The camera is calibrated in each run.
+  if (name.starts_with("laser_and_stereo_")) return {"--objects", "spread", "--trials", "2"};
+  if (name == "bring") {
+    return {"--objects", "spread,coffee_cup", "--trials", "1", "--set", "arrangement=single"};
+  }
   if (name.starts_with("clear_")) {
     return {"--trials", "3",
             "--set",    "objects=[spread, salt_cuboid, dextrose]",
