@@ -45,6 +45,11 @@ std::vector<std::string> Short(const std::string& name) {
   if (name == "laser_bowl") return {"--trials", "3"};
   // The camera is calibrated in each run.
   if (name.starts_with("laser_and_stereo_")) return {"--objects", "spread", "--trials", "2"};
+  if (name == "known_pile") {
+    return {"--objects", "spread", "--trials",
+            "2",         "--set",  "objects=[spread, salt_cuboid, dextrose]"};
+  }
+  if (name == "known_touching") return {"--objects", "spread", "--trials", "2"};
   if (name == "bring") {
     return {"--objects", "spread,coffee_cup", "--trials", "1", "--set", "arrangement=single"};
   }
