@@ -44,14 +44,14 @@ std::vector<std::string> Short(const std::string& name) {
   if (name.starts_with("seam_")) return {"--trials", "4", "--set", "profiles_per_seam=40"};
   if (name == "laser_bowl") return {"--trials", "3"};
   // The camera is calibrated in each run.
-  if (name.starts_with("laser_and_stereo_")) return {"--objects", "spread", "--trials", "2"};
+  if (name.starts_with("laser_and_stereo_")) return {"--objects", "spread", "--trials", "3"};
   if (name == "known_pile") {
     return {"--objects", "spread", "--trials",
-            "2",         "--set",  "objects=[spread, salt_cuboid, dextrose]"};
+            "3",         "--set",  "objects=[spread, salt_cuboid, dextrose]"};
   }
-  if (name == "known_touching") return {"--objects", "spread", "--trials", "2"};
+  if (name == "known_touching") return {"--objects", "spread", "--trials", "3"};
   if (name == "bring") {
-    return {"--objects", "spread,coffee_cup", "--trials", "1", "--set", "arrangement=single"};
+    return {"--objects", "spread,coffee_cup", "--trials", "2", "--set", "arrangement=single"};
   }
   if (name.starts_with("clear_")) {
     return {"--trials", "3",

@@ -181,7 +181,7 @@ Section CloudSection(const PartsSetup& setup, const Rows& rows, std::optional<Sp
   Section section{"Clouds sampled from the models, mean and standard error, " +
                       ModelsText(setup, split) + "; noise in % of the bounding box's diagonal",
                   {{"method", "points", "noise %", "models", "1 - Rand index",
-                    "more than of meshes", "parts", "mean s", "failed"},
+                    "more than of meshes", "parts", "mean [s]", "failed"},
                    std::vector<bool>(kColumns, false),
                    {},
                    false}};
