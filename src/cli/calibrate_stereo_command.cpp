@@ -15,7 +15,6 @@
 #include "sensing/chessboard_recorder.h"
 #include "stereo/pictures.h"
 #include "tasks/grasping/grasping_task.h"
-#include "tasks/grasping/sensor_files.h"
 #include "tasks/grasping/stereo_calibration.h"
 #include "tasks/kinds.h"
 
@@ -110,12 +109,12 @@ grasping::CalibrationSetup SimulatedSetup(const CalibrateArguments& arguments) {
   }
   const auto opened = experiment::OpenExperiment(source, tasks::AllKinds(), {});
   const grasping::Cell& cell = grasping::CellOf(*opened.task);
-  if (cell.options.sensor_kind == grasping::SensorKind::kLineScanner) {
+  if (cell.options.sensor_files.kind == grasping::SensorKind::kLineScanner) {
     throw core::InputError(source.string() + ": its sensor is no stereo camera");
   }
   setup.scene = cell.options.scene;
   setup.scanner = cell.scanner;
-  setup.camera = sensing::ReadStereoCamera(grasping::ReadSensorFiles(cell.options.sensor).stereo);
+  setup.camera = sensing::ReadStereoCamera(cell.options.sensor_files.stereo);
   return setup;
 }
 

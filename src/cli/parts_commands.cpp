@@ -79,13 +79,13 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
   result.input = parts::ReadPolygons(file);
   try {
     const parts::Shape shape = parts::MakeShape(result.input.mesh);
-    if (!shape.IsMesh() && arguments.method != core::Word(Method::kMirror) &&
-        arguments.method != core::Word(Method::kHierarchy)) {
+    const auto method = core::FromWord<Method>(arguments.method, "--method");
+    if (!shape.IsMesh() && !parts::ReadsClouds(method)) {
       throw core::InputError("is a point cloud; method '" + arguments.method +
                              "' needs a mesh, --method mirror and hierarchy take clouds too");
     }
     const core::Stopwatch watch;
-    result.found = parts::SegmentBy(core::FromWord<Method>(arguments.method, "--method"), shape,
+    result.found = parts::SegmentBy(method, shape,
                                     {.clusters = arguments.clusters,
                                      .level = arguments.level,
                                      .cut_quality = arguments.cut_quality,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ struct SampleId {
   std::uint32_t view = 0;
   std::uint32_t sample = 0;
 
-  bool operator==(const SampleId&) const = default;
+  auto operator<=>(const SampleId&) const = default;  ///< by view, then by sample
 };
 
 /// One or more views of one scene, in one frame C.

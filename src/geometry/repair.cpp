@@ -24,6 +24,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "geometry/bounds.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -212,8 +213,7 @@ Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& par
   const Surface surface = SurfaceOf(mesh);
   const CGAL::Side_of_triangle_mesh<Surface, Kernel> side(surface);
   std::vector<Convex> solids(parts.begin(), parts.end());
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  Eigen::AlignedBox3d box = BoundsOf(mesh.vertices);
   for (const Convex& solid : solids) box.extend(solid.box);
   const double step = box.sizes().maxCoeff() / points;
   std::size_t inside = 0, covered = 0, beyond = 0;

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "geometry/bounds.h"
 #include "geometry/groups.h"
 #include "geometry/hull.h"
 #include "geometry/kd_tree.h"
@@ -64,17 +65,11 @@ void DropMixed(const perception::Scene& scene, const Points& places_C, double wi
   }
 }
 
-double Extent(const Points& points) {
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& p : points) box.extend(p);
-  return box.diagonal().norm();
-}
-
 /// Whether a group is so near to the target, and so small, that it is a part of it, for all that
 /// can be seen: a corner that lost points have cut off. It goes with the target.
 bool IsPartOf(const geometry::KdTree& target, double target_extent_m, const Points& group,
               double link_m) {
-  if (Extent(group) >= target_extent_m) return false;
+  if (geometry::BoundsOf(group).diagonal().norm() >= target_extent_m) return false;
   std::vector<geometry::KdTree::Neighbor> near;
   return std::any_of(group.begin(), group.end(), [&](const Vector3d& p) {
     target.Within(p, link_m, near);
@@ -152,7 +147,7 @@ Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
     const double link_m = options.link_gaps * gap_m;
     const Points& target_C = scene.objects[target].completed_C;
     const geometry::KdTree of_target(target_C);
-    const double target_extent_m = Extent(target_C);
+    const double target_extent_m = geometry::BoundsOf(target_C).diagonal().norm();
     for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
       if (IsPartOf(of_target, target_extent_m, group, link_m)) continue;

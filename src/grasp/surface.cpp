@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "geometry/triangle_point.h"
+
 namespace rangegrasp::grasp {
 namespace {
 
@@ -24,16 +26,6 @@ double TotalArea(const geometry::TriangleMesh& mesh) {
     area += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
   }
   return area;
-}
-
-/// Folds a point of the unit square into the triangle and returns p + u (q - p) + v (r - p).
-Vector3d TrianglePoint(const Vector3d& p, const Vector3d& q, const Vector3d& r, double u,
-                       double v) {
-  if (u + v > 1.0) {
-    u = 1.0 - u;
-    v = 1.0 - v;
-  }
-  return p + u * (q - p) + v * (r - p);
 }
 
 double Fraction(double x) { return x - std::floor(x); }
@@ -61,7 +53,7 @@ SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t cou
     for (; due >= 1.0; due -= 1.0, ++drawn) {
       const auto k = static_cast<double>(drawn + 1);
       samples.points.push_back(
-          TrianglePoint(p, q, r, Fraction(0.5 + k * kU), Fraction(0.5 + k * kV)));
+          geometry::TrianglePoint(p, q, r, Fraction(0.5 + k * kU), Fraction(0.5 + k * kV)));
       samples.normals.push_back(w / norm);
     }
   }

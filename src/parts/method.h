@@ -22,6 +22,11 @@ struct MethodOptions {
   bool go_on_outside = false;         ///< mirror: also where no center inside of the shape is found
 };
 
+/// Whether it takes apart point clouds, too; all others need a mesh.
+constexpr bool ReadsClouds(Method method) {
+  return method == Method::kMirror || method == Method::kHierarchy;
+}
+
 /// Segments with a method; options of other methods are not looked at.
 /// @throws what the method throws.
 Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options);

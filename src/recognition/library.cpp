@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/rng.h"
 #include "geometry/hull.h"
+#include "geometry/triangle_point.h"
 #include "recognition/internal/hull_faces.h"
 #include "recognition/internal/prepared.h"
 #include "recognition/internal/thin.h"
@@ -33,19 +34,15 @@ geometry::PointCloud SurfaceOf(const geometry::TriangleMesh& mesh, double spacin
   geometry::PointCloud drawn;
   for (const auto& triangle : mesh.triangles) {
     const Vector3d& a = mesh.vertices[triangle[0]];
-    const Vector3d u = mesh.vertices[triangle[1]] - a;
-    const Vector3d v = mesh.vertices[triangle[2]] - a;
-    const Vector3d cross = u.cross(v);
+    const Vector3d& b = mesh.vertices[triangle[1]];
+    const Vector3d& c = mesh.vertices[triangle[2]];
+    const Vector3d cross = (b - a).cross(c - a);
     const double wanted = kDrawnPerCell * cross.norm() / 2.0 / (spacing_m * spacing_m);
     double left = wanted + rng.Uniform();
     for (; left >= 1.0; left -= 1.0) {
-      double s = rng.Uniform();
-      double t = rng.Uniform();
-      if (s + t > 1.0) {
-        s = 1.0 - s;
-        t = 1.0 - t;
-      }
-      drawn.points.push_back(a + s * u + t * v);
+      const double u = rng.Uniform();
+      const double v = rng.Uniform();
+      drawn.points.push_back(geometry::TrianglePoint(a, b, c, u, v));
       drawn.normals.push_back(cross.normalized());
     }
   }

@@ -302,15 +302,13 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
 /// Whether what the model leaves unexplained of a segment lies close about it all the way.
 bool IsLarger(const FoundObject& found, const KnownObject& object, const perception::Scene& scene,
               const geometry::Indices& own, const RecognitionOptions& options) {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> explained;
-  for (const auto& id : found.samples) explained.emplace(id.view, id.sample);
+  const std::set<geometry::SampleId> explained(found.samples.begin(), found.samples.end());
   const geometry::KdTree surface(object.surface_B.points);
   const core::Pose X_BC = found.X_CB.inverse();
   std::size_t beside = 0;
   std::size_t close = 0;
   for (const auto point : own) {
-    const auto& id = scene.SampleOf(point);
-    if (explained.contains({id.view, id.sample})) continue;
+    if (explained.contains(scene.SampleOf(point))) continue;
     ++beside;
     const Eigen::Vector3d p_B = X_BC * scene.cloud.points[point];
     close += surface.CountWithin(p_B, options.hugs_m, 1) > 0 ? 1 : 0;
@@ -372,13 +370,12 @@ geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
 void DropPieces(std::vector<FoundObject>& all) {
   std::ranges::stable_sort(all, std::greater{},
                            [](const FoundObject& found) { return found.samples.size(); });
-  std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
+  std::set<geometry::SampleId> taken;
   std::erase_if(all, [&](const FoundObject& found) {
-    const auto known = std::ranges::count_if(found.samples, [&](const geometry::SampleId& id) {
-      return taken.contains({id.view, id.sample});
-    });
+    const auto known = std::ranges::count_if(
+        found.samples, [&](const geometry::SampleId& id) { return taken.contains(id); });
     if (2 * static_cast<std::size_t>(known) > found.samples.size()) return true;
-    for (const auto& id : found.samples) taken.insert({id.view, id.sample});
+    taken.insert(found.samples.begin(), found.samples.end());
     return false;
   });
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/rigid_error.h"
 #include "sensing/internal/camera_model.h"
 #include "sensing/internal/illumination.h"
 #include "sensing/internal/reflection.h"
@@ -91,16 +92,7 @@ class Sweep {
 
 core::Pose Sweep::CalibrationError() const {
   core::Rng rng(core::DeriveSeed(noise_seed_, "calibration"));
-  const auto vector = [&rng](double sigma) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
-  };
-  const Eigen::Vector3d shift = vector(options_.calibration_sigma_m);
-  const Eigen::Vector3d turn = vector(options_.calibration_sigma_rad);
-  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-  return core::MakePose(rotation.toRotationMatrix(), shift);
+  return core::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
 }
 
 Eigen::Vector3d Sweep::PatchShift() const {

@@ -9,7 +9,7 @@
 
 #include "core/quantile.h"
 #include "core/units.h"
-#include "geometry/union_find.h"
+#include "geometry/groups.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -97,16 +97,10 @@ std::vector<bool> StrayPoints(const Points& points, const KdTree& tree,
   constexpr double kReach = 4.0;
   constexpr std::size_t kFew = 8;
   const double radius = std::max(kReach * sampling.spacing, 2.0 * sampling.noise);
-  geometry::UnionFind pieces(points.size());
-  Neighbors near;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    tree.Within(points[i], radius, near);
-    for (const auto& n : near) pieces.Unite(i, n.index);
-  }
-  std::vector<std::size_t> size(points.size(), 0);
-  for (std::uint32_t i = 0; i < points.size(); ++i) ++size[pieces.Find(i)];
   std::vector<bool> stray(points.size());
-  for (std::uint32_t i = 0; i < points.size(); ++i) stray[i] = size[pieces.Find(i)] <= kFew;
+  for (const geometry::Indices& group : geometry::GroupsWithin(points, tree, radius)) {
+    for (const std::uint32_t i : group) stray[i] = group.size() <= kFew;
+  }
   return stray;
 }
 

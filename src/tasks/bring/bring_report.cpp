@@ -156,8 +156,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = grid.left[10] = grid.left[11] = true;
   for (const auto& [object, row] : rows) {
-    const auto title = stamp.data.find(experiment::kTitlePrefix + object);
-    grid.rows.push_back(CellsOf(title == stamp.data.end() ? object : title->second, row));
+    grid.rows.push_back(CellsOf(experiment::TitleOf(stamp, object), row));
   }
   grid.rows.push_back(CellsOf("all", all));
   grid.total = true;

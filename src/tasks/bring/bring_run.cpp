@@ -8,6 +8,7 @@
 
 #include "core/stopwatch.h"
 #include "core/words.h"
+#include "geometry/bounds.h"
 #include "perception/perceive.h"
 #include "sim/bodies.h"
 #include "tasks/bring/hiding.h"
@@ -206,9 +207,7 @@ class Run {
     attempt.detector = &detector;
     attempt.observer = Watching(step);
     if (wanted) {
-      core::Rng rng = grasping::StageStream(attempt.seed, "user");
-      const Vector3d out_H = setup_.cell.robot.hand().X_HG_tip.linear().col(2);
-      attempt.user = grasping::UserFor(options_.hand_over, out_H, rng);
+      attempt.user = grasping::UserOf(options_.hand_over, setup_.cell.robot, attempt.seed);
     }
     step.attempt = grasping::RunAttempt(setup_.cell, world_, attempt);
     if (step.attempt.grasp) {
@@ -359,12 +358,7 @@ class Run {
 
   static double Distance(const perception::PerceivedObject& a,
                          const perception::PerceivedObject& b) {
-    const auto box = [](const perception::PerceivedObject& object) {
-      Eigen::AlignedBox3d of;
-      for (const Vector3d& p : object.completed_C) of.extend(p);
-      return of;
-    };
-    return box(a).exteriorDistance(box(b));
+    return geometry::BoundsOf(a.completed_C).exteriorDistance(geometry::BoundsOf(b.completed_C));
   }
 
   std::string Title(const std::string& object) const { return setup_.library.Find(object).title; }

@@ -11,6 +11,7 @@
 #include "sim/info.h"
 #include "tasks/bring/bring_report.h"
 #include "tasks/grasping/hand_over.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/recorder.h"
 #include "tasks/grasping/table.h"
 #include "tasks/grasping/trial.h"
@@ -87,10 +88,7 @@ class BringExperiment : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     stamp.identity["scene_hash"] = grasping::SceneHash(cell_.options);
     stamp.identity["mujoco"] = sim::EngineVersion();
-    for (const std::string& object : cell_.options.objects) {
-      stamp.data[experiment::kTitlePrefix + object] =
-          sim::ObjectTitle(grasping::ObjectModelOf(cell_.options, object));
-    }
+    grasping::AddTitles(cell_.options, stamp);
   }
 
  private:
@@ -101,10 +99,7 @@ class BringExperiment : public experiment::Task {
     grasping::Redraws redraws;
     auto arranged = grasping::ArrangeTrial(
         cell_, {OnTop(wanted, params.at("index")), params.at("index"), which.seed}, redraws);
-    if (!arranged) {
-      return {
-          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
-    }
+    if (!arranged) return grasping::NoArrangement(redraws);
     sim::World& world = arranged->world;
     auto target = NumberOf(wanted, world);
     if (target && options_.bring.absent) {
@@ -144,9 +139,7 @@ class BringExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
-  if (!options.grasping.outside.command.empty()) {
-    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
-  }
+  grasping::RefuseOutside(map, options.grasping.outside);
   for (const std::string& object : options.grasping.objects) {
     if (std::ranges::find(options.bring.known, object) == options.bring.known.end() &&
         !options.bring.absent) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "geometry/bounds.h"
 #include "views/seen_space.h"
 
 namespace rangegrasp::tasks::bring {
@@ -13,12 +14,6 @@ using Eigen::Vector3d;
 constexpr double kCell_m = 0.010;
 constexpr double kLow_m = 0.010;
 constexpr double kHigh_m = 0.040;
-
-Eigen::AlignedBox3d BoxOf(const geometry::TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& vertex : mesh.vertices) box.extend(vertex);
-  return box;
-}
 
 /// A known object's box, in its own frame, grown by half a cell.
 struct Known {
@@ -32,7 +27,8 @@ std::vector<Known> KnownOf(const Understanding& understanding,
   const Vector3d grown = Vector3d::Constant(0.5 * kCell_m);
   for (const auto& found : understanding.found) {
     if (!found) continue;
-    const Eigen::AlignedBox3d box_B = BoxOf(library.Find(found->object).mesh_B);
+    const Eigen::AlignedBox3d box_B =
+        geometry::BoundsOf(library.Find(found->object).mesh_B.vertices);
     known.push_back({found->X_CB.inverse(), {box_B.min() - grown, box_B.max() + grown}});
   }
   return known;
@@ -68,7 +64,7 @@ double HidingArea(const geometry::Observation& observation, const Understanding&
 }
 
 double SmallestFootprint(const recognition::KnownObject& object) {
-  const Vector3d size = BoxOf(object.mesh_B).sizes();
+  const Vector3d size = geometry::BoundsOf(object.mesh_B.vertices).sizes();
   return size.prod() / size.maxCoeff();
 }
 

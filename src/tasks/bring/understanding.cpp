@@ -1,7 +1,6 @@
 #include "tasks/bring/understanding.h"
 
 #include <algorithm>
-#include <iterator>
 #include <set>
 #include <utility>
 
@@ -17,26 +16,12 @@ using perception::Scene;
 /// Of a model's surface, as completion leaves them: about 2 mm apart on a cup.
 constexpr std::size_t kSurfacePoints = 10000;
 
-/// Positions in the scene's cloud of an object's samples.
-geometry::Indices PointsOf(const std::vector<geometry::SampleId>& samples, const Scene& scene) {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> wanted;
-  for (const auto& id : samples) wanted.emplace(id.view, id.sample);
-  geometry::Indices points;
-  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-    const auto& id = scene.SampleOf(i);
-    if (wanted.contains({id.view, id.sample})) points.push_back(i);
-  }
-  return points;
-}
-
-std::size_t Shared(const geometry::Indices& a, const geometry::Indices& b) {
-  geometry::Indices both;
-  geometry::Indices sorted_a = a;
-  geometry::Indices sorted_b = b;
-  std::ranges::sort(sorted_a);
-  std::ranges::sort(sorted_b);
-  std::ranges::set_intersection(sorted_a, sorted_b, std::back_inserter(both));
-  return both.size();
+/// Whether the points of the scene's cloud are of an object's samples, one a point.
+std::vector<bool> IsOf(const std::vector<geometry::SampleId>& samples, const Scene& scene) {
+  const std::set<geometry::SampleId> wanted(samples.begin(), samples.end());
+  std::vector<bool> is_of(scene.cloud.size());
+  for (std::uint32_t i = 0; i < is_of.size(); ++i) is_of[i] = wanted.contains(scene.SampleOf(i));
+  return is_of;
 }
 
 /// What the model tells of a perceived object: its surface, and what is measured on it.
@@ -63,10 +48,12 @@ void Complete(const geometry::TriangleMesh& surface_C, const Scene& scene,
 void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMesh& mesh_B,
               Understanding& understanding) {
   Scene& scene = understanding.scene;
-  const geometry::Indices points = PointsOf(found.samples, scene);
+  const std::vector<bool> own = IsOf(found.samples, scene);
   std::vector<std::size_t> shared;
   for (const PerceivedObject& object : scene.objects) {
-    shared.push_back(Shared(points, object.points));
+    const auto count =
+        std::ranges::count_if(object.points, [&](std::uint32_t point) { return own[point]; });
+    shared.push_back(static_cast<std::size_t>(count));
   }
   const auto most = std::ranges::max_element(shared);
   const bool perceived = most != shared.end() && *most > 0;
@@ -74,7 +61,10 @@ void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMes
   PerceivedObject known;
   known.axis_C = scene.table.plane.normal.unitOrthogonal();
   if (perceived) known = scene.objects[place];
-  known.points = points;
+  known.points.clear();
+  for (std::uint32_t i = 0; i < own.size(); ++i) {
+    if (own[i]) known.points.push_back(i);
+  }
   Complete(geometry::Transformed(mesh_B, found.X_CB), scene, known);
   for (std::size_t i = shared.size(); i-- > 0;) {
     if (2 * shared[i] <= scene.objects[i].points.size()) continue;

@@ -121,11 +121,10 @@ Grid ObjectGrid(const experiment::Stamp& stamp, const Category& category) {
   grid.left.assign(grid.header.size(), false);
   grid.left.front() = grid.left.back() = true;
   for (const auto& [object, of] : category.by_object) {
-    const auto title = stamp.data.find(kTitlePrefix + object);
-    grid.rows.push_back({title == stamp.data.end() ? object : title->second,
-                         fmt::format("{}", of.runs), fmt::format("{}", of.delivered),
-                         Percent(of.delivered, of.runs), IntervalText(of.delivered, of.runs),
-                         Ratio(of.grasps, of.runs), experiment::CountsText(of.why)});
+    grid.rows.push_back({experiment::TitleOf(stamp, object), fmt::format("{}", of.runs),
+                         fmt::format("{}", of.delivered), Percent(of.delivered, of.runs),
+                         IntervalText(of.delivered, of.runs), Ratio(of.grasps, of.runs),
+                         experiment::CountsText(of.why)});
   }
   return grid;
 }

@@ -59,10 +59,7 @@ class ClearingExperiment : public experiment::Task {
     stamp.identity["scene_hash"] = grasping::SceneHash(cell_.options);
     grasping::AddDetector(cell_.options.outside, stamp);
     stamp.identity["mujoco"] = sim::EngineVersion();
-    for (const std::string& object : cell_.options.objects) {
-      stamp.data[kTitlePrefix + object] =
-          sim::ObjectTitle(grasping::ObjectModelOf(cell_.options, object));
-    }
+    grasping::AddTitles(cell_.options, stamp);
   }
 
  private:
@@ -78,10 +75,7 @@ class ClearingExperiment : public experiment::Task {
     core::Stopwatch watch;
     grasping::Redraws redraws;
     auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
-    if (!arranged) {
-      return {
-          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
-    }
+    if (!arranged) return grasping::NoArrangement(redraws);
     const double arrange_s = watch.Restart();
     const Clearing clearing =
         ClearTable(cell_, options_, max_grasps_, arranged->world, which.seed, observer);

@@ -2,22 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <tuple>
+#include <iterator>
 
 namespace rangegrasp::tasks::clearing {
-namespace {
-
-bool Before(const geometry::SampleId& a, const geometry::SampleId& b) {
-  return std::tie(a.view, a.sample) < std::tie(b.view, b.sample);
-}
-
-}  // namespace
 
 double SharedSamples(Samples a, Samples b) {
-  std::sort(a.begin(), a.end(), Before);
-  std::sort(b.begin(), b.end(), Before);
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
   Samples both;
-  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both), Before);
+  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
   const std::size_t either = a.size() + b.size() - both.size();
   return either == 0 ? 0.0 : static_cast<double>(both.size()) / static_cast<double>(either);
 }

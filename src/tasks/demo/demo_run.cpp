@@ -5,6 +5,7 @@
 
 #include "core/words.h"
 #include "tasks/demo/demo_report.h"
+#include "tasks/grasping/between.h"
 
 namespace rangegrasp::tasks::demo {
 namespace {
@@ -60,19 +61,14 @@ class Run {
     attempt.detector = detector.get();
     attempt.observer = viewers_.execution;
     if (options_.demo.delivery == Delivery::kHandOver) {
-      core::Rng rng = grasping::StageStream(seed, "user");
-      const Eigen::Vector3d out_H = cell_.robot.hand().X_HG_tip.linear().col(2);
-      attempt.user = grasping::UserFor(options_.demo.hand_over, out_H, rng);
+      attempt.user = grasping::UserOf(options_.demo.hand_over, cell_.robot, seed);
     }
     one.attempt = grasping::RunAttempt(cell_, world_, attempt);
     one.outcome = Judged(one.attempt);
     return one;
   }
 
-  void GoHome() const {
-    world_.SetArm(cell_.robot.home);
-    world_.Settle();
-  }
+  void GoHome() const { grasping::GoHome(cell_, world_); }
 
  private:
   std::string Judged(const grasping::Attempt& attempt) const {

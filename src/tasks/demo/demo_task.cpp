@@ -20,6 +20,7 @@
 #include "tasks/demo/demo_report.h"
 #include "tasks/demo/demo_run.h"
 #include "tasks/grasping/hand_over.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/recorder.h"
 #include "tasks/grasping/trial.h"
 
@@ -149,10 +150,7 @@ class DemoExperiment : public experiment::Task {
     core::Stopwatch watch;
     grasping::Redraws redraws;
     auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
-    if (!arranged) {
-      return {
-          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
-    }
+    if (!arranged) return grasping::NoArrangement(redraws);
     const double arrange_s = watch.Seconds();
     ordered_json data = JsonOf(*arranged);
     data["wanted"] = spec.object;
@@ -182,9 +180,7 @@ class DemoExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
-  if (!options.grasping.outside.command.empty()) {
-    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
-  }
+  grasping::RefuseOutside(map, options.grasping.outside);
   return std::make_unique<DemoExperiment>(options, common);
 }
 

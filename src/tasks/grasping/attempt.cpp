@@ -10,7 +10,6 @@
 #include "experiment/stage_seconds.h"
 #include "grasp/surface.h"
 #include "tasks/grasping/laser_and_stereo.h"
-#include "tasks/grasping/sensor_files.h"
 #include "tasks/grasping/stereo_calibration.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -287,7 +286,7 @@ class AttemptRun {
 // A cell with a stereo camera has its line scanner, too: objects lie in its view, so that both see
 // the same arrangements.
 sensing::LineScannerOptions ScannerOf(const Options& options) {
-  const SensorFiles files = ReadSensorFiles(options.sensor);
+  const SensorFiles& files = options.sensor_files;
   return files.laser.empty() ? sensing::LineScannerOptions()
                              : sensing::ReadLineScanner(files.laser);
 }
@@ -315,7 +314,7 @@ std::unique_ptr<Sensor> StereoOf(const Cell& cell, const std::filesystem::path& 
 }
 
 std::unique_ptr<Sensor> SensorOf(const Cell& cell) {
-  const SensorFiles files = ReadSensorFiles(cell.options.sensor);
+  const SensorFiles& files = cell.options.sensor_files;
   std::unique_ptr<Sensor> laser, stereo;
   if (files.kind != SensorKind::kStereoCamera) {
     laser = MakeLineScanner(cell.scanner, cell.robot.X_WScanner);

@@ -46,7 +46,7 @@ class Grasping : public experiment::Task {
 
   void Prepare() const override {
     cell_.sensor->Prepare();
-    if (cell_.options.sensor_kind != SensorKind::kLineScanner) {
+    if (cell_.options.sensor_files.kind != SensorKind::kLineScanner) {
       cell_.sensor->Rehearse(WorldOfAll(cell_));
     }
   }
@@ -67,9 +67,7 @@ class Grasping : public experiment::Task {
     stamp.identity["scene_hash"] = SceneHash(o);
     AddDetector(o.outside, stamp);
     stamp.identity["mujoco"] = sim::EngineVersion();
-    for (const std::string& object : o.objects) {
-      stamp.data[kTitlePrefix + object] = sim::ObjectTitle(ObjectModelOf(o, object));
-    }
+    AddTitles(o, stamp);
     if (!o.reference.empty()) stamp.data[kReference] = core::ReadFile(o.reference);
   }
 

@@ -35,6 +35,12 @@ sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& 
   return user;
 }
 
+sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robot,
+                        std::uint64_t seed) {
+  core::Rng rng = StageStream(seed, "user");
+  return UserFor(options, robot.hand().X_HG_tip.linear().col(2), rng);
+}
+
 std::string HandOverOutcome(const Attempt& attempt) {
   const std::string word(core::Word(attempt.outcome));
   const bool offered = attempt.log && attempt.log->hand_over && attempt.log->held_after_carry;

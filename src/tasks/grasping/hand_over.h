@@ -29,6 +29,10 @@ void ReadUser(core::YamlMap map, HandOverOptions& options);
 sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
                          core::Rng& rng);
 
+/// That of an attempt with the robot's hand, drawn from the stream "user" of the attempt's seed.
+sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robot,
+                        std::uint64_t seed);
+
 /// How an attempt that ends with a person ended: its own word up to the carry; then handed_over,
 /// felt_early (the arm took its own motion for a pull), not_felt, not_taken.
 std::string HandOverOutcome(const Attempt& attempt);

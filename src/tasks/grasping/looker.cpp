@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/rigid_error.h"
 #include "core/units.h"
 #include "sensing/line_scanner.h"
 #include "tasks/grasping/workspace.h"
@@ -41,19 +42,6 @@ views::Field FieldOf(const sensing::LineScannerOptions& scanner) {
   return field;
 }
 
-core::Pose Error(double sigma_m, double sigma_rad, core::Rng& rng) {
-  const auto vector = [&rng](double sigma) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
-  };
-  const Eigen::Vector3d shift = vector(sigma_m);
-  const Eigen::Vector3d turn = vector(sigma_rad);
-  return core::MakePose(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(),
-                        shift);
-}
-
 template <typename Visit>
 void ForEachPoint(const geometry::Observation& observation, const Visit& visit) {
   for (const geometry::View& view : observation.views) {
@@ -76,7 +64,8 @@ Looker::Looker(const Options& options, const robot::Robot& robot, std::uint64_t 
                            "link, as scenes/tabletop_wrist.xml has");
   }
   core::Rng rng = Stream("mount");
-  X_SBelieved_ = Error(options.look.mount_sigma_m, options.look.mount_sigma_rad, rng);
+  X_SBelieved_ =
+      core::DrawRigidError(options.look.mount_sigma_m, options.look.mount_sigma_rad, rng);
 }
 
 core::Rng Looker::Stream(const char* name) const {

@@ -16,7 +16,6 @@
 #include "core/words.h"
 #include "sim/check_object.h"
 #include "sim/surfaces.h"
-#include "tasks/grasping/sensor_files.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -298,7 +297,7 @@ Options ReadOptions(YamlMap& map) {
   map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
   map.Read("arrangement", o.arranger, "how the objects of a trial lie");
   map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner, a stereo camera, or both");
-  o.sensor_kind = ReadSensorFiles(o.sensor).kind;
+  o.sensor_files = ReadSensorFiles(o.sensor);
   ReadDetector(map, o);
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
@@ -335,7 +334,7 @@ Options ReadOptions(YamlMap& map) {
   ReadPhysics(map.Child("physics", "the simulation"), o.physics);
   ReadHand(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   // A stereo pair's errors are the same over a window of many samples.
-  o.perception.stated_noise = o.sensor_kind == SensorKind::kStereoCamera;
+  o.perception.stated_noise = o.sensor_files.kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);
@@ -395,8 +394,7 @@ std::string SceneHash(const Options& options) {
   }
   files.insert(options.sensor);
   if (!options.look.sensor.empty()) files.insert(options.look.sensor);
-  const SensorFiles sensors = ReadSensorFiles(options.sensor);
-  for (const auto& file : {sensors.laser, sensors.stereo}) {
+  for (const auto& file : {options.sensor_files.laser, options.sensor_files.stereo}) {
     if (!file.empty()) files.insert(file);
   }
   // By name, not by path: the same files in another folder hash alike.

@@ -19,6 +19,7 @@
 #include "stereo/reconstruct_options.h"
 #include "tasks/grasping/look_options.h"
 #include "tasks/grasping/outside_options.h"
+#include "tasks/grasping/sensor_files.h"
 
 namespace rangegrasp::tasks::grasping {
 
@@ -26,12 +27,6 @@ namespace rangegrasp::tasks::grasping {
 enum class ArrangerKind { kSingle, kScattered, kTouching, kBox, kPile };
 constexpr std::array<std::string_view, 5> WordsOf(ArrangerKind) {
   return {"single", "scattered", "touching", "box", "pile"};
-}
-
-/// What looks at the settled objects: the `type` of the sensor's file.
-enum class SensorKind { kLineScanner, kStereoCamera, kLaserAndStereo };
-constexpr std::array<std::string_view, 3> WordsOf(SensorKind) {
-  return {"line_scanner", "stereo_camera", "laser_and_stereo"};
 }
 
 /// What finds objects and grasps.
@@ -103,7 +98,7 @@ struct Options {
   int trials_per_object = 10;
 
   ArrangerKind arranger = ArrangerKind::kSingle;
-  SensorKind sensor_kind = SensorKind::kLineScanner;  ///< as the sensor's file says
+  SensorFiles sensor_files;  ///< what the sensor's file says that it is
   DetectorKind detector = DetectorKind::kDissertation;
   OutsideOptions outside;  ///< goes before it
   MethodKind method = MethodKind::kImproved;

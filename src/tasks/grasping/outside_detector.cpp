@@ -289,6 +289,11 @@ class OutsideDetector : public Detector {
 
 }  // namespace
 
+void RefuseOutside(const core::YamlMap& map, const OutsideOptions& options) {
+  if (options.command.empty()) return;
+  map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
+}
+
 void CheckOutside(const core::YamlMap& map, const OutsideOptions& options, double case_limit_s) {
   if (options.command.empty()) return;
   if (options.limit_s >= case_limit_s) {

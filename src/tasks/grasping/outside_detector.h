@@ -20,6 +20,9 @@ std::unique_ptr<Detector> MakeOutsideDetector(const Options& options, const robo
 /// before the detector's time is over.
 void CheckOutside(const core::YamlMap& map, const OutsideOptions& options, double case_limit_s);
 
+/// For tasks that have a method of their own. @throws core::InputError if there is such a program.
+void RefuseOutside(const core::YamlMap& map, const OutsideOptions& options);
+
 /// Puts a hash of the files that the command names into the stamp's identity.
 void AddDetector(const OutsideOptions& options, experiment::Stamp& stamp);
 

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
-
-#include "tasks/grasping/options.h"
+#include <string_view>
 
 namespace rangegrasp::tasks::grasping {
+
+/// What looks at the settled objects: the `type` of the sensor's file.
+enum class SensorKind { kLineScanner, kStereoCamera, kLaserAndStereo };
+constexpr std::array<std::string_view, 3> WordsOf(SensorKind) {
+  return {"line_scanner", "stereo_camera", "laser_and_stereo"};
+}
 
 /// What a sensor's file is of, and the files that say how its parts are: itself, or those that a
 /// sensor of both names as `laser` and `stereo`. Empty: there is no such part.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/stopwatch.h"
+#include "sim/info.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -49,6 +50,17 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
   const std::uint64_t of_object =
       core::DeriveSeed(core::DeriveSeed(experiment_seed, "trial"), object);
   return core::DeriveSeed(of_object, static_cast<std::uint64_t>(index));
+}
+
+void AddTitles(const Options& options, experiment::Stamp& stamp) {
+  for (const std::string& object : options.objects) {
+    stamp.data[experiment::kTitlePrefix + object] =
+        sim::ObjectTitle(ObjectModelOf(options, object));
+  }
+}
+
+experiment::Result NoArrangement(const Redraws& redraws) {
+  return {experiment::kCrashed, "arrange", "no arrangement: " + Text(redraws), "{}", {}};
 }
 
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "experiment/record.h"
+#include "experiment/stamp.h"
 #include "tasks/grasping/attempt.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -19,6 +20,12 @@ struct TrialSpec {
 std::string TrialId(const TrialSpec& spec);
 /// Derived from (experiment seed, object, index) alone.
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index);
+
+/// Puts the titles of the experiment's objects into the stamp's data (experiment::TitleOf).
+void AddTitles(const Options& options, experiment::Stamp& stamp);
+
+/// Of a case for which no arrangement came about.
+experiment::Result NoArrangement(const Redraws& redraws);
 
 /// Stage 1 of a trial, as RunTrial goes through it.
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec);

@@ -99,7 +99,7 @@ void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
 
 void CheckReadClouds(const YamlMap& map, const Keys& keys) {
   for (const Method method : keys.methods) {
-    if (keys.clouds.empty() || method == Method::kMirror || method == Method::kHierarchy) continue;
+    if (keys.clouds.empty() || parts::ReadsClouds(method)) continue;
     map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
                                    core::Word(method)));
   }

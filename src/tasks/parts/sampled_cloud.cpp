@@ -5,7 +5,9 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/bounds.h"
 #include "geometry/kd_tree.h"
+#include "geometry/triangle_point.h"
 #include "parts/shape/face_frames.h"
 
 namespace rangegrasp::tasks {
@@ -13,27 +15,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-double DiagonalOf(const geometry::Points& points) {
-  Vector3d low = points.front();
-  Vector3d high = low;
-  for (const Vector3d& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
-/// Uniform over a triangle: the unit square, folded.
 Vector3d PointOf(const parts::Shape& mesh, std::size_t face, core::Rng& rng) {
   const auto& [a, b, c] = mesh.faces[face];
-  double u = rng.Uniform();
-  double v = rng.Uniform();
-  if (u + v > 1.0) {
-    u = 1.0 - u;
-    v = 1.0 - v;
-  }
-  const Vector3d& p = mesh.points[a];
-  return p + u * (mesh.points[b] - p) + v * (mesh.points[c] - p);
+  const double u = rng.Uniform();
+  const double v = rng.Uniform();
+  return geometry::TrianglePoint(mesh.points[a], mesh.points[b], mesh.points[c], u, v);
 }
 
 Vector3d NoiseOf(double deviation, core::Rng& rng) {
@@ -48,7 +34,8 @@ parts::Shape SampleCloud(const parts::Shape& mesh, const CloudGrade& grade, core
   const parts::FaceFrames frames = parts::BuildFaceFrames(mesh);
   std::vector<double> up_to(frames.area.size());
   std::partial_sum(frames.area.begin(), frames.area.end(), up_to.begin());
-  const double deviation = 0.01 * grade.noise_percent * DiagonalOf(mesh.points);
+  const double deviation =
+      0.01 * grade.noise_percent * geometry::BoundsOf(mesh.points).diagonal().norm();
   geometry::TriangleMesh cloud;
   for (int k = 0; k < grade.points; ++k) {
     const double area = rng.Uniform() * up_to.back();

@@ -98,8 +98,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
     const std::string& object = record.which.group;
     if (!rows.contains(object)) {
       order.push_back(object);
-      const auto title = stamp.data.find(experiment::kTitlePrefix + object);
-      rows[object].title = title == stamp.data.end() ? object : title->second;
+      rows[object].title = experiment::TitleOf(stamp, object);
     }
     Add(record, rows[object], finds);
   }

@@ -7,6 +7,7 @@
 #include "core/words.h"
 #include "perception/perceive.h"
 #include "sim/info.h"
+#include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/trial.h"
 #include "tasks/grasping/workspace.h"
 #include "tasks/recognition/known_objects.h"
@@ -98,10 +99,7 @@ class Recognition : public experiment::Task {
     core::Stopwatch watch;
     grasping::Redraws redraws;
     const auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
-    if (!arranged) {
-      return {
-          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
-    }
+    if (!arranged) return grasping::NoArrangement(redraws);
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
     const grasping::Sensed sensed = grasping::Look(cell_, arranged->world, spec.seed);
@@ -137,10 +135,7 @@ class Recognition : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     stamp.identity["scene_hash"] = grasping::SceneHash(cell_.options);
     stamp.identity["mujoco"] = sim::EngineVersion();
-    for (const std::string& object : cell_.options.objects) {
-      stamp.data[experiment::kTitlePrefix + object] =
-          sim::ObjectTitle(grasping::ObjectModelOf(cell_.options, object));
-    }
+    grasping::AddTitles(cell_.options, stamp);
   }
 
  private:
@@ -153,9 +148,7 @@ class Recognition : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
-  if (!options.grasping.outside.command.empty()) {
-    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
-  }
+  grasping::RefuseOutside(map, options.grasping.outside);
   options.grasping.seed = common.seed;
   return std::make_unique<Recognition>(options, common);
 }

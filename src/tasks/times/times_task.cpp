@@ -12,6 +12,8 @@
 #include "perception/perceive.h"
 #include "sim/info.h"
 #include "tasks/grasping/attempt.h"
+#include "tasks/grasping/outside_detector.h"
+#include "tasks/grasping/trial.h"
 #include "tasks/times/times_options.h"
 #include "tasks/times/times_report.h"
 
@@ -85,10 +87,7 @@ class TimesExperiment : public experiment::Task {
     const auto& objects = cell_.options.objects;
     const auto arranged = cell_.arranger->Arrange(
         objects[static_cast<std::size_t>(scene) % objects.size()], arrange, redraws);
-    if (!arranged) {
-      return {
-          experiment::kCrashed, "arrange", "no arrangement: " + grasping::Text(redraws), "{}", {}};
-    }
+    if (!arranged) return grasping::NoArrangement(redraws);
     const ScanSize size =
         Stages() ? options_.size : options_.published[static_cast<std::size_t>(scene)];
     const auto scan =
@@ -156,9 +155,7 @@ class TimesExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(core::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   grasping::CheckObjects(map, options.grasping);
-  if (!options.grasping.outside.command.empty()) {
-    map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
-  }
+  grasping::RefuseOutside(map, options.grasping.outside);
   return std::make_unique<TimesExperiment>(options, common);
 }
 
