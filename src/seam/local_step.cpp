@@ -19,6 +19,14 @@ constexpr double kMinPoints = 10.0;
 // Points whose columns do not determine a parabola, or hardly a step beside one.
 constexpr double kMinDeterminant = 1e-9;
 constexpr double kMinOwnPoints = 1e-3;
+// A step lies in the windows of so few places [share] at most that it hardly moves the quantile
+// below.
+constexpr double kFewPlaces = 0.25;
+// Only few windows that are wide are independent, so that their lowest quarter may be low by
+// chance. Narrow ones are many: no window's inflation is less than this share of theirs.
+constexpr double kNarrowShare = 0.33;
+// Nobody asks for more evidence than this of one profile (StepTrackOptions::most_evidence).
+constexpr double kBeyondDoubt = 15.0;
 // In place of the squared t-value where nothing fits, and beyond all of them.
 constexpr double kNoFit = -1.0;
 constexpr double kMost = std::numeric_limits<double>::max();
@@ -215,18 +223,59 @@ double Inflation(const std::vector<double>& t_squared) {
   return std::max(1.0, *at / kChiSquared);
 }
 
-void KeepBetter(const Fits& fits, std::vector<LocalStep>& best) {
-  const double inflation = Inflation(fits.t_squared);
+// Takes a step off the heights that the sums are of.
+void TakeOff(std::size_t place, double height_mm, PlaceSums& sums) {
+  const auto less = [&](std::size_t kind, std::size_t by) {
+    const std::vector<double>& its = sums.before[by];
+    const std::size_t first = sums.pad + place;
+    for (std::size_t i = first; i < its.size(); ++i) {
+      sums.before[kind][i] -= height_mm * (its[i] - its[first]);
+    }
+  };
+  less(8, 5);  // (z - h)^2 = z^2 - h z - h (z - h)
+  less(5, 0);
+  less(8, 5);
+  less(6, 1);
+  less(7, 2);
+}
+
+// The fits in windows of one width, and by how much their t-values are to be lessened.
+struct Windows {
+  std::size_t half;
+  Fits fits;
+  double inflation = 1.0;
+};
+
+// The edge itself makes the t-values of all places greater whose windows it lies in: of all places
+// in wide windows, or on a mould that the light comes back from for 20 mm only. What they would be
+// without it tells the inflation.
+void TakeOffTheirStep(PlaceSums& sums, double spacing, double min_inflation, Fits& rest,
+                      Windows& windows) {
+  const std::vector<double>& t_squared = windows.fits.t_squared;
+  const auto fitted = std::ranges::count_if(t_squared, [](double t2) { return t2 >= 0.0; });
+  if (fitted == 0) return;
+  if (2.0 * static_cast<double>(windows.half) < kFewPlaces * static_cast<double>(fitted)) return;
+  const auto best = std::ranges::max_element(t_squared);
+  const auto place = static_cast<std::size_t>(best - t_squared.begin());
+  const double height_mm = windows.fits.height_mm[place];
+  TakeOff(place, height_mm, sums);
+  FitWindows(sums, windows.half, spacing, rest);
+  TakeOff(place, -height_mm, sums);
+  windows.inflation = std::max(min_inflation, Inflation(rest.t_squared));
+}
+
+void KeepBetter(const Windows& windows, std::vector<LocalStep>& best) {
+  const Fits& fits = windows.fits;
   for (std::size_t i = 0; i < best.size(); ++i) {
     const double h = fits.height_mm[i];
     if (fits.t_squared[i] < 0.0) continue;
-    const double precision = kMm_1_m * kMm_1_m / (fits.variance_mm2[i] * inflation);
+    const double precision = kMm_1_m * kMm_1_m / (fits.variance_mm2[i] * windows.inflation);
     if (precision > best[i].surest_precision_m2) {
       best[i].surest_height_m = h / kMm_1_m;
       best[i].surest_precision_m2 = precision;
     }
     if (h <= 0.0) continue;
-    const double ratio = fits.t_squared[i] / (inflation * (fits.points[i] - kParameters));
+    const double ratio = fits.t_squared[i] / (windows.inflation * (fits.points[i] - kParameters));
     // log(1 + x) <= x spares most logarithms.
     if (0.5 * fits.points[i] * ratio <= best[i].evidence) continue;
     const double evidence = 0.5 * fits.points[i] * std::log1p(ratio);
@@ -235,6 +284,17 @@ void KeepBetter(const Fits& fits, std::vector<LocalStep>& best) {
     best[i].height_m = h / kMm_1_m;
     best[i].precision_m2 = precision;
   }
+}
+
+std::vector<LocalStep> BestOf(const std::vector<Windows>& widths, std::size_t places) {
+  std::vector<LocalStep> best(places);
+  for (const Windows& windows : widths) KeepBetter(windows, best);
+  return best;
+}
+
+bool InDoubt(const std::vector<LocalStep>& steps) {
+  return std::ranges::none_of(steps,
+                              [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; });
 }
 
 // Steps that are too high are none, nor are the lower ones that windows beside them see.
@@ -272,12 +332,23 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
     return std::min((static_cast<std::size_t>(columns) + stride / 2) / stride,
                     height_m.size() / stride + 1);
   };
-  const PlaceSums sums(height_m, stride, half_of(std::ranges::max(options.half_windows)));
-  std::vector<LocalStep> best(sums.places);
-  Fits fits(sums.places);
+  const double spacing = static_cast<double>(stride) / kColumns;
+  PlaceSums sums(height_m, stride, half_of(std::ranges::max(options.half_windows)));
+  std::vector<Windows> widths;
   for (const int columns : options.half_windows) {
-    FitWindows(sums, half_of(columns), static_cast<double>(stride) / kColumns, fits);
-    KeepBetter(fits, best);
+    Windows& windows = widths.emplace_back(half_of(columns), Fits(sums.places));
+    FitWindows(sums, windows.half, spacing, windows.fits);
+    windows.inflation = Inflation(windows.fits.t_squared);
+  }
+  std::vector<LocalStep> best = BestOf(widths, sums.places);
+  if (InDoubt(best)) {
+    const double min_inflation =
+        kNarrowShare * std::ranges::min_element(widths, {}, &Windows::half)->inflation;
+    Fits rest(sums.places);
+    for (Windows& windows : widths) {
+      TakeOffTheirStep(sums, spacing, min_inflation, rest, windows);
+    }
+    best = BestOf(widths, sums.places);
   }
   RemoveHigh(options.max_step_m, half_of(std::ranges::min(options.half_windows)), best);
   return best;

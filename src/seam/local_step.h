@@ -37,7 +37,8 @@ struct LocalStep {
 /// reflections. Residuals of a real surface are not independent: what likelihoods claim too much is
 /// measured in the profile itself, by the 25 % quantile of the squared t-values of all places
 /// against that of the chi-squared distribution (as a radar keeps its rate of false alarms;
-/// Rohling 1983).
+/// Rohling 1983). Where the evidence leaves doubt and an edge would lie in the windows of many
+/// places, the step that fits best is first taken off there.
 /// @param height_m  heights as measured, NaN where there is none. O(columns).
 /// @throws std::invalid_argument if an option is out of range.
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
