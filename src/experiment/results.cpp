@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/number.h"
+#include "core/words.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::experiment {
@@ -20,7 +21,22 @@ std::optional<std::uint64_t> SeedOf(const std::filesystem::path& folder) {
   return core::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
 }
 
-// Seed and number of cases are all that runs of several seeds may differ in.
+// Takes over the order of the other's groups, if they are the same.
+void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
+  const auto sorted = [](const std::string& groups) {
+    auto names = core::Split(groups, ',');
+    std::ranges::sort(names);
+    return names;
+  };
+  std::string& groups = stamp.identity["groups"];
+  const auto wanted = other.identity.find("groups");
+  if (wanted != other.identity.end() && sorted(groups) == sorted(wanted->second)) {
+    groups = wanted->second;
+  }
+}
+
+// Seed, number of cases and the order of groups, which hazards draw, are all that runs of several
+// seeds may differ in.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
   const auto cases =
@@ -28,6 +44,7 @@ void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   Stamp alike = stamp;
   alike.identity["seed"] = pooled.identity.at("seed");
   alike.identity["cases"] = pooled.identity.at("cases");
+  OrderGroupsAs(pooled, alike);
   CheckSameRun(alike, pooled, folder);
   pooled.identity["seed"] = seeds;
   pooled.identity["cases"] = std::to_string(cases);

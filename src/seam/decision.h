@@ -81,7 +81,11 @@ struct StepOptions {
   /// Of kFit: share of min_step_m from which a step is an edge's. A fit is off by a tenth of a
   /// millimetre at most; a range has noise added to it.
   double fitted = 0.6;
-  int half_window = 10;  ///< >= 1 [columns] (section 3.5.3)
+  /// The same of a step that is not where the last ones were. A noisy surface without an edge has
+  /// some of 0.6 in a tenth of a second's profiles, here and there.
+  double fitted_first = 0.8;
+  double period_s = 0.1;  ///< > 0; of kFit: the profiles of so long are averaged, three at least
+  int half_window = 10;   ///< >= 1 [columns] (section 3.5.3)
   /// >= 0 [columns], of the median filter. One as wide as the window would flatten slanted edges.
   int median_half_width = 6;
   /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a

@@ -80,7 +80,7 @@ struct EdgeTracker::Impl {
       : options(o),
         calibration(c),
         step_track(o.step_track),
-        step_test(o.line, {.period_s = o.packet_period_s}) {}
+        step_test(o.line, {.period_s = o.step.period_s}) {}
 
   TrackerOptions options;
   std::optional<Calibration> calibration;
@@ -127,6 +127,7 @@ struct EdgeTracker::Impl {
   void EndPeriod(double time_s);
   std::optional<double> PredictFromVotes(double time_s);
   bool IsStep(double step_m, bool goes_on) const;
+  bool FitsAt(double column);
   EdgePacket PacketAt(double time_s) const;
 };
 
@@ -153,8 +154,14 @@ double EdgeTracker::Impl::StepAt(double column, const std::vector<float>& height
 
 bool EdgeTracker::Impl::IsStep(double step_m, bool goes_on) const {
   const bool fit = options.step.rule == StepRule::kFit;
-  const double share = fit ? options.step.fitted : goes_on ? options.step.continued : 1.0;
-  return step_m >= share * options.step.min_step_m;
+  const double first = fit ? options.step.fitted_first : 1.0;
+  const double next = fit ? options.step.fitted : options.step.continued;
+  return step_m >= (goes_on ? next : first) * options.step.min_step_m;
+}
+
+// Whether the last profiles have a step where it is predicted; the rule of ranges cannot tell.
+bool EdgeTracker::Impl::FitsAt(double column) {
+  return options.step.rule != StepRule::kFit || IsStep(StepAt(column, prepared.height_m), true);
 }
 
 // The step where any detector sees its edge.
@@ -207,12 +214,14 @@ float EdgeTracker::Impl::DecideByVoting(Reading& reading) {
   const bool step = IsStep(reading.step_m, goes_on);
   if (vote && step) votes.push_back({reading.time_s, *vote});
   reading.column = PredictFromVotes(reading.time_s);
+  if (reading.column && !step && !FitsAt(*reading.column)) reading.column.reset();
   if (reading.column) {
     reading.status = ProfileStatus::kEdge;
     if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
   } else {
     // A step that no other profile of the period bears out is a disturbance.
-    reading.status = votes.size() >= 2 ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
+    const bool several = vote && step && votes.size() >= 2;
+    reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
   }
   return 0.0F;
 }
@@ -323,10 +332,10 @@ void EdgeTracker::Impl::Refine() {
 void EdgeTracker::Impl::Follow(Reading& reading) {
   if (options.step.rule != StepRule::kFit) return;
   const double reach = options.refine_m * options.line.columns_per_m;
-  const bool decided = reading.column && IsStep(reading.step_m, false);
+  const bool decided = reading.column && IsStep(reading.step_m, true);
   const auto found = place ? step_test.Locate(*place, reach) : std::nullopt;
   const double step_m = found ? step_test.HeightAt(*found).value_or(0.0) : 0.0;
-  const bool goes_on = IsStep(step_m, false);
+  const bool goes_on = IsStep(step_m, true);
   const bool stray = decided && place && std::abs(*reading.column - *place) > reach;
   strays = stray && reading.step_m > step_m ? strays + 1 : 0;
   if (decided && (!goes_on || !stray || strays >= kStrays)) {

@@ -55,6 +55,11 @@ void ReadStep(YamlMap map, StepOptions& options) {
            "range is as published");
   map.Read("fitted", options.fitted, 0.0, 1.0,
            "rule fit: share of min_step_mm from which a step is an edge's");
+  map.Read("fitted_first", options.fitted_first, 0.0, 1.0,
+           "rule fit: the same of a step that is not where the last ones were");
+  map.ReadScaled("period_ms", options.period_s, kMs, 1.0, 10'000.0,
+                 "rule fit: time over which profiles are averaged; an edge that moves by more than "
+                 "a millimetre in it is smeared");
   map.Read("half_window_columns", options.half_window, 1, 512,
            "columns on each side of an edge in which its height is measured");
   map.Read("median_half_width_columns", options.median_half_width, 0, 512,
@@ -127,6 +132,9 @@ void CheckOptions(const TrackerOptions& options) {
         "step.continued must be from 0 to 1");
   Check(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
         "step.fitted must be from 0 to 1");
+  Check(options.step.fitted_first >= 0.0 && options.step.fitted_first <= 1.0,
+        "step.fitted_first must be from 0 to 1");
+  Check(options.step.period_s > 0.0, "step.period_s must be above 0");
   Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 

@@ -63,6 +63,23 @@ TEST(ReadResults, SeedsOfDifferentExperimentsAreNotPooled) {
             std::string::npos);
 }
 
+// Hazards are drawn: the first of one seed is a mat end, of the next one an obstacle.
+TEST(ReadResults, SeedsMayDrawTheirGroupsInAnotherOrderButNoOtherGroups) {
+  TempFolder folder;
+  const auto fill = [&](std::uint64_t seed, const char* groups) {
+    Stamp stamp = StampOf(std::to_string(seed));
+    stamp.identity["groups"] = groups;
+    Fill(SeedFolder(folder.path(), seed), seed, stamp);
+  };
+  fill(1, "mat_end,obstacle");
+  fill(2, "obstacle,mat_end");
+  const Results results = ReadResults(folder.path());
+  EXPECT_EQ(results.records.size(), 4u);
+  EXPECT_EQ(results.stamp.identity.at("groups"), "mat_end,obstacle");
+  fill(3, "obstacle");
+  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("groups"), std::string::npos);
+}
+
 TEST(ReadResults, NoResultsAreAnError) {
   TempFolder folder;
   EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find(folder.path().string()),

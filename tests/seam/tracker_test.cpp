@@ -103,6 +103,24 @@ TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
   EXPECT_GE(told, 1188);  // 99 % of 1200
 }
 
+TEST(EdgeTracker, ALowStepCountsOnlyWhereTheLastOnesWere) {
+  constexpr double kLow_m = 0.21e-3;  // between 0.6 and 0.8 of 0.3 mm
+  for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {
+    Rng rng(1);
+    EdgeTracker alone(With(method));
+    EdgeTracker after(With(method));
+    for (int i = 0; i < 40; ++i) {
+      const Profile low = Scan({.step_m = kLow_m}, kPeriod_s * i, rng);
+      EXPECT_EQ(alone.Update(low).status, ProfileStatus::kNoEdge) << i;
+      const bool begins = i < 20;
+      const Profile high = Scan({.step_m = 0.5e-3}, kPeriod_s * i, rng);
+      const Reading reading = after.Update(begins ? high : low);
+      EXPECT_EQ(reading.status == ProfileStatus::kEdge, i >= 1)
+          << i;  // a first one is not believed
+    }
+  }
+}
+
 TEST_P(EveryDecision, OneDisturbedProfileMovesNothing) {
   Rng rng(1);
   EdgeTracker tracker(With(GetParam()));
