@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/yaml_map.h"
+#include "seam/internal/vectorised.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -108,6 +109,18 @@ void FitLateral(std::span<const LateralSample> samples, Calibration& calibration
   }
 }
 
+// HeightAt of a whole line, without branches.
+RANGEGRASP_VECTORISED void HeightsAt(const Calibration& calibration, const float* row_px,
+                                     std::size_t count, float* height_m) {
+  const Calibration c = calibration;  // which height_m cannot point into
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto row = static_cast<double>(row_px[i]);
+    const double height = Polynomial(c.height_m, Mapped(c, row));
+    const bool calibrated = (row >= c.row_min_px) & (row <= c.row_max_px);
+    height_m[i] = static_cast<float>(calibrated ? height : kNone);
+  }
+}
+
 }  // namespace
 
 double Calibration::HeightAt(double row_px) const {
@@ -141,10 +154,8 @@ Profile Calibrate(const RawProfile& raw, const Calibration& calibration) {
   }
   Profile profile;
   profile.time_s = raw.time_s;
-  profile.height_m.reserve(raw.row_px.size());
-  for (const float row : raw.row_px) {
-    profile.height_m.push_back(static_cast<float>(calibration.HeightAt(static_cast<double>(row))));
-  }
+  profile.height_m.resize(raw.row_px.size());
+  HeightsAt(calibration, raw.row_px.data(), raw.row_px.size(), profile.height_m.data());
   return profile;
 }
 

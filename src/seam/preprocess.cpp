@@ -2,10 +2,13 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+
+#include "seam/internal/vectorised.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -98,6 +101,20 @@ FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m)
   return options;
 }
 
+// Adds, for each column of a tile, the others within reach that lie within half_height of it.
+// Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
+RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, float half_height,
+                                          int* neighbors) {
+  for (std::size_t d = 1; d <= reach; ++d) {
+    const float* right = z + d;
+    const float* left = z - d;
+    for (std::size_t i = 0; i < kTile; ++i) {
+      neighbors[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
+      neighbors[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
@@ -111,16 +128,8 @@ std::vector<float> FilterGeometric(std::span<const float> height_m, const Filter
   std::vector<float> kept(tiles * kTile);
   for (std::size_t begin = 0; begin < m; begin += kTile) {
     const float* z = padded.data() + reach + begin;
-    int neighbors[kTile] = {};
-    // Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
-    for (std::size_t d = 1; d <= reach; ++d) {
-      const float* right = z + d;
-      const float* left = z - d;
-      for (std::size_t i = 0; i < kTile; ++i) {
-        neighbors[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
-        neighbors[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
-      }
-    }
+    std::array<int, kTile> neighbors{};
+    CountNeighbors(z, reach, half_height, neighbors.data());
     for (std::size_t i = 0; i < kTile; ++i) {
       const bool keep = neighbors[i] >= options.min_neighbors && IsFinite(z[i]);
       kept[begin + i] = keep ? z[i] : kMissing;

@@ -30,6 +30,9 @@ struct RawProfile {
 struct Profile {
   std::vector<float> height_m;
   double time_s = 0.0;
+  /// By how much the line moved along its x since the profile before, as the pose of its head tells
+  /// [m]; 0 where no pose is known.
+  double moved_m = 0.0;
 };
 
 }  // namespace rangegrasp::seam

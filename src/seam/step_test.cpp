@@ -3,8 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 
 #include "seam/internal/summit.h"
+#include "seam/internal/vectorised.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -27,6 +30,36 @@ std::vector<float> StepWeights(int left, int right, int gap) {
   return {step.data(), step.data() + step.size()};
 }
 
+// Sorts the heights of each block, all blocks side by side: by exchanges of neighbors, of which as
+// many rounds as a block has columns suffice (odd-even transposition; Knuth 1998).
+RANGEGRASP_VECTORISED void SortBlocks(float* heights, std::size_t columns, std::size_t blocks) {
+  for (std::size_t round = 0; round < columns; ++round) {
+    for (std::size_t k = round % 2; k + 1 < columns; k += 2) {
+      float* low = heights + k * blocks;
+      float* high = low + blocks;
+      for (std::size_t b = 0; b < blocks; ++b) {
+        const float less = std::min(low[b], high[b]);
+        const float more = std::max(low[b], high[b]);
+        low[b] = less;
+        high[b] = more;
+      }
+    }
+  }
+}
+
+// The middle one of each block's heights; `sorted` is room to work in.
+std::vector<float> MiddlesOf(std::span<const float> line, std::size_t columns,
+                             std::vector<float>& sorted) {
+  const std::size_t blocks = line.size() / columns;
+  sorted.resize(line.size());
+  for (std::size_t b = 0; b < blocks; ++b) {
+    for (std::size_t k = 0; k < columns; ++k) sorted[k * blocks + b] = line[b * columns + k];
+  }
+  SortBlocks(sorted.data(), columns, blocks);
+  const float* middle = sorted.data() + columns / 2 * blocks;
+  return {middle, middle + blocks};
+}
+
 int Whole(double ratio) { return static_cast<int>(std::lround(ratio)); }
 
 }  // namespace
@@ -43,11 +76,11 @@ void StepTest::Take(const PreparedProfile& profile) {
   }
   if (!profile.Usable()) return;
   Blocks blocks{profile.time_s, (profile.first_column + columns_ - 1) / columns_, {}};
-  std::vector<float> block(static_cast<std::size_t>(columns_));
-  for (int c = blocks.first * columns_; c + columns_ <= profile.last_column + 1; c += columns_) {
-    std::copy_n(profile.height_m.begin() + c, columns_, block.begin());
-    std::sort(block.begin(), block.end());  // of so few faster than their middle alone
-    blocks.height_m.push_back(block[static_cast<std::size_t>(columns_ / 2)]);
+  const int count = (profile.last_column + 1) / columns_ - blocks.first;
+  if (count > 0) {
+    const auto begin = profile.height_m.begin() + blocks.first * columns_;
+    blocks.height_m =
+        MiddlesOf({begin, begin + count * columns_}, static_cast<std::size_t>(columns_), heights_);
   }
   recent_.push_back(std::move(blocks));
   Average();

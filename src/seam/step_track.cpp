@@ -14,6 +14,29 @@ constexpr double kSameTrack_columns = 12.0;
 // A standard deviation of motion is no less than this [places], so that a way may turn.
 constexpr double kMinSpread = 0.25;
 
+// What one profile says of a known edge (log-likelihood ratio) counts for this at most, so that a
+// filament or a hole is not an end, ...
+constexpr double kMaxRatio = 3.0;
+// ... and the log-odds stay within this: four profiles that surely have no step turn them.
+constexpr double kMaxOdds = 12.0;
+// A known edge moves no faster than this share of speed_columns_per_s (10 mm/s) besides the line's
+// own motion, so that noise does not lead it away; ...
+constexpr double kKnownSpeed = 0.5;
+// ... but where there is so many times the evidence that is asked for, which noise never has.
+constexpr double kCertain = 2.0;
+// Two profiles that have an edge alone have the same one if it is this near [places: 2 mm].
+constexpr double kAlone = 8.0;
+// A step is the known edge's if its height differs by this share of it at most.
+constexpr double kSameHeight = 0.5;
+// An edge further off than this [places: 3 mm] is another one, ...
+constexpr double kAway = 12.0;
+// ... which becomes the known one after so many profiles in a row: a sixth of a second.
+constexpr int kElsewhere = 10;
+// The known height is the mean over its profiles, later over about the last half second. That of a
+// young edge is the highest of all places' by chance, so that it is corrected whatever the odds.
+constexpr double kHeightGain = 0.03;
+constexpr int kYoung = 20;
+
 void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("step track: ") + what);
 }
@@ -32,40 +55,33 @@ StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
   Check(options.forget_s > 0.0, "forget_s must be above 0");
 }
 
-// Log-likelihood ratio of no step to that of the way, by the window that knows the step best.
-double StepTrack::Absence(const Way& way, const LocalStep& step) const {
-  if (!(step.surest_precision_m2 > 0.0)) return 0.0;
-  const double height = way.Height();
-  const double lower = std::max(0.0, height - step.surest_height_m);
-  const double varies = options_.uneven * height;
-  return std::min(options_.most_evidence,
-                  0.5 * lower * lower / (1.0 / step.surest_precision_m2 + varies * varies));
-}
-
 // Each place goes on with the way that leads to it best: what a way has, less what its motion
-// costs.
-std::vector<StepTrack::Way> StepTrack::Moved(const std::vector<Way>& ways, double period_s) const {
+// costs. A line that moves by `shift` places has an edge that stays where it is that much earlier.
+std::vector<StepTrack::Way> StepTrack::Moved(int shift, double period_s) const {
   const double stride = options_.steps.stride;
-  const auto places = static_cast<int>(ways.size());
+  const auto places = static_cast<int>(ways_.size());
   const int reach = std::clamp(
       static_cast<int>(std::ceil(options_.max_speed_columns_per_s * period_s / stride)), 1, places);
   const double spread = std::max(options_.speed_columns_per_s * period_s / stride, kMinSpread);
-  std::vector<double> best(ways.size(), 0.0);
-  std::vector<int> from(ways.size());
-  for (int place = 0; place < places; ++place) from[static_cast<std::size_t>(place)] = place;
+  std::vector<double> best(ways_.size(), 0.0);
+  std::vector<int> from(ways_.size());
+  for (int place = 0; place < places; ++place) {
+    from[static_cast<std::size_t>(place)] = std::clamp(place + shift, 0, places - 1);
+  }
   for (int d = -reach; d <= reach; ++d) {
     const double cost = d * d / (2.0 * spread * spread);
-    for (int place = std::max(0, -d); place < std::min(places, places - d); ++place) {
+    const int to = d + shift;
+    for (int place = std::max(0, -to); place < std::min(places, places - to); ++place) {
       const auto here = static_cast<std::size_t>(place);
-      const double evidence = ways[static_cast<std::size_t>(place + d)].evidence - cost;
+      const double evidence = ways_[static_cast<std::size_t>(place + to)].evidence - cost;
       if (evidence <= best[here]) continue;
       best[here] = evidence;
-      from[here] = place + d;
+      from[here] = place + to;
     }
   }
-  std::vector<Way> moved(ways.size());
+  std::vector<Way> moved(ways_.size());
   for (std::size_t place = 0; place < moved.size(); ++place) {
-    const Way& before = ways[static_cast<std::size_t>(from[place])];
+    const Way& before = ways_[static_cast<std::size_t>(from[place])];
     moved[place] = {options_.memory * best[place], options_.memory * before.height,
                     options_.memory * before.precision};
   }
@@ -74,36 +90,67 @@ std::vector<StepTrack::Way> StepTrack::Moved(const std::vector<Way>& ways, doubl
 
 void StepTrack::Continue(const std::vector<LocalStep>& steps, double strongest, double period_s) {
   const double share = std::min(1.0, options_.most_evidence / std::max(strongest, 1e-9));
-  ways_.to = Moved(ways_.to, period_s);
-  strict_.to = Moved(strict_.to, period_s);
+  const int shift = static_cast<int>(std::lround(moved_places_));
+  moved_places_ -= shift;
+  ways_ = Moved(shift, period_s);
   for (std::size_t place = 0; place < steps.size(); ++place) {
     const LocalStep& step = steps[place];
-    // A way that nothing speaks for any more begins anew.
-    Way& strict = strict_.to[place];
-    strict.evidence -= Absence(strict, step);
-    if (strict.evidence <= 0.0) strict = {};
-    for (Way* way : {&ways_.to[place], &strict}) {
-      way->evidence += share * step.evidence;
-      way->height += step.precision_m2 * step.height_m;
-      way->precision += step.precision_m2;
-    }
+    ways_[place].evidence += share * step.evidence;
+    ways_[place].height += step.precision_m2 * step.height_m;
+    ways_[place].precision += step.precision_m2;
   }
   weight_ = options_.memory * weight_ + 1.0;
 }
 
-// The best way, and whether it is an edge.
-const StepTrack::Way& StepTrack::Judge(Ways& ways) const {
-  const Way& best = *std::ranges::max_element(ways.to, {}, &Way::evidence);
-  const double wanted = (options_.evidence + options_.first_evidence / weight_) *
-                        (ways.edge ? options_.continued : 1.0);
-  ways.edge = best.evidence / weight_ >= wanted && best.Height() >= options_.min_step_m;
-  return best;
+// Whether a way is an edge by a share of the evidence that is asked for.
+bool StepTrack::Suffices(const Way& way, double share) const {
+  const double wanted = options_.evidence + options_.first_evidence / weight_;
+  return way.evidence / weight_ >= share * wanted && way.Height() >= options_.min_step_m;
+}
+
+// Where the known edge is now, by the best way.
+void StepTrack::Follow(double column, const Way& way, double period_s) {
+  const bool sure = Suffices(way, 1.0);
+  if (!known_) {
+    if (sure) known_ = Known{column, way.Height(), kMaxOdds};
+    return;
+  }
+  const double apart = column - known_->column;
+  const double speed = Suffices(way, kCertain) ? options_.max_speed_columns_per_s
+                                               : kKnownSpeed * options_.speed_columns_per_s;
+  const double reach = speed * period_s;
+  if (std::abs(apart) <= kAway * options_.steps.stride) {
+    known_->column += std::clamp(apart, -reach, reach);
+    known_->elsewhere = 0;
+  } else if (sure && ++known_->elsewhere >= kElsewhere) {
+    known_ = Known{column, way.Height(), std::min(known_->log_odds, 0.0)};
+  }
+}
+
+// What this profile says of the known edge: log-likelihood ratio of a step of its height to none,
+// by the window that knows the step best.
+void StepTrack::Weigh(const std::vector<LocalStep>& steps) {
+  const long place = std::lround(known_->column / options_.steps.stride);
+  const LocalStep& step =
+      steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
+  if (!(step.surest_precision_m2 > 0.0)) return;
+  const double h = known_->height_m;
+  const double varies = options_.uneven * h;
+  const double variance = 1.0 / step.surest_precision_m2 + varies * varies;
+  const double ratio = 0.5 * h * (2.0 * step.surest_height_m - h) / variance;
+  known_->log_odds =
+      std::clamp(known_->log_odds + std::clamp(ratio, -kMaxRatio, kMaxRatio), -kMaxOdds, kMaxOdds);
+  ++known_->profiles;
+  if (known_->log_odds <= 0.0 && known_->profiles > kYoung) return;
+  const double now = std::clamp(step.surest_height_m, 0.0, 2.0 * h);
+  const double gain = std::max(kHeightGain, 1.0 / known_->profiles);
+  known_->height_m = std::max(options_.min_step_m, h + gain * (now - h));
 }
 
 // Column of the summit of the parabola through a place's evidence and its neighbors'.
 double StepTrack::Peak(std::size_t place) const {
   const double stride = options_.steps.stride;
-  const std::vector<Way>& ways = ways_.to;
+  const std::vector<Way>& ways = ways_;
   if (place == 0 || place + 1 >= ways.size()) return stride * static_cast<double>(place);
   const double offset = internal::SummitOffset(ways[place - 1].evidence, ways[place].evidence,
                                                ways[place + 1].evidence);
@@ -122,32 +169,60 @@ double StepTrack::OnLine(double column, double time_s) {
   return track.size() < 3 ? column : FitLine(track).At(time_s);
 }
 
-StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double time_s) {
+std::optional<double> StepTrack::AtOnce(std::optional<double> column, const LocalStep& strongest,
+                                        double place) {
+  const std::optional<double> before = alone_;
+  alone_.reset();
+  if (!known_ || strongest.evidence < options_.evidence + options_.first_evidence) return column;
+  const double apart_m = std::abs(strongest.height_m - known_->height_m);
+  if (apart_m > kSameHeight * known_->height_m) return column;
+  alone_ = place;
+  const double reach = kAlone * options_.steps.stride;
+  if (column && std::abs(*column - place) <= reach) return column;
+  return before && std::abs(*before - place) <= reach ? alone_ : std::nullopt;
+}
+
+// What is known is of places on the mats: a line that moves sees them elsewhere.
+void StepTrack::MoveLine(double columns) {
+  moved_places_ += columns / options_.steps.stride;
+  for (TimedColumn& position : positions_) position.column -= columns;
+  if (known_) known_->column -= columns;
+  if (alone_) *alone_ -= columns;
+}
+
+StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double time_s,
+                                      double moved_columns) {
   const std::vector<LocalStep> steps = FitLocalSteps(height_m, options_.steps);
-  if (!last_time_s_ || time_s - *last_time_s_ > options_.forget_s ||
-      ways_.to.size() != steps.size()) {
+  if (!last_time_s_ || time_s - *last_time_s_ > options_.forget_s || ways_.size() != steps.size()) {
     *this = StepTrack(options_);
-    ways_.to.resize(steps.size());
-    strict_.to.resize(steps.size());
+    ways_.resize(steps.size());
   }
   Estimate estimate;
   if (steps.empty()) return estimate;
   const auto strongest = std::ranges::max_element(steps, {}, &LocalStep::evidence);
-  Continue(steps, strongest->evidence, last_time_s_ ? time_s - *last_time_s_ : 0.0);
+  const double period_s = last_time_s_ ? time_s - *last_time_s_ : 0.0;
+  MoveLine(moved_columns);
+  Continue(steps, strongest->evidence, period_s);
   last_time_s_ = time_s;
   if (strongest->evidence > 0.0) {
     estimate.strongest = static_cast<int>(strongest - steps.begin()) * options_.steps.stride;
   }
-  const Way& way = Judge(ways_);
+  const Way& way = *std::ranges::max_element(ways_, {}, &Way::evidence);
+  edge_ = Suffices(way, edge_ ? options_.continued : 1.0);
   estimate.evidence = way.evidence / weight_;
   estimate.step_m = way.Height();
-  const auto place = static_cast<std::size_t>(&way - ways_.to.data());
-  const double position = OnLine(Peak(place), time_s);
-  Judge(strict_);
-  estimate.goes_on = ways_.edge && strict_.edge;
-  if (ways_.edge) {
+  const double peak = Peak(static_cast<std::size_t>(&way - ways_.data()));
+  const double position = OnLine(peak, time_s);
+  if (edge_) {
+    Follow(peak, way, period_s);
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
   }
+  if (known_) Weigh(steps);
+  estimate.at_once =
+      AtOnce(edge_ && Suffices(way, kCertain) ? peak : estimate.column, *strongest,
+             static_cast<double>((strongest - steps.begin()) * options_.steps.stride));
+  estimate.goes_on = known_ && known_->log_odds > 0.0;
+  if (estimate.goes_on) estimate.followed_step_m = std::max(known_->height_m, way.Height());
   return estimate;
 }
 

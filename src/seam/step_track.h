@@ -17,9 +17,7 @@ struct StepTrackOptions {
   /// > 0: a profile whose greatest evidence is above this has all of it scaled down to this, so
   /// that an edge that ends is soon forgotten.
   double most_evidence = 15.0;
-  /// > 0: share of its height by which an edge varies (standard deviation). A profile that surely
-  /// has no step speaks against the edge with 1 / (2 uneven^2).
-  double uneven = 0.2;
+  double uneven = 0.2;  ///< > 0: share of its height by which an edge varies (standard deviation)
   /// > 0, how fast an edge may be expected to move on the line: standard deviation. 20 mm/s at 12
   /// columns a mm.
   double speed_columns_per_s = 240.0;
@@ -42,17 +40,23 @@ class StepTrack {
   /// What the profiles so far tell.
   struct Estimate {
     std::optional<double> column;  ///< of the edge; none: there is none
+    /// What is told to a head. As column, but where this profile alone has evidence enough for an
+    /// edge elsewhere it is nothing, or that place if the profile before had it, too: ways keep to
+    /// the old place for six profiles after a corner.
+    std::optional<double> at_once;
     std::optional<int> strongest;  ///< the place with the greatest evidence in this profile
     double step_m = 0.0;           ///< mean along the best way
     double evidence = 0.0;         ///< mean along the best way
-    /// Whether the edge goes on where profiles without its step speak against it as much as those
-    /// with it speak for it. Else the evidence of many profiles outlives a mat's end.
+    /// Whether there was an edge and the last profiles have a step of its height where it has been:
+    /// the evidence of many profiles outlives a mat's end, and noise elsewhere may take it over.
     bool goes_on = false;
+    double followed_step_m = 0.0;  ///< its height then, also where column is none
   };
   /// @throws std::invalid_argument if an option is out of range.
   explicit StepTrack(const StepTrackOptions& options);
   /// @param height_m  as measured, NaN where there is none; as many at each call.
-  Estimate Update(std::span<const float> height_m, double time_s);
+  /// @param moved_columns  by how much the line moved along itself since the call before.
+  Estimate Update(std::span<const float> height_m, double time_s, double moved_columns = 0.0);
 
  private:
   // Sums along the likeliest way to a place, of which each profile forgets a share.
@@ -63,21 +67,31 @@ class StepTrack {
 
     double Height() const { return precision > 0.0 ? height / precision : 0.0; }
   };
-  struct Ways {
-    std::vector<Way> to;  // each place
-    bool edge = false;
+  // An edge that is known: where and how high it is, and the odds that it is still there.
+  struct Known {
+    double column, height_m;
+    double log_odds;
+    int profiles = 0;   // that the height is of
+    int elsewhere = 0;  // profiles in a row with surer evidence elsewhere
   };
-  double Absence(const Way& way, const LocalStep& step) const;
-  std::vector<Way> Moved(const std::vector<Way>& ways, double period_s) const;
+  void MoveLine(double columns);
+  std::vector<Way> Moved(int shift, double period_s) const;
   void Continue(const std::vector<LocalStep>& steps, double strongest, double period_s);
-  const Way& Judge(Ways& ways) const;
+  bool Suffices(const Way& way, double share) const;
   double Peak(std::size_t place) const;
   double OnLine(double column, double time_s);
+  std::optional<double> AtOnce(std::optional<double> column, const LocalStep& strongest,
+                               double place);
+  void Follow(double column, const Way& way, double period_s);
+  void Weigh(const std::vector<LocalStep>& steps);
 
   StepTrackOptions options_;
-  Ways ways_;            // tell where the edge is
-  Ways strict_;          // and whether it goes on
-  double weight_ = 0.0;  // of a Way's sums: 1 + memory + memory^2 ...
+  std::vector<Way> ways_;  // to each place
+  double weight_ = 0.0;    // of a Way's sums: 1 + memory + memory^2 ...
+  bool edge_ = false;
+  double moved_places_ = 0.0;  // of the line, not yet taken over by the ways
+  std::optional<Known> known_;
+  std::optional<double> alone_;  // where the profile before had an edge by itself
   std::optional<double> last_time_s_;
   std::deque<TimedColumn> positions_;  // of the last profiles
 };

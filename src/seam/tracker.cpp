@@ -86,6 +86,8 @@ struct EdgeTracker::Impl {
   std::optional<Calibration> calibration;
   StepTrack step_track;
   PreparedProfile prepared;
+  std::optional<double> at_once;  // method steps: what is sent of this profile
+  double moved_columns = 0.0;     // of the line since the profile before, along the prepared one
   std::array<DetectorResult, kDetectors> results;
   StepTest step_test;
   std::vector<float> weight;
@@ -276,12 +278,19 @@ float EdgeTracker::Impl::DecideByWeights(Reading& reading) {
 float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
   const auto points =
       std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
-  const StepTrack::Estimate found = step_track.Update(prepared.original_m, reading.time_s);
+  const StepTrack::Estimate found =
+      step_track.Update(prepared.original_m, reading.time_s, moved_columns);
+  at_once.reset();
   if (points < kMinColumns) return 0.0F;
   reading.local_step = found.strongest;
   reading.column = found.column;
+  at_once = found.at_once;
+  // As of the other methods: a line through several profiles is sharper where it is near enough.
+  const double keep = options.keep_m * options.line.columns_per_m;
+  if (at_once && found.column && std::abs(*at_once - *found.column) <= keep) at_once = found.column;
   reading.step_m = found.step_m;
   reading.goes_on = found.goes_on;
+  reading.followed_step_m = found.followed_step_m;
   reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
   return 0.0F;
 }
@@ -301,9 +310,10 @@ float EdgeTracker::Impl::Decide(Reading& reading) {
 
 // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
 void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
-  if (!reading.column || (candidate && its_weight < candidate_weight)) return;
-  candidate = TimedColumn{reading.time_s, *reading.column};
-  candidate_x_m = reading.x_m;
+  const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
+  if (!column || (candidate && its_weight < candidate_weight)) return;
+  candidate = TimedColumn{reading.time_s, *column};
+  candidate_x_m = LateralAt(*column);
   candidate_weight = its_weight;
 }
 
@@ -393,6 +403,8 @@ Reading EdgeTracker::Update(const Profile& profile) {
     std::reverse(mirrored.height_m.begin(), mirrored.height_m.end());
   }
   t.prepared = Prepare(t.options.positive_edge ? profile : mirrored, t.options.preprocess);
+  t.moved_columns =
+      (t.options.positive_edge ? 1.0 : -1.0) * profile.moved_m * t.options.line.columns_per_m;
   t.weight.clear();
   Reading reading;
   reading.time_s = profile.time_s;

@@ -43,6 +43,12 @@ void Check(const TrackOptions& options) {
   Check(options.length_m > 0.0, "length_m must be above 0");
 }
 
+// How far the line's middle went along the line.
+double MovedAlong(const LinePose& before, const LinePose& now) {
+  return (now.x_m - before.x_m) * std::cos(now.heading_rad) +
+         (now.y_m - before.y_m) * std::sin(now.heading_rad);
+}
+
 /// A line of the sensor with all that watches it.
 struct Line {
   Line(double ahead, const seam::TrackerOptions& tracker_options,
@@ -58,6 +64,7 @@ struct Line {
   }
 
   double ahead_m;
+  std::optional<LinePose> pose;  // of the last profile
   seam::EdgeTracker tracker;
   seam::SurfaceMonitor monitor;
   std::optional<seam::StopReason> stop;
@@ -131,10 +138,14 @@ class SensorUnit {
     return end && lines_.front().monitor.SeesEdge() ? std::nullopt : line.stop;
   }
 
-  seam::Profile Scan(const HeadState& head, const Line& line, double time_s) {
+  seam::Profile Scan(const HeadState& head, Line& line, double time_s) {
     const seam::RawProfile* previous = previous_.row_px.empty() ? nullptr : &previous_;
-    previous_ = sensor_.Scan(mats_, head.Line(line.ahead_m), time_s, previous, rng_);
-    return seam::Calibrate(previous_, calibration_);
+    const LinePose pose = head.Line(line.ahead_m);
+    previous_ = sensor_.Scan(mats_, pose, time_s, previous, rng_);
+    seam::Profile profile = seam::Calibrate(previous_, calibration_);
+    if (line.pose) profile.moved_m = MovedAlong(*line.pose, pose);
+    line.pose = pose;
+    return profile;
   }
 
   const Mats& mats_;

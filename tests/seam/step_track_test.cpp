@@ -149,6 +149,68 @@ TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
   }
 }
 
+// Noise elsewhere has evidence enough for an edge to go on, and steps as high as this one.
+TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
+  int before = 0, after = 0;
+  constexpr int kSeams = 20, kBefore = 40, kAfter = 40, kTold = 12;
+  for (std::uint64_t seed = 0; seed < kSeams; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < kBefore + kAfter; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < kBefore ? 0.5 : 0.0, .noise = 0.4, .lost = 0.5};
+      const bool goes_on = track.Update(Scan(mats, seam, t, rng), t).goes_on;
+      if (k >= kTold && k < kBefore) before += goes_on;
+      if (k >= kBefore + kTold) after += goes_on;
+    }
+  }
+  EXPECT_GE(before, 0.97 * kSeams * (kBefore - kTold));
+  EXPECT_LE(after, 0.02 * kSeams * (kAfter - kTold));
+}
+
+// Faster than an edge may move by itself.
+TEST(StepTrack, ALineThatMovesKeepsItsEdge) {
+  Rng rng(8);
+  Seam seam(rng);
+  seam.edge = 824.0;
+  seam.speed = -900.0;  // 75 mm/s
+  StepTrack told({}), untold({});
+  int kept = 0;
+  for (int k = 0; k < 40; ++k) {
+    const double t = k * kPeriod_s;
+    const auto z = Scan({.name = "", .noise = 0.2}, seam, t, rng);
+    const auto found = told.Update(z, t, k > 0 ? -seam.speed * kPeriod_s : 0.0);
+    kept += untold.Update(z, t).goes_on;
+    ASSERT_TRUE(found.column) << k;
+    EXPECT_NEAR(*found.column, seam.EdgeAt(t), 8.0) << k;
+    EXPECT_TRUE(k < 2 || found.goes_on) << k;
+  }
+  EXPECT_LT(kept, 20);
+}
+
+// One profile may show something else: a jump counts when the second has it, too.
+TEST(StepTrack, AnEdgeThatJumpsIsToldAtOnce) {
+  Rng rng(9);
+  Seam seam(rng);
+  seam.edge = 300.0;
+  seam.speed = 0.0;
+  StepTrack track({});
+  for (int k = 0; k < 34; ++k) {
+    if (k == 30) seam.edge = 430.0;  // 11 mm
+    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    if (k == 30) {
+      EXPECT_FALSE(found.at_once);
+    } else if (k >= 2) {
+      ASSERT_TRUE(found.at_once) << k;
+      EXPECT_NEAR(*found.at_once, seam.edge, 6.0) << k;
+    }
+    if (k == 31) {
+      EXPECT_NEAR(*found.column, 300.0, 6.0);
+    }
+  }
+}
+
 TEST(StepTrack, AStepThatIsTooLowIsNoEdge) {
   StepTrackOptions options;
   options.min_step_m = 0.8e-3;

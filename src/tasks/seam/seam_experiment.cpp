@@ -1,5 +1,7 @@
 #include "tasks/seam/seam_experiment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -92,10 +94,21 @@ void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
   map.Finish();
 }
 
+// A way that stood there twice would have two cases of one name.
+void CheckOnce(const YamlMap& map, std::vector<seam::DecisionMethod> decisions) {
+  std::ranges::sort(decisions);
+  const auto twice = std::ranges::adjacent_find(decisions);
+  if (twice == decisions.end()) return;
+  map.Fail("decisions", fmt::format("names '{}' twice", core::Word(*twice)));
+}
+
 void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
   map.Read("shapes", experiment.shapes, "shapes of the edges, in turn");
   map.Read("seams", experiment.seams, 1, kMaxSeams,
            "recorded seams; tracks and hazards: runs with each decision");
+  map.Read("decisions", experiment.decisions,
+           "tracks and hazards: the ways to decide that steer, each in runs of its own");
+  CheckOnce(map, experiment.decisions);
   map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxProfiles,
            "profiles of a recorded seam");
   map.Read("edge_within", experiment.record.edge_within, 0.0, 1.0,

@@ -46,7 +46,11 @@ struct SeamExperiment {
   std::vector<stitching::EdgeShape> shapes = {
       stitching::EdgeShape::kStep,   stitching::EdgeShape::kDouble,  stitching::EdgeShape::kSlant,
       stitching::EdgeShape::kConvex, stitching::EdgeShape::kConcave, stitching::EdgeShape::kNone};
-  int seams = 60;                   ///< closed loops: runs with each decision
+  int seams = 60;  ///< closed loops: runs with each decision
+  /// Closed loops: the ways to decide that steer. Accumulated weights are left out: they presume
+  /// that the edge stays where it is on the line; before a head that turns it does not.
+  std::vector<seam::DecisionMethod> decisions = {
+      seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights, seam::DecisionMethod::kSteps};
   stitching::RecordOptions record;  ///< its speed is the head's too
   /// kTracks: > 0 makes every seam straight but for a half circle in its middle (fig. 3.25).
   double half_circle_radius_m = 0.0;

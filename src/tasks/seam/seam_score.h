@@ -12,10 +12,6 @@ namespace rangegrasp::tasks::seam_task {
 
 /// The ways to decide that are compared, after the detectors alone.
 inline constexpr auto kDecisions = core::ValuesOf<seam::DecisionMethod>();
-/// Those that steer a head. Accumulated weights presume that the edge stays where it is on the
-/// line; before a head that turns it does not.
-inline constexpr std::array kLoopDecisions = {seam::DecisionMethod::kVoting,
-                                              seam::DecisionMethod::kWeights};
 /// Detectors, with the fourth, and decisions: the rows of table 3.2.
 constexpr std::size_t kLocalStep = seam::kDetectors;
 constexpr std::size_t kAlone = seam::kDetectors + 1;

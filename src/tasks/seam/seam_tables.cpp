@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 
@@ -380,6 +381,15 @@ std::vector<experiment::PublishedFigure> TimesOf(const Facts& facts,
 
 // ---- closed loops ----
 
+// The ways to decide that steered any of the runs.
+std::vector<seam::DecisionMethod> DecisionsOf(const std::vector<RunResult>& runs) {
+  std::vector<seam::DecisionMethod> decisions;
+  std::ranges::copy_if(kDecisions, std::back_inserter(decisions), [&](seam::DecisionMethod method) {
+    return std::ranges::any_of(runs, [&](const RunResult& run) { return run.method == method; });
+  });
+  return decisions;
+}
+
 // Means over the length of all runs; the largest error of all.
 Cells TracksRow(const Facts& facts, const std::vector<RunResult>& all,
                 seam::DecisionMethod method) {
@@ -424,7 +434,7 @@ Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
       "Closed loop after the first 100 mm: error of the seam's distance to the edge",
       NumberGrid({"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm", "max mm",
                   "within 1 mm, % of the length", "within 1 mm, % of the wanted length", "+-"})};
-  for (const auto method : kLoopDecisions) {
+  for (const auto method : DecisionsOf(runs)) {
     section.grid.rows.push_back(TracksRow(facts, runs, method));
   }
   return section;
@@ -435,7 +445,7 @@ Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
   Section section{
       fmt::format("Half circle: not within {:.0f} mm of its corners", kCorner_m * core::kMmPerM),
       NumberGrid({"method", "runs", "within 1 mm, % of the wanted length", "+-"})};
-  for (const auto method : kLoopDecisions) {
+  for (const auto method : DecisionsOf(runs)) {
     std::vector<Part> parts;
     double good = 0.0;
     for (const RunResult& run : runs) {
@@ -492,7 +502,7 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
       NumberGrid({"hazard", "method", "runs", "at rest before it was in view", "came into view",
                   "found in time", "reached", "in time %", "found as the other"})};
   for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {
-    for (const auto method : kLoopDecisions) {
+    for (const auto method : DecisionsOf(runs)) {
       section.grid.rows.push_back(HazardsRow(runs, hazard, method));
     }
   }

@@ -63,7 +63,7 @@ class SeamRunner final : public experiment::Task {
         continue;
       }
       params.hazard = HazardOf(MatsOf(experiment_, number), experiment_.track.length_m);
-      for (const auto method : kLoopDecisions) {
+      for (const auto method : experiment_.decisions) {
         params.method = method;
         cases.push_back(CaseOf(params));
       }

@@ -165,7 +165,8 @@ TEST(SeamTables, HazardsThatCameIntoViewAreFoundOrReached) {
     records.push_back(RunRecord(r));
   }
   const auto rows = ReportOn(Shipped("seam_hazards"), records).sections[0].grid.rows;
-  EXPECT_EQ(rows[2], (Cells{"obstacle", "Combined Result", "5", "1", "4", "3", "1", "75.00", "0"}));
+  ASSERT_EQ(rows.size(), 2U);  // of the one way that steered
+  EXPECT_EQ(rows[1], (Cells{"obstacle", "Combined Result", "5", "1", "4", "3", "1", "75.00", "0"}));
 }
 
 // Lengths of 100 and 300 mm, of 300 mm that were wanted: the first is followed to 60 % of 100 mm.
@@ -186,7 +187,7 @@ TEST(SeamTables, TracksAreWeightedByTheirLength) {
   // 60 mm + 300 mm of 600 mm; shares of 0.2 and 1 scatter by 0.4 about 0.6.
   EXPECT_EQ(rows[0][8], "60.00");
   EXPECT_EQ(rows[0][9], "40.00");
-  EXPECT_EQ(rows[1][8], "-");
+  EXPECT_EQ(rows.size(), 1U);
 }
 
 TEST(SeamTables, RunsThatStoppedEarlyAreListed) {
