@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "cli/chessboard_argument.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "core/error.h"
@@ -24,8 +25,8 @@ namespace {
 namespace grasping = tasks::grasping;
 
 struct CalibrateArguments {
-  std::string source, out, record, corners = "9x6";
-  double square_mm = 25.0;
+  std::string source, out, record;
+  ChessboardArgument board;
   int views = grasping::CalibrationSetup{}.views;
   std::uint64_t seed = 1;
 };
@@ -33,19 +34,6 @@ struct CalibrateArguments {
 std::filesystem::path FileOf(const std::filesystem::path& folder, const char* what, int number,
                              const char* ending) {
   return folder / fmt::format("{}_{:02}.{}", what, number, ending);
-}
-
-stereo::ChessboardOptions BoardOf(const CalibrateArguments& arguments) {
-  stereo::ChessboardOptions board;
-  int used = 0;
-  const std::string& text = arguments.corners;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &used) != 2 ||
-      static_cast<std::size_t>(used) != text.size() || board.columns < 3 || board.rows < 3) {
-    throw core::InputError("--corners '" + text +
-                           "' must be COLUMNSxROWS inner corners, 3 each at least, e.g. 9x6");
-  }
-  board.square_m = arguments.square_mm * core::kMm;
-  return board;
 }
 
 void Write(const stereo::BoardView& view, const std::filesystem::path& folder, int number) {
@@ -133,7 +121,7 @@ stereo::CalibrationResult CalibrateInSimulation(const CalibrateArguments& argume
 }
 
 void Calibrate(const CalibrateArguments& arguments) {
-  const stereo::ChessboardOptions board = BoardOf(arguments);
+  const stereo::ChessboardOptions board = BoardOf(arguments.board);
   const stereo::CalibrationResult result = std::filesystem::is_directory(arguments.source)
                                                ? CalibrateRecorded(arguments.source, board)
                                                : CalibrateInSimulation(arguments, board);
@@ -161,9 +149,7 @@ void AddCalibrateStereoCommand(CLI::App& app) {
       ->required()
       ->check(CLI::ExistingPath);
   command->add_option("-o,--out", arguments->out, "calibration (YAML)")->required();
-  command->add_option("--corners", arguments->corners, "inner corners of the board (9x6)");
-  command->add_option("--square-mm", arguments->square_mm, "edge of its squares (25)")
-      ->check(CLI::Range(1.0, 1000.0));
+  AddBoardOptions(*command, arguments->board);
   command->add_option("--views", arguments->views, "simulated places of the board (16)")
       ->check(CLI::Range(1, 200));
   command->add_option("--seed", arguments->seed, "of the simulation (1)")

@@ -59,9 +59,11 @@ int main(int argc, char** argv) {
   rangegrasp::cli::AddAddObjectCommand(app);
   rangegrasp::cli::AddPerceiveCommand(app);
   rangegrasp::cli::AddRecognizeCommand(app);
+  rangegrasp::cli::AddLearnCommand(app);
   rangegrasp::cli::AddCylindersCommand(app);
   rangegrasp::cli::AddSeamCommands(app);
   rangegrasp::cli::AddStereoCommand(app);
+  rangegrasp::cli::AddCalibrateHandEyeCommand(app);
   rangegrasp::cli::AddCalibrateStereoCommand(app);
   rangegrasp::cli::AddCheckCommand(app);
   rangegrasp::cli::AddListCommand(app);

@@ -10,12 +10,10 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/rng.h"
 #include "geometry/hull.h"
-#include "geometry/triangle_point.h"
 #include "recognition/internal/hull_faces.h"
 #include "recognition/internal/prepared.h"
-#include "recognition/internal/thin.h"
+#include "recognition/internal/sampled_surface.h"
 
 namespace rangegrasp::recognition {
 namespace {
@@ -23,32 +21,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Of a mesh's drawn points: so many a cell that is kept, for few cells to stay empty (e^-8).
-constexpr double kDrawnPerCell = 8.0;
 /// Ways to lie that are nearer than this to each other, symmetry aside, are one.
 constexpr double kSameWay = 0.6;  // of the step of the yaw
-
-/// Points drawn evenly over the triangles, then thinned to one a cell of the grid.
-geometry::PointCloud SurfaceOf(const geometry::TriangleMesh& mesh, double spacing_m) {
-  core::Rng rng(0);
-  geometry::PointCloud drawn;
-  for (const auto& triangle : mesh.triangles) {
-    const Vector3d& a = mesh.vertices[triangle[0]];
-    const Vector3d& b = mesh.vertices[triangle[1]];
-    const Vector3d& c = mesh.vertices[triangle[2]];
-    const Vector3d cross = (b - a).cross(c - a);
-    const double wanted = kDrawnPerCell * cross.norm() / 2.0 / (spacing_m * spacing_m);
-    double left = wanted + rng.Uniform();
-    for (; left >= 1.0; left -= 1.0) {
-      const double u = rng.Uniform();
-      const double v = rng.Uniform();
-      drawn.points.push_back(geometry::TrianglePoint(a, b, c, u, v));
-      drawn.normals.push_back(cross.normalized());
-    }
-  }
-  const auto kept = internal::Thinned(drawn.points, spacing_m);
-  return {geometry::Select(drawn.points, kept), geometry::Select(drawn.normals, kept)};
-}
 
 std::vector<Matrix3d> WaysToLie(const KnownObject& object, const LibraryOptions& options) {
   std::vector<Matrix3d> ways;
@@ -80,7 +54,7 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
   object.name = std::move(name);
   object.title = std::move(title);
   object.mesh_B = std::move(mesh_B);
-  object.surface_B = SurfaceOf(object.mesh_B, options.spacing_m);
+  object.surface_B = internal::SampledSurface(object.mesh_B, options.spacing_m);
   if (object.surface_B.size() < 4) {
     throw std::invalid_argument(
         fmt::format("{}: its mesh is too small to be an object", object.name));

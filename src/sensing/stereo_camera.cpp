@@ -144,6 +144,11 @@ StereoShot StereoCamera::Photograph(const sim::World& world, sim::Renderer& rend
   return shot;
 }
 
+image::Image StereoCamera::Picture(const sim::World& world, sim::Renderer& renderer,
+                                   const core::Pose& X_WC, core::Rng& rng) const {
+  return impl_->Photo(world, renderer, X_WC, rng.Next());
+}
+
 std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const core::Pose& X_WC,
                                       std::span<const Eigen::Vector2d> pixels) {

@@ -84,6 +84,9 @@ class StereoCamera {
   StereoShot Photograph(const sim::World& world, const core::Pose& X_WS, core::Rng& rng) const;
   StereoShot Photograph(const sim::World& world, sim::Renderer& renderer, const core::Pose& X_WS,
                         core::Rng& rng) const;
+  /// One picture from anywhere. @param X_WC  where the camera stands.
+  image::Image Picture(const sim::World& world, sim::Renderer& renderer, const core::Pose& X_WC,
+                       core::Rng& rng) const;
 
  private:
   struct Impl;

@@ -45,34 +45,6 @@ int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
   return std::clamp(static_cast<int>(nearest / 5.0), kMinHalf, kMaxHalf);
 }
 
-std::vector<Eigen::Vector2d> FindCorners(const image::Image& picture, const std::string& name,
-                                         const ChessboardOptions& options) {
-  const cv::Mat grey = GreyOf(picture);
-  std::vector<cv::Point2f> corners;
-  // The quick search, with corners where the grey values' slopes agree; the thorough one takes 0.2
-  // s a picture and finds boards that are dimly lit.
-  if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
-    const int half = HalfWindow(corners, options.columns);
-    cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
-  } else if (!cv::findChessboardCornersSB(grey, BoardSize(options), corners)) {
-    throw core::InputError(fmt::format("{}: no chessboard with {} x {} inner corners is seen whole",
-                                       name, options.columns, options.rows));
-  }
-  for (const bool upright : {false, true}) {
-    const double edge_px =
-        cv::estimateChessboardSharpness(grey, BoardSize(options), corners, 0.8F, upright)[0];
-    if (!(edge_px <= options.max_edge_px)) {
-      throw core::InputError(
-          fmt::format("{}: the chessboard is blurred: its edges are {:.1f} px wide, {:.1f} at most "
-                      "would do",
-                      name, edge_px, options.max_edge_px));
-    }
-  }
-  std::vector<Eigen::Vector2d> result;
-  for (const cv::Point2f& corner : corners) result.emplace_back(corner.x, corner.y);
-  return result;
-}
-
 geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& options,
                            double& noise_m) {
   const auto refuse = [&view] {
@@ -430,12 +402,40 @@ std::vector<Eigen::Vector3d> NormalsOf(const Lens& lens, std::size_t boards) {
 
 }  // namespace
 
+std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
+                                            const ChessboardOptions& options) {
+  const cv::Mat grey = GreyOf(picture);
+  std::vector<cv::Point2f> corners;
+  // The quick search, with corners where the grey values' slopes agree; the thorough one takes 0.2
+  // s a picture and finds boards that are dimly lit.
+  if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
+    const int half = HalfWindow(corners, options.columns);
+    cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
+  } else if (!cv::findChessboardCornersSB(grey, BoardSize(options), corners)) {
+    throw core::InputError(fmt::format("{}: no chessboard with {} x {} inner corners is seen whole",
+                                       name, options.columns, options.rows));
+  }
+  for (const bool upright : {false, true}) {
+    const double edge_px =
+        cv::estimateChessboardSharpness(grey, BoardSize(options), corners, 0.8F, upright)[0];
+    if (!(edge_px <= options.max_edge_px)) {
+      throw core::InputError(
+          fmt::format("{}: the chessboard is blurred: its edges are {:.1f} px wide, {:.1f} at most "
+                      "would do",
+                      name, edge_px, options.max_edge_px));
+    }
+  }
+  std::vector<Eigen::Vector2d> result;
+  for (const cv::Point2f& corner : corners) result.emplace_back(corner.x, corner.y);
+  return result;
+}
+
 BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options) {
   const internal::SingleThread single_thread;
   BoardSighting sighting;
   sighting.name = view.name;
-  sighting.left_px = FindCorners(view.left, view.name + " (left)", options);
-  sighting.right_px = FindCorners(view.right, view.name + " (right)", options);
+  sighting.left_px = FindChessboard(view.left, view.name + " (left)", options);
+  sighting.right_px = FindChessboard(view.right, view.name + " (right)", options);
   // From the same corner in both: a turn of a few degrees does not exchange the board's ends.
   const Eigen::Vector2d left = sighting.left_px.back() - sighting.left_px.front();
   const Eigen::Vector2d right = sighting.right_px.back() - sighting.right_px.front();

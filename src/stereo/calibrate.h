@@ -46,6 +46,12 @@ struct BoardSighting {
   double laser_noise_m = 0.0;  ///< root mean square of the laser's points about their plane
 };
 
+/// A board's inner corners in a picture, to a fraction of a pixel: row by row from the same one.
+/// @param name  what errors call the picture.
+/// @throws core::InputError if there is no such board, or it is blurred.
+std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
+                                            const ChessboardOptions& options);
+
 /// Finds the board's corners (to a fraction of a pixel) and its plane.
 /// @throws core::InputError saying in which picture there is no such board, or that it is blurred,
 /// or that the laser did not measure it.

@@ -13,19 +13,17 @@
 #include "core/file.h"
 #include "core/units.h"
 #include "core/yaml_map.h"
+#include "stereo/internal/camera_file.h"
 
 namespace rangegrasp::stereo {
 namespace {
 
-// What a file may hold: far beyond any camera, near enough to find a wrong unit.
+// Far beyond any camera.
 constexpr int kMaxSize_px = 16384;
-constexpr double kMaxFocalLength_px = 1e6;
-constexpr double kMaxDistortion = 100.0;
-constexpr double kMaxDistance_mm = 1e5;
 // Below this the two pictures are one.
 constexpr double kMinBaseline_m = 1e-4;
-// A quaternion written with five digits is this near to 1.
-constexpr double kQuaternionTolerance = 1e-4;
+
+constexpr char kFrame[] = "of the camera in the arm's frame";
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -42,60 +40,6 @@ Eigen::Matrix2d DistortionSlope(const Camera& c, const Eigen::Vector2d& p) {
   slope << radial + x * x * radial_slope + 2.0 * c.p1 * y + 6.0 * c.p2 * x, mixed, mixed,
       radial + y * y * radial_slope + 2.0 * c.p2 * x + 6.0 * c.p1 * y;
   return slope;
-}
-
-void ReadCamera(core::YamlMap& map, Camera& camera) {
-  for (const char* key : {"width_px", "height_px", "fx_px", "fy_px", "cx_px", "cy_px"}) {
-    map.Require(key);
-  }
-  map.Read("width_px", camera.width, 1, kMaxSize_px, "of its pictures");
-  map.Read("height_px", camera.height, 1, kMaxSize_px, "of its pictures");
-  map.Read("fx_px", camera.fx, 1.0, kMaxFocalLength_px, "focal length along a row");
-  map.Read("fy_px", camera.fy, 1.0, kMaxFocalLength_px, "focal length along a column");
-  map.Read("cx_px", camera.cx, 0.0, kMaxSize_px, "column of the principal point");
-  map.Read("cy_px", camera.cy, 0.0, kMaxSize_px, "row of the principal point");
-  const auto distortion = [&](const char* key, double& value, const char* doc) {
-    map.Read(key, value, -kMaxDistortion, kMaxDistortion, doc);
-  };
-  distortion("k1", camera.k1, "radial distortion, of r^2 (equation 5.10)");
-  distortion("k2", camera.k2, "radial distortion, of r^4");
-  distortion("k3", camera.k3, "radial distortion, of r^6; not in the dissertation");
-  distortion("p1", camera.p1, "tangential distortion");
-  distortion("p2", camera.p2, "tangential distortion");
-  map.Finish();
-}
-
-core::Pose ReadPose(core::YamlMap& map) {
-  Eigen::Vector3d position;
-  constexpr std::array<const char*, 3> kPositionKeys = {"x_mm", "y_mm", "z_mm"};
-  for (int i = 0; i < 3; ++i) {
-    const char* key = kPositionKeys[static_cast<std::size_t>(i)];
-    map.Require(key);
-    map.ReadScaled(key, position[i], core::kMm, -kMaxDistance_mm, kMaxDistance_mm,
-                   "the camera's centre in the arm's frame");
-  }
-  std::array<double, 4> q{};
-  constexpr std::array<const char*, 4> kRotationKeys = {"qw", "qx", "qy", "qz"};
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    map.Require(kRotationKeys[i]);
-    map.Read(kRotationKeys[i], q[i], -1.0, 1.0, "unit quaternion: the camera's axes in that frame");
-  }
-  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-  if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
-    map.Fail("qw",
-             fmt::format("the quaternion's length is {:.6g}; 1 would be right", rotation.norm()));
-  }
-  map.Finish();
-  return core::MakePose(rotation.normalized().toRotationMatrix(), position);
-}
-
-std::string PoseText(const char* name, const core::Pose& pose) {
-  const Eigen::Vector3d p = pose.translation() * core::kMmPerM;
-  const Eigen::Quaterniond q(pose.rotation());
-  return fmt::format(
-      "{}:\n  x_mm: {:.17g}\n  y_mm: {:.17g}\n  z_mm: {:.17g}\n  qw: {:.17g}\n  qx: {:.17g}\n  qy: "
-      "{:.17g}\n  qz: {:.17g}\n",
-      name, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
 }
 
 }  // namespace
@@ -166,11 +110,11 @@ StereoCalibration ReadStereoCalibration(const std::filesystem::path& file) {
   StereoCalibration calibration;
   for (const char* key : {"camera", "left", "right"}) map.Require(key);
   auto camera = map.Child("camera", "pinhole camera with the distortion of equations 5.10 to 5.12");
-  ReadCamera(camera, calibration.camera);
+  internal::ReadCamera(camera, calibration.camera);
   auto left = map.Child("left", "where it took the left picture");
-  calibration.X_WL = ReadPose(left);
+  calibration.X_WL = internal::ReadPose(left, kFrame);
   auto right = map.Child("right", "where it took the right picture");
-  calibration.X_WR = ReadPose(right);
+  calibration.X_WR = internal::ReadPose(right, kFrame);
   map.Read("reprojection_px", calibration.reprojection_px, 0.0, 1e3,
            "residual of the camera's calibration; 0: not known");
   map.ReadScaled("registration_mm", calibration.registration_m, core::kMm, 0.0, 1e3,
@@ -186,15 +130,12 @@ StereoCalibration ReadStereoCalibration(const std::filesystem::path& file) {
 
 void WriteStereoCalibration(const StereoCalibration& calibration,
                             const std::filesystem::path& file) {
-  const Camera& c = calibration.camera;
-  std::string text = fmt::format(
+  std::string text =
       "# One camera that takes two pictures: its model, and where it stands at each in the arm's "
-      "frame.\n# Axes of the camera: x right, y down, z forward.\n"
-      "camera:\n  width_px: {}\n  height_px: {}\n  fx_px: {:.17g}\n  fy_px: {:.17g}\n  cx_px: "
-      "{:.17g}\n  cy_px: {:.17g}\n  k1: {:.17g}\n  k2: {:.17g}\n  p1: {:.17g}\n  p2: {:.17g}\n  "
-      "k3: {:.17g}\n",
-      c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3);
-  text += PoseText("left", calibration.X_WL) + PoseText("right", calibration.X_WR);
+      "frame.\n# Axes of the camera: x right, y down, z forward.\n";
+  text += internal::CameraText("camera", calibration.camera) +
+          internal::PoseText("left", calibration.X_WL) +
+          internal::PoseText("right", calibration.X_WR);
   text += fmt::format("reprojection_px: {:.17g}\nregistration_mm: {:.17g}\n",
                       calibration.reprojection_px, calibration.registration_m * core::kMmPerM);
   core::WriteFile(file, text);

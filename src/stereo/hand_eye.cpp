@@ -114,6 +114,25 @@ void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
   result.rms_px = std::sqrt(2.0 * left.squaredNorm() / static_cast<double>(left.size()));
 }
 
+/// Each view left out once, from what all of them gave.
+void Jackknife(std::span<const HandEyeView> views, const Camera& camera,
+               const std::vector<Eigen::Vector3d>& corners, HandEyeResult& result) {
+  double shifts = 0.0, turns = 0.0;
+  for (std::size_t left_out = 0; left_out < views.size(); ++left_out) {
+    std::vector<HandEyeView> others(views.begin(), views.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    HandEyeResult without = result;
+    LeastSquares(others, camera, corners, without);
+    const core::Pose apart = result.X_HC.inverse() * without.X_HC;
+    shifts += apart.translation().squaredNorm();
+    const double turn_rad = Eigen::AngleAxisd(apart.linear()).angle();
+    turns += turn_rad * turn_rad;
+  }
+  const auto n = static_cast<double>(views.size());
+  result.shift_error_m = std::sqrt((n - 1.0) / n * shifts);
+  result.turn_error_rad = std::sqrt((n - 1.0) / n * turns);
+}
+
 void Check(std::span<const HandEyeView> views, const ChessboardOptions& options) {
   const auto corners = static_cast<std::size_t>(options.columns * options.rows);
   for (const HandEyeView& view : views) {
@@ -138,7 +157,42 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
   }
 }
 
+double GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
+  const auto column =
+      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.x()), 0, picture.width - 1));
+  const auto row =
+      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.y()), 0, picture.height - 1));
+  const std::uint8_t* rgb =
+      picture.rgb.data() + 3 * (row * static_cast<std::size_t>(picture.width) + column);
+  return rgb[0] + rgb[1] + rgb[2];
+}
+
+/// The middle of the square between the first four corners.
+Eigen::Vector2d FirstSquare(const std::vector<Eigen::Vector2d>& corners, std::size_t columns) {
+  return 0.25 * (corners[0] + corners[1] + corners[columns] + corners[columns + 1]);
+}
+
 }  // namespace
+
+std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,
+                                              const ChessboardOptions& options) {
+  if (options.columns % 2 == options.rows % 2) {
+    throw core::InputError(fmt::format(
+        "a board of {} x {} inner corners looks the same from both ends: one of both numbers must "
+        "be odd and one even, as 9 x 6",
+        options.columns, options.rows));
+  }
+  const internal::SingleThread single;
+  std::vector<Eigen::Vector2d> corners = FindChessboard(picture, name, options);
+  const auto columns = static_cast<std::size_t>(options.columns);
+  std::vector<Eigen::Vector2d> reversed(corners.rbegin(), corners.rend());
+  // From the other end dark and light are exchanged.
+  if (GreyAt(picture, FirstSquare(reversed, columns)) <
+      GreyAt(picture, FirstSquare(corners, columns))) {
+    return reversed;
+  }
+  return corners;
+}
 
 HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera& camera,
                                const ChessboardOptions& options) {
@@ -163,6 +217,7 @@ HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera&
                     "({:g} at most): was the board moved, or is it another camera?",
                     result.rms_px, options.max_reprojection_px));
   }
+  Jackknife(views, camera, corners, result);
   return result;
 }
 

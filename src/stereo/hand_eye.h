@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/frames.h"
+#include "image/image.h"
 #include "stereo/calibrate.h"
 #include "stereo/camera.h"
 
@@ -22,7 +25,18 @@ struct HandEyeResult {
   core::Pose X_WBoard;  ///< the board, x along its rows
   double rms_px = 0.0;  ///< of the corners about where these two poses see them
   double rms_m = 0.0;   ///< of the board's places in W, by each view alone, about their mean
+  /// Standard errors of X_HC, root mean square, by leaving out one view after the other (the
+  /// jackknife; Efron 1982): what all corners of a view have in common, the arm's error, is in
+  /// them.
+  double shift_error_m = 0.0;
+  double turn_error_rad = 0.0;
 };
+
+/// The board's inner corners in one picture, in an order that does not hang on how the camera is
+/// turned: of both ends the board begins at the one whose first square of four corners is dark.
+/// @throws core::InputError as FindChessboard; if columns and rows are both even or both odd.
+std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,
+                                              const ChessboardOptions& options);
 
 /// Where a camera sits on the hand: each view's own pose of the board (OpenCV's solvePnP) and the
 /// arm's poses give AX = XB, solved by Park and Martin's method (OpenCV's calibrateHandEye); then
@@ -34,5 +48,27 @@ struct HandEyeResult {
 /// @throws std::invalid_argument if a view has another number of corners than the options.
 HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera& camera,
                                const ChessboardOptions& options);
+
+/// Where a sensor's head sits on the hand, and how well that is known.
+struct HandEye {
+  core::Pose X_HS = core::Pose::Identity();
+  double shift_error_m = 0.0;
+  double turn_error_rad = 0.0;
+};
+
+/// What a calibration starts from: the lens, the place of the camera in its head, and the hand's
+/// pose at each picture.
+struct HandEyeRecord {
+  Camera camera;
+  core::Pose X_SC = core::Pose::Identity();
+  std::vector<core::Pose> X_WH;
+};
+
+/// YAML. @throws core::InputError naming file, line and key; core::RunError if it cannot be
+/// written.
+HandEye ReadHandEye(const std::filesystem::path& file);
+void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file);
+HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file);
+void WriteHandEyeRecord(const HandEyeRecord& record, const std::filesystem::path& file);
 
 }  // namespace rangegrasp::stereo

@@ -152,6 +152,7 @@ class AttemptRun {
     }
     const Sensed& sensed = own ? *own : *options_.sensed;
     result_.scan_points = MeasuredSamples(sensed.observation);
+    if (options_.on_sensed) options_.on_sensed(sensed);
 
     Begin("perceive");
     Detect(sensed.observation);

@@ -56,6 +56,7 @@ struct AttemptOptions {
   /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
   std::optional<int> target;
   const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
+  std::function<void(const Sensed&)> on_sensed;  ///< is shown all that was sensed before the grasp
   /// Where the arm was left by it; home if not given.
   std::optional<Eigen::VectorXd> q_start;
   const Detector* detector = nullptr;  ///< in place of the cell's; may be null

@@ -178,13 +178,15 @@ experiment::Result ExportTrial(const Cell& cell, const TrialSpec& spec,
   if (!arranged) {
     return {std::string(core::Word(Outcome::kCrashed)), "arrange", "no arrangement", "{}", {}};
   }
-  const Sensed sensed = Look(cell, arranged->world, spec.seed);
-  ordered_json data = {{"clouds", WriteClouds(sensed, TrialId(spec), folder)},
-                       {"objects", ObjectsOf(*arranged)}};
+  ordered_json data = {{"clouds", {}}, {"objects", ObjectsOf(*arranged)}};
+  Sensed sensed;
   AttemptOptions options;
   options.seed = spec.seed;
   options.target = arranged->target;
-  options.sensed = &sensed;
+  options.on_sensed = [&](const Sensed& all) {
+    sensed = all;
+    data["clouds"] = WriteClouds(sensed, TrialId(spec), folder);
+  };
   const Attempt attempt = RunAttempt(cell, arranged->world, options);
   data["grasps"] = GraspsOf(attempt, sensed);
   return {std::string(core::Word(attempt.outcome)), attempt.stage, attempt.detail, data.dump(), {}};

@@ -13,6 +13,15 @@ void ReadLookOptions(core::YamlMap map, LookOptions& options) {
                  "square; one draw a trial");
   map.ReadScaled("mount_sigma_deg", options.mount_sigma_rad, kDeg, 0.0, 5.0,
                  "and how it is turned");
+  map.ReadPath("hand_eye", options.hand_eye,
+               "file of calibrate-hand-eye, in place of the draw: where the head sits");
+  for (const char* key : {"mount_sigma_mm", "mount_sigma_deg"}) {
+    if (!options.hand_eye.empty() && map.Has(key)) {
+      map.Fail(key,
+               "look.hand_eye says where the head sits and how well that is known; only one "
+               "of both");
+    }
+  }
   map.Read("refine", options.refine,
            "views are laid onto the earlier ones; off: as the arm says they are");
   map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,

@@ -17,6 +17,9 @@ struct LookOptions {
   /// one draw a trial, the same in all its looks. Mounted by hand, after a drawing.
   double mount_sigma_m = 0.001;
   double mount_sigma_rad = core::Deg(0.3);
+  /// A file of `rangegrasp calibrate-hand-eye`: the head is believed to sit where it says, in all
+  /// trials, in place of a draw. Empty: none.
+  std::filesystem::path hand_eye;
   /// Views are laid onto the earlier ones (views/merge.h); off: as the arm says they are.
   bool refine = true;
   /// What is wanted lies about the highest thing that was seen, no further from its middle than

@@ -1,5 +1,7 @@
 #include "tasks/grasping/looker.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include "core/rigid_error.h"
 #include "core/units.h"
 #include "sensing/line_scanner.h"
+#include "stereo/hand_eye.h"
 #include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -28,6 +31,8 @@ constexpr double kFixedDistance_m = 1.0;
 /// Cells of the map that the highest thing is looked for in: a stray point is alone in its own.
 constexpr double kMap_m = 0.02;
 constexpr int kMinInCell = 4;
+/// No calibration of this head is further off.
+constexpr double kOtherHead_m = 0.02;
 
 /// A scanner's rows see 1 / z within so much of 1 / focus distance.
 views::Field FieldOf(const sensing::LineScannerOptions& scanner) {
@@ -63,9 +68,29 @@ Looker::Looker(const Options& options, const robot::Robot& robot, std::uint64_t 
                            ": views from the wrist need a site \"wrist_scanner\" on the arm's last "
                            "link, as scenes/tabletop_wrist.xml has");
   }
+  if (!options.look.hand_eye.empty()) {
+    BelieveCalibration(*robot.X_HWristScanner);
+    return;
+  }
+  mount_error_m_ = options.look.mount_sigma_m;
+  mount_error_rad_ = options.look.mount_sigma_rad;
   core::Rng rng = Stream("mount");
-  X_SBelieved_ =
-      core::DrawRigidError(options.look.mount_sigma_m, options.look.mount_sigma_rad, rng);
+  X_SBelieved_ = core::DrawRigidError(mount_error_m_, mount_error_rad_, rng);
+}
+
+void Looker::BelieveCalibration(const core::Pose& X_HS) {
+  const stereo::HandEye found = stereo::ReadHandEye(options_.look.hand_eye);
+  X_SBelieved_ = X_HS.inverse() * found.X_HS;
+  mount_error_m_ = found.shift_error_m;
+  mount_error_rad_ = found.turn_error_rad;
+  const double off_m = X_SBelieved_.translation().norm();
+  if (off_m > kOtherHead_m) {
+    throw core::InputError(fmt::format(
+        "{}: the head that it is of sits {:.0f} mm from the one in {}: another arm's or sensor's "
+        "calibration? `rangegrasp calibrate-hand-eye {}` makes one",
+        options_.look.hand_eye.string(), off_m * core::kMmPerM, options_.scene.string(),
+        options_.scene.string()));
+  }
 }
 
 core::Rng Looker::Stream(const char* name) const {
@@ -159,10 +184,10 @@ views::Refinement Looker::Add(Sensed look, Sensed& to) const {
   };
   views::RefineOptions refine;
   refine.error.shift_m =
-      rms({options_.look.mount_sigma_m, scanner_.calibration_sigma_m, fixed.calibration_sigma_m,
+      rms({mount_error_m_, scanner_.calibration_sigma_m, fixed.calibration_sigma_m,
            fixed.calibration_sigma_rad * kFixedDistance_m});
-  refine.error.turn_rad = rms(
-      {options_.look.mount_sigma_rad, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
+  refine.error.turn_rad =
+      rms({mount_error_rad_, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
   views::Refinement refinement;
   for (std::size_t i = 0; i < look.observation.views.size(); ++i) {
     geometry::View& view = look.observation.views[i];

@@ -29,8 +29,8 @@ namespace rangegrasp::tasks::grasping {
 /// Every draw is of a stream of the seed, numbered by its look. The arguments must outlive it.
 class Looker {
  public:
-  /// @throws core::InputError if the scene has no site "wrist_scanner", or the sensor's file is
-  /// none
+  /// @throws core::InputError if the scene has no site "wrist_scanner", or if the sensor's file or
+  /// look.hand_eye is none, or is of another head
   Looker(const Options& options, const robot::Robot& robot, std::uint64_t seed);
 
   /// A box about the highest of what was seen above the table within the workspace, down to the
@@ -59,12 +59,15 @@ class Looker {
 
  private:
   core::Rng Stream(const char* name) const;
+  void BelieveCalibration(const core::Pose& X_HS);
 
   const Options& options_;
   const robot::Robot& robot_;
   std::uint64_t seed_;
   sensing::LineScannerOptions scanner_;
   core::Pose X_SBelieved_;  ///< the head as the robot believes it to be, in its true frame
+  double mount_error_m_;    ///< of that, root mean square
+  double mount_error_rad_;
   std::uint64_t looks_ = 0;
 };
 

@@ -393,8 +393,8 @@ std::string SceneHash(const Options& options) {
     for (const auto& surfaces : sim::SurfaceFiles(mjcf)) files.insert(surfaces);
   }
   files.insert(options.sensor);
-  if (!options.look.sensor.empty()) files.insert(options.look.sensor);
-  for (const auto& file : {options.sensor_files.laser, options.sensor_files.stereo}) {
+  for (const auto& file : {options.look.sensor, options.look.hand_eye, options.sensor_files.laser,
+                           options.sensor_files.stereo}) {
     if (!file.empty()) files.insert(file);
   }
   // By name, not by path: the same files in another folder hash alike.

@@ -1,14 +1,18 @@
 #include "tasks/grasping/looker.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/quantile.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
+#include "stereo/hand_eye.h"
 #include "tasks/grasping/grasping_task.h"
 #include "tasks/grasping/trial.h"
 #include "tasks/kinds.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::tasks::grasping {
 namespace {
@@ -85,6 +89,40 @@ TEST(Looker, ItsRangesAreTrueButForTheNoise) {
   }
   ASSERT_GT(errors_m.size(), 5000u);
   EXPECT_LT(core::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more where it is further
+}
+
+/// The options of the cup's experiment with a calibration of its own.
+Options WithHandEye(const Cell& cell, const core::Pose& X_HS, const std::filesystem::path& file) {
+  stereo::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
+  Options options = cell.options;
+  options.look.hand_eye = file;
+  return options;
+}
+
+TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", AllKinds(), {});
+  const Cell& cell = CellOf(*experiment.task);
+  const testing_support::TempFolder folder;
+  const core::Pose& X_HS = *cell.robot.X_HWristScanner;
+  Arrangement arranged = *ArrangeTrial(cell, {"coffee_cup", 0, 11});
+  const core::Pose X_WS = arranged.world.SitePose("wrist_scanner");
+  const auto stands = [&](const core::Pose& X_HSBelieved, std::uint64_t seed) {
+    const Options options = WithHandEye(cell, X_HSBelieved, folder / "hand_eye.yaml");
+    return Looker(options, cell.robot, seed)
+        .SenseHere(arranged.world)
+        .observation.views.front()
+        .X_CV.translation();
+  };
+  // The arm's own error is 0.1 mm and 0.02 deg, whose lever is short here.
+  EXPECT_LT((stands(X_HS, 1) - X_WS.translation()).norm(), 0.0005);
+  core::Pose moved = X_HS;
+  moved.translation() += 0.005 * X_HS.linear().col(0);
+  const Eigen::Vector3d right_W = X_WS.linear().col(0);
+  EXPECT_NEAR((stands(moved, 2) - X_WS.translation()).dot(right_W), 0.005, 0.0005);
+  moved.translation() += 0.05 * X_HS.linear().col(0);
+  EXPECT_THAT(testing_support::ErrorOf([&] { stands(moved, 3); }),
+              testing::HasSubstr("sits 55 mm from the one in"));
 }
 
 TEST(Looker, TheSameSeedGivesTheSameBytes) {
