@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "parts/cloud/cloud_mesh.h"
+#include "parts/cloud/seen_side.h"
 #include "parts/hierarchy/internal/best_split.h"
 #include "parts/hierarchy/internal/facets.h"
 #include "parts/hierarchy/internal/mirror_candidates.h"
@@ -191,6 +192,16 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   return result;
 }
 
+/// The parts of a body of revolution that is seen from one side are joined from smaller ones: a
+/// handle that is missed stays missed, but what is cut too often is put together again.
+Segmentation SegmentSeen(const Shape& mesh, const HierarchyOptions& options) {
+  const auto axis = FindSeenBody(mesh);
+  if (!axis) return SegmentMesh(mesh, options);
+  HierarchyOptions finer = options;
+  finer.cut_quality = 2.0 * options.cut_quality;
+  return JoinTurned(mesh, *axis, SegmentMesh(mesh, finer));
+}
+
 Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
   const CloudMesh surface = MeshOfCloud(cloud.points);
   if (!surface.mesh.IsMesh()) {
@@ -198,7 +209,8 @@ Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
             .parts = 1,
             .note = "one part: its points lie too far apart to make a surface of them"};
   }
-  Segmentation found = SegmentMesh(surface.mesh, options);
+  Segmentation found =
+      options.parts ? SegmentMesh(surface.mesh, options) : SegmentSeen(surface.mesh, options);
   std::vector<std::int32_t> label;
   for (const std::uint32_t f : surface.face_of_point) label.push_back(found.label[f]);
   found.label = std::move(label);

@@ -50,9 +50,10 @@ struct HierarchyOptions {
 ///
 /// The largest part is the core, label 0; the others follow by falling area. Open and non-manifold
 /// meshes too; of a cloud the mesh that MeshOfCloud makes of it, each point with the label of the
-/// nearest face. The same for any order of vertices and faces; for any turn, shift and
-/// scale too, but where rounding decides between parts of a shape that is symmetric to the last
-/// digits. About O(n log n + parts * centers * cells^1.5).
+/// nearest face, and of a body of revolution that is seen from one side (seen_side.h) more and
+/// smaller parts, joined to the body and what stands off it. The same for any order of vertices and
+/// faces; for any turn, shift and scale too, but where rounding decides between parts of a shape
+/// that is symmetric to the last digits. About O(n log n + parts * centers * cells^1.5).
 /// @throws std::invalid_argument if an option is out of range.
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options);
 
