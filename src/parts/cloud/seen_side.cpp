@@ -10,7 +10,7 @@
 #include "core/units.h"
 #include "geometry/kd_tree.h"
 #include "geometry/union_find.h"
-#include "parts/shape/internal/pieces.h"
+#include "parts/cloud/internal/join_parts.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -190,35 +190,6 @@ geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<Par
   return sets;
 }
 
-/// For each part the number of the one that it goes with, by falling area.
-std::vector<std::int32_t> NumberSets(const std::vector<Part>& parts, geometry::UnionFind& sets) {
-  std::vector<double> area(parts.size(), 0.0);
-  std::vector<std::uint32_t> roots;
-  for (std::uint32_t l = 0; l < parts.size(); ++l) {
-    area[sets.Find(l)] += parts[l].area;
-    if (sets.Find(l) == l) roots.push_back(l);
-  }
-  std::stable_sort(roots.begin(), roots.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return area[a] > area[b]; });
-  std::vector<std::int32_t> of_root(parts.size()), number;
-  for (std::size_t k = 0; k < roots.size(); ++k) of_root[roots[k]] = static_cast<std::int32_t>(k);
-  for (std::uint32_t l = 0; l < parts.size(); ++l) number.push_back(of_root[sets.Find(l)]);
-  return number;
-}
-
-std::vector<PartNode> FlatTree(const Segmentation& found, int parts) {
-  std::vector<PartNode> tree = {found.tree.front()};
-  if (parts == 1) {
-    tree.front().label = 0;
-    return tree;
-  }
-  tree.front().label = -1;
-  for (std::int32_t l = 0; l < parts; ++l) {
-    tree.push_back({0, 1, l, std::numeric_limits<double>::infinity()});
-  }
-  return tree;
-}
-
 }  // namespace
 
 double FewestLayers(const Shape& mesh) {
@@ -260,12 +231,9 @@ Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Seg
   geometry::UnionFind sets = JoinedSets(axis, parts, options);
   Segmentation joined = found;
   MoveBordersOfBody(frames, axis, is_body, options, joined.label);
-  const std::vector<std::int32_t> number = NumberSets(parts, sets);
-  for (std::int32_t& l : joined.label) l = number[static_cast<std::size_t>(l)];
-  joined.parts = *std::max_element(number.begin(), number.end()) + 1;
-  joined.has_core = joined.parts > 1;
-  joined.tree = FlatTree(found, joined.parts);
-  return joined;
+  std::vector<double> area;
+  for (const Part& part : parts) area.push_back(part.area);
+  return JoinParts(joined, area, sets);
 }
 
 }  // namespace rangegrasp::parts

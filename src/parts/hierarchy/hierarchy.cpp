@@ -12,6 +12,7 @@
 
 #include "parts/cloud/cloud_mesh.h"
 #include "parts/cloud/seen_side.h"
+#include "parts/cloud/walls.h"
 #include "parts/hierarchy/internal/best_split.h"
 #include "parts/hierarchy/internal/facets.h"
 #include "parts/hierarchy/internal/mirror_candidates.h"
@@ -196,7 +197,7 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
 /// handle that is missed stays missed, but what is cut too often is put together again.
 Segmentation SegmentSeen(const Shape& mesh, const HierarchyOptions& options) {
   const auto axis = FindSeenBody(mesh);
-  if (!axis) return SegmentMesh(mesh, options);
+  if (!axis) return JoinWalls(mesh, SegmentMesh(mesh, options));
   HierarchyOptions finer = options;
   finer.cut_quality = 2.0 * options.cut_quality;
   return JoinTurned(mesh, *axis, SegmentMesh(mesh, finer));
