@@ -20,7 +20,7 @@ struct SeenSideOptions {
   double sure_turned = 0.6;    ///< the same of parts that tell the body's profile, and
   double sure_area = 0.02;     ///< how much of the area they have at least
   double profile_reach = 2.0;  ///< half of a part of the body is so near to its profile, in edges
-  double min_off = 0.03;     ///< of the area; less than this does not stand off, it is of the body
+  double min_off = 0.02;     ///< of the area; less than this does not stand off, it is of the body
   double border_zone = 3.0;  ///< faces so near to another part, in edges, are looked at again
   double border_step = 0.4;  ///< nearer than this to the body's profile, in edges, is of the body
   double same_side_rad = 0.8;  ///< what stands off, at angles less than this apart, is one
