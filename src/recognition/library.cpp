@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -69,6 +70,13 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 namespace internal {
 
 namespace {
+Eigen::Matrix3d PrincipalAxes(const geometry::Points& points) {
+  const Vector3d center = geometry::Centroid(points);
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Vector3d& p : points) scatter += (p - center) * (p - center).transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors();
+}
+
 std::vector<const geometry::TriangleMesh*> One(const geometry::TriangleMesh& mesh) {
   return {&mesh};
 }
@@ -79,6 +87,7 @@ PreparedObject::PreparedObject(const KnownObject& known, const LibraryOptions& o
       rays(One(known.mesh_B)),
       target(known.surface_B),
       hull_B(geometry::ConvexHull(known.mesh_B.vertices).vertices),
+      axes_B(PrincipalAxes(known.surface_B.points)),
       lying(WaysToLie(known, options)),
       pairs(known.surface_B, options.pair_spacing_m) {}
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/units.h"
 #include "geometry/kd_tree.h"
 #include "pcl_bridge/cloud.h"
 #include "pcl_bridge/registration.h"
@@ -37,9 +38,13 @@ constexpr int kHalvings = 3;
 /// What is this near to the table stands on it; so many points of it are enough.
 constexpr double kContact_m = 0.002;
 constexpr std::size_t kMaxContact = 80;
+/// Settling a pose raises its score by less than this share of what is hopeless.
+constexpr double kNearEnough = 0.5;
 /// Poses of one object with scores this near are told apart by half the tolerance: by a rim of a
 /// millimetre.
 constexpr double kNear = 0.03;
+/// A pose is compared with those that are turned by so many steps about the model's axes.
+constexpr int kTurns = 18;
 /// Poses of one object that differ by more are two.
 constexpr double kDiffers_m = 0.008;
 constexpr double kDiffers_rad = 0.14;
@@ -139,6 +144,28 @@ class Match {
     }
     const std::size_t all = posed.size();
     return Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+  }
+
+  /// Adds what a pose may be taken for: turned about the model's principal axes, as far as the rays
+  /// leave it open. A body that is round but for a handle is guessed where its handle is not.
+  void AddTurned(std::vector<Posed>& posed) const {
+    if (posed.empty() || object_->object->symmetry.axis_B) return;
+    const core::Pose X_CB = posed.front().X_CB;
+    const Eigen::Vector3d& center_B = object_->object->symmetry.center_B;
+    const double least = Coarse(X_CB).score - options_->hopeless;
+    std::vector<Posed> turned;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 1; k < kTurns; ++k) {
+        const Eigen::AngleAxisd turn(2.0 * core::kPi * k / kTurns, object_->axes_B.col(axis));
+        Posed one =
+            Coarse(X_CB * Eigen::Translation3d(center_B) * turn * Eigen::Translation3d(-center_B));
+        one.lies = posed.front().lies;
+        if (one.score >= least) turned.push_back(one);
+      }
+    }
+    for (const Posed& one : Registered(std::move(turned))) posed.push_back(one);
+    const std::size_t all = posed.size();
+    posed = Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
   }
 
   /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
@@ -251,7 +278,7 @@ FoundObject Told(const PreparedObject& object, const Posed& posed, const Segment
   found.X_CB = posed.X_CB;
   found.score = posed.score;
   const double visible = std::max(1.0, evidence.explained + evidence.violated);
-  found.share_seen = evidence.explained / visible;
+  found.share_seen = evidence.explained / (visible + evidence.hidden);
   found.violations = evidence.violated / visible;
   found.rms_m = std::sqrt(evidence.squares_m2 / std::max(1.0, evidence.explained));
   for (const auto point : explained) found.samples.push_back(scene.samples[point]);
@@ -293,28 +320,36 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
   }
   Prune(candidates, options.hopeless);
   for (Candidate& one : candidates) one.posed = one.match.Registered(std::move(one.posed));
-  Prune(candidates, options.hopeless);
-  for (Candidate& one : candidates) one.match.Settle(one.posed);
+  Prune(candidates, kNearEnough * options.hopeless);
+  for (Candidate& one : candidates) {
+    if (one.Score() < options.min_score - options.hopeless) continue;
+    one.match.AddTurned(one.posed);
+    one.match.Settle(one.posed);
+  }
   Sort(candidates);
   return candidates;
 }
 
-/// Whether what the model leaves unexplained of a segment lies close about it all the way.
-bool IsLarger(const FoundObject& found, const KnownObject& object, const perception::Scene& scene,
-              const geometry::Indices& own, const RecognitionOptions& options) {
+/// The share of a segment that lies close about the model and is not explained by it.
+double Hugging(const FoundObject& found, const KnownObject& object, const perception::Scene& scene,
+               const geometry::Indices& own, const RecognitionOptions& options) {
   const std::set<geometry::SampleId> explained(found.samples.begin(), found.samples.end());
   const geometry::KdTree surface(object.surface_B.points);
   const core::Pose X_BC = found.X_CB.inverse();
-  std::size_t beside = 0;
-  std::size_t close = 0;
-  for (const auto point : own) {
-    if (explained.contains(scene.SampleOf(point))) continue;
-    ++beside;
-    const Eigen::Vector3d p_B = X_BC * scene.cloud.points[point];
-    close += surface.CountWithin(p_B, options.hugs_m, 1) > 0 ? 1 : 0;
-  }
-  return static_cast<double>(beside) > options.max_hugging * static_cast<double>(own.size()) &&
-         2 * close > beside;
+  const auto hugging = std::ranges::count_if(own, [&](std::uint32_t point) {
+    return !explained.contains(scene.SampleOf(point)) &&
+           surface.CountWithin(X_BC * scene.cloud.points[point], options.hugs_m, 1) > 0;
+  });
+  return static_cast<double>(hugging) / static_cast<double>(own.size());
+}
+
+/// Whether it is seen well enough to be named, and not another shape of about its size.
+bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
+  return found.samples.size() >= options.min_samples &&
+         found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
+         found.violations <= options.max_violations &&
+         found.rms_m <= options.max_rms * options.tolerance_m &&
+         found.hugging <= options.max_hugging && found.share_seen >= options.min_share_seen;
 }
 
 /// The object that a segment is; nullopt where none is good enough, or two are about as good.
@@ -327,9 +362,6 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   const pcl_bridge::Cloud source(segment.source_C);
   const auto candidates = CandidatesAt(segment, source, library, options, seed);
   if (candidates.empty() || candidates.front().Score() < options.min_score) return std::nullopt;
-  if (candidates.size() > 1 && candidates[0].Score() - candidates[1].Score() < options.margin) {
-    return std::nullopt;
-  }
   const Candidate& best = candidates.front();
   FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
   for (const Posed& other : best.posed) {
@@ -340,10 +372,9 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
       found.alternatives_CB.push_back(other.X_CB);
     }
   }
-  if (found.samples.size() < options.min_samples) return std::nullopt;
-  if (found.violations > options.max_violations) return std::nullopt;
-  if (IsLarger(found, *best.match.object().object, scene, own, options)) return std::nullopt;
-  return found;
+  found.hugging = Hugging(found, *best.match.object().object, scene, own, options);
+  if (candidates.size() > 1) found.runner_up = candidates[1].Score();
+  return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
 }
 
 /// An object's points with those of small pieces beside it, which may be a part of it that was

@@ -12,7 +12,7 @@ constexpr float kFlattest = 0.17f;
 /// sensor's camera; a flatter one the less, the flatter it is.
 constexpr float kSurely = 0.5f;
 /// Directions between two measured samples of a profile are known by them up to this many apart.
-constexpr std::uint32_t kMaxLost = 100;
+constexpr std::uint32_t kMaxLost = 256;
 
 /// What each of the scene's points was taken for; strays for nothing (not in the list).
 std::vector<std::uint8_t> PartsOf(const perception::Scene& scene, const geometry::Indices& own) {
@@ -42,26 +42,29 @@ bool Meets(const Ball& ball, const Eigen::Vector3d& origin, const Eigen::Vector3
   return (middle - middle.dot(direction) * direction).norm() <= ball.radius_m;
 }
 
-/// The rays between samples of a profile of which nothing came back.
-void AddLost(const geometry::Observation& observation, const perception::Scene& scene,
-             const Ball& ball, SampleRays& rays) {
-  for (std::size_t i = 1; i < scene.samples.size(); ++i) {
-    const auto& from = scene.samples[i - 1];
-    const auto& to = scene.samples[i];
-    if (from.view != to.view || to.sample <= from.sample + 1) continue;
-    const auto& image = observation.views[to.view].image;
-    const auto width = static_cast<std::uint32_t>(image.samples);
-    const std::uint32_t apart = to.sample - from.sample;
-    if (apart > kMaxLost || from.sample / width != to.sample / width) continue;
-    const Eigen::Vector3d& origin = image.OriginOf(to.sample);
-    const Eigen::Vector3d first = (scene.points_C[i - 1] - origin).normalized();
-    const Eigen::Vector3d last = (scene.points_C[i] - origin).normalized();
-    for (std::uint32_t k = 1; k < apart; ++k) {
-      if (image.points_C[from.sample + k].allFinite()) continue;  // outside the workspace
-      const double share = static_cast<double>(k) / apart;
-      const Eigen::Vector3d direction = ((1.0 - share) * first + share * last).normalized();
-      if (!Meets(ball, origin, direction)) continue;
-      rays.push_back({origin.cast<float>(), direction.cast<float>(), 0.0f, 1.0f, Part::kLost, 0});
+/// The rays of a profile between two measured samples, from..to, of which nothing came back.
+void AddLostBetween(const geometry::RangeImage& image, std::uint32_t from, std::uint32_t to,
+                    const Ball& ball, SampleRays& rays) {
+  const Eigen::Vector3d& origin = image.OriginOf(to);
+  const Eigen::Vector3d first = (image.points_C[from] - origin).normalized();
+  const Eigen::Vector3d last = (image.points_C[to] - origin).normalized();
+  const std::uint32_t apart = to - from;
+  for (std::uint32_t k = 1; k < apart; ++k) {
+    const double share = static_cast<double>(k) / apart;
+    const Eigen::Vector3d direction = ((1.0 - share) * first + share * last).normalized();
+    if (!Meets(ball, origin, direction)) continue;
+    rays.push_back({origin.cast<float>(), direction.cast<float>(), 0.0f, 1.0f, Part::kLost, 0});
+  }
+}
+
+void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& rays) {
+  const auto width = static_cast<std::uint32_t>(image.samples);
+  for (std::uint32_t i = 0; i < image.points_C.size(); i += width) {
+    std::uint32_t last = i + width;  // none yet
+    for (std::uint32_t k = i; k < i + width; ++k) {
+      if (!image.points_C[k].allFinite()) continue;
+      if (last < k && k - last <= kMaxLost) AddLostBetween(image, last, k, ball, rays);
+      last = k;
     }
   }
 }
@@ -85,7 +88,7 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
     rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
                     1.0f, static_cast<Part>(parts[i]), i});
   }
-  AddLost(observation, scene, ball, rays);
+  for (const auto& view : observation.views) AddLost(view.image, ball, rays);
   return rays;
 }
 
@@ -149,6 +152,8 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.violated += weight;
     } else if (ray.part == Part::kOwn) {
       evidence.unexplained += weight;
+    } else {
+      evidence.hidden += weight;
     }
   }
   return evidence;

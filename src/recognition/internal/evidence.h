@@ -43,6 +43,7 @@ struct Evidence {
   double explained = 0.0;
   double violated = 0.0;
   double unexplained = 0.0;
+  double hidden = 0.0;      ///< rays that something else before the surface stops
   double lost = 0.0;        ///< rays that meet the surface well, and of which nothing came back
   double squares_m2 = 0.0;  ///< sum of e^2 over explained ones
 

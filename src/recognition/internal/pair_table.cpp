@@ -16,6 +16,9 @@ constexpr double kPi = std::numbers::pi;
 /// Steps of the feature's angles and of the turn about a normal (12 deg, as in the paper).
 constexpr double kAngleStep = kPi / 15.0;
 constexpr int kTurns = 30;
+/// Of pairs of one feature so many vote, evenly: those of a plane with itself are thousands, and
+/// say little.
+constexpr std::size_t kMaxPairs = 100;
 
 /// Turns the normal to x, with the point at the origin.
 core::Pose ToAxis(const Vector3d& p, const Vector3d& n) {
@@ -44,6 +47,16 @@ std::uint32_t PairTable::Key(const Vector3d& p, const Vector3d& n, const Vector3
   return (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
 }
 
+void PairTable::Thin(Bucket& bucket) {
+  std::vector<Pair>& pairs = bucket.pairs;
+  bucket.all = static_cast<float>(pairs.size());
+  const std::size_t step = (pairs.size() + kMaxPairs - 1) / kMaxPairs;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pairs.size(); i += step) pairs[kept++] = pairs[i];
+  pairs.resize(kept);
+  pairs.shrink_to_fit();
+}
+
 PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
     : spacing_m_(spacing_m) {
   const auto kept = Thinned(surface_B.points, spacing_m);
@@ -56,10 +69,11 @@ PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
       diameter_m_ = std::max(diameter_m_, d.norm());
       const auto key =
           Key(points_B_.points[i], points_B_.normals[i], points_B_.points[j], points_B_.normals[j]);
-      pairs_[key].push_back({static_cast<std::uint16_t>(i),
-                             static_cast<float>(AngleAbout(to_axis, points_B_.points[j]))});
+      pairs_[key].pairs.push_back({static_cast<std::uint16_t>(i),
+                                   static_cast<float>(AngleAbout(to_axis, points_B_.points[j]))});
     }
   }
+  for (auto& [key, bucket] : pairs_) Thin(bucket);
 }
 
 void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t reference,
@@ -76,9 +90,10 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     const auto found = pairs_.find(Key(p, n, q, scene_C.normals[j]));
     if (found == pairs_.end()) continue;
     // A common feature says little: each pair of the scene has a vote in all, shared out softly.
-    const float weight = 1.0f / std::sqrt(static_cast<float>(found->second.size()));
+    const Bucket& bucket = found->second;
+    const float weight = std::sqrt(bucket.all) / static_cast<float>(bucket.pairs.size());
     const double angle = AngleAbout(to_axis, q);
-    for (const Pair& pair : found->second) {
+    for (const Pair& pair : bucket.pairs) {
       double turn = angle - static_cast<double>(pair.angle);
       if (turn < 0.0) turn += 2.0 * kPi;
       if (turn < 0.0) turn += 2.0 * kPi;

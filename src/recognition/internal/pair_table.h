@@ -35,13 +35,18 @@ class PairTable {
     std::uint16_t reference;
     float angle;  // of the second point about the reference's normal
   };
+  struct Bucket {
+    std::vector<Pair> pairs;  ///< as many as vote
+    float all = 0.0f;         ///< that have this feature
+  };
+  static void Thin(Bucket& bucket);
   std::uint32_t Key(const Eigen::Vector3d& p, const Eigen::Vector3d& n, const Eigen::Vector3d& q,
                     const Eigen::Vector3d& m) const;
 
   double spacing_m_;
   double diameter_m_ = 0.0;
   geometry::PointCloud points_B_;
-  std::unordered_map<std::uint32_t, std::vector<Pair>> pairs_;
+  std::unordered_map<std::uint32_t, Bucket> pairs_;
 };
 
 }  // namespace rangegrasp::recognition::internal

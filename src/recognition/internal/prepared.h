@@ -18,6 +18,7 @@ struct PreparedObject {
   geometry::RayCaster rays;        ///< the mesh in B
   pcl_bridge::PlaneTarget target;  ///< surface_B
   geometry::Points hull_B;         ///< corners of the hull
+  Eigen::Matrix3d axes_B;          ///< principal ones, unit columns
   /// Ways to lie on a table whose frame has z up: rotations R_TB that symmetry does not map onto
   /// each other.
   std::vector<Eigen::Matrix3d> lying;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "grasp/obstacles.h"
+#include "tasks/grasping/view_obstacles.h"
 
 namespace rangegrasp::tasks::bring {
 namespace {
@@ -38,8 +38,7 @@ grasping::Detected GraspsFor(const Understanding& understanding, std::size_t obj
   perception::Scene scene = understanding.scene;
   const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
   std::rotate(scene.objects.begin(), at, at + 1);
-  const auto obstacles =
-      grasp::ObstaclesOf(scene, 0, grasping::PlacesOf(observation), options.obstacles);
+  const auto obstacles = grasping::ObstaclesOfViews(scene, 0, observation, options.obstacles);
   const Eigen::Vector3d arm_W = robot.links().front().X_PB.translation();
   auto grasps =
       grasp::PlanGrasps(scene, 0, robot.hand(), arm_W, options.grasp, obstacles.measured_C);

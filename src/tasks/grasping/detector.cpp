@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/stopwatch.h"
-#include "grasp/obstacles.h"
 #include "perception/perceive.h"
 #include "tasks/grasping/outside_detector.h"
+#include "tasks/grasping/view_obstacles.h"
 #include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -47,7 +47,7 @@ class DissertationDetector : public Detector {
     grasp::Obstacles obstacles;
     std::vector<grasp::Grasp> grasps;
     if (detected.has_turn && !scene.objects.empty()) {
-      obstacles = grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
+      obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
       const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
       grasps =

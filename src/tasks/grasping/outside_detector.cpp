@@ -13,7 +13,6 @@
 #include "geometry/groups.h"
 #include "geometry/kd_tree.h"
 #include "geometry/mesh_file.h"
-#include "grasp/obstacles.h"
 #include "grasp/proposals.h"
 #include "grasp/surface.h"
 #include "perception/perceive.h"
@@ -21,6 +20,7 @@
 #include "process/own_folder.h"
 #include "process/sandbox.h"
 #include "tasks/grasping/internal/detector_message.h"
+#include "tasks/grasping/view_obstacles.h"
 #include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::tasks::grasping {
@@ -194,8 +194,7 @@ class OutsideDetector : public Detector {
         grasps.push_back(Placed(one.proposal));
         approaches_C.push_back(one.proposal.approach_C);
       }
-      detected.detection.obstacles =
-          grasp::ObstaclesOf(scene, 0, PlacesOf(observation), options_.obstacles);
+      detected.detection.obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       grasp::CheckProposals(scene, 0, robot_.hand(), options_.grasp,
                             detected.detection.obstacles.measured_C, grasps);
     }

@@ -67,6 +67,8 @@ ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int tar
                      {"score", find.found->score},
                      {"share_seen", find.found->share_seen},
                      {"violations", find.found->violations},
+                     {"hugging", find.found->hugging},
+                     {"runner_up", find.found->runner_up},
                      {"rms_m", find.found->rms_m},
                      {"samples", find.found->samples.size()}});
   }
