@@ -6,7 +6,10 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
+#include "geometry/kd_tree.h"
 #include "pcl_bridge/internal/cloud_data.h"
 
 namespace rangegrasp::pcl_bridge {
@@ -94,9 +97,38 @@ void SetSteps(const RegistrationOptions& options, PointToPlane& method) {
 
 }  // namespace
 
+namespace {
+
+/// Finds the one nearest point with the project's own tree. The library's opens and closes a team
+/// of threads for each query, which takes as long as the query.
+class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
+ public:
+  explicit NearestPoint(geometry::Points points) : points_(std::move(points)), tree_(points_) {}
+
+  using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
+  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
+                     std::vector<float>& squared_distances) const override {
+    thread_local std::vector<geometry::KdTree::Neighbor> nearest;
+    tree_.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k), nearest);
+    indices.clear();
+    squared_distances.clear();
+    for (const auto& neighbor : nearest) {
+      indices.push_back(static_cast<pcl::index_t>(neighbor.index));
+      squared_distances.push_back(static_cast<float>(neighbor.squared_distance));
+    }
+    return static_cast<int>(nearest.size());
+  }
+
+ private:
+  geometry::Points points_;
+  geometry::KdTree tree_;
+};
+
+}  // namespace
+
 struct PlaneTarget::Data {
   PclOriented::Ptr points{new PclOriented};
-  pcl::search::KdTree<pcl::PointNormal>::Ptr tree{new pcl::search::KdTree<pcl::PointNormal>};
+  pcl::search::KdTree<pcl::PointNormal>::Ptr tree;
 };
 
 PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
@@ -111,7 +143,7 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
     p.getNormalVector3fMap() = surface.normals[i].cast<float>();
     data->points->push_back(p);
   }
-  data->tree->setInputCloud(data->points);
+  data->tree = pcl::make_shared<NearestPoint>(surface.points);
   data_ = std::move(data);
 }
 
