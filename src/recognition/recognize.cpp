@@ -45,6 +45,10 @@ constexpr double kNearEnough = 0.5;
 constexpr double kNear = 0.03;
 /// A pose is compared with those that are turned by so many steps about the model's axes.
 constexpr int kTurns = 18;
+/// Several views lie apart by so much when they were laid onto each other (docs/views.md), rms over
+/// an object; and so large a share of it is seen through by that.
+constexpr double kApart_m = 0.0007;
+constexpr double kApartShare = 0.03;
 /// Poses of one object that differ by more are two.
 constexpr double kDiffers_m = 0.008;
 constexpr double kDiffers_rad = 0.14;
@@ -344,11 +348,13 @@ double Hugging(const FoundObject& found, const KnownObject& object, const percep
 }
 
 /// Whether it is seen well enough to be named, and not another shape of about its size.
-bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
+bool IsPlausible(const FoundObject& found, std::size_t views, const RecognitionOptions& options) {
+  const double apart_m = views > 1 ? kApart_m : 0.0;
+  const double apart = views > 1 ? kApartShare : 0.0;
   return found.samples.size() >= options.min_samples &&
          found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
-         found.violations <= options.max_violations &&
-         found.rms_m <= options.max_rms * options.tolerance_m &&
+         found.violations <= options.max_violations + apart &&
+         found.rms_m <= std::hypot(options.max_rms * options.tolerance_m, apart_m) &&
          found.hugging <= options.max_hugging && found.share_seen >= options.min_share_seen;
 }
 
@@ -374,7 +380,8 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   }
   found.hugging = Hugging(found, *best.match.object().object, scene, own, options);
   if (candidates.size() > 1) found.runner_up = candidates[1].Score();
-  return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
+  return IsPlausible(found, observation.views.size(), options) ? std::optional(found)
+                                                               : std::nullopt;
 }
 
 /// An object's points with those of small pieces beside it, which may be a part of it that was

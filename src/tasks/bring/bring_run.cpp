@@ -29,6 +29,16 @@ constexpr double kTouch_N = 0.05;
 /// Grasps that were tried and failed at one place of an object that is only in the way.
 constexpr int kTriesToClear = 3;
 
+/// What is still the best of all known objects, though a name would be too bold.
+recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
+  options.margin = 0.005;
+  options.max_violations = 0.12;
+  options.max_rms = 0.35;
+  options.max_hugging = 0.2;
+  options.min_share_seen = 0.2;
+  return options;
+}
+
 /// Hands over what was planned beforehand.
 class Planned : public grasping::Detector {
  public:
@@ -106,6 +116,10 @@ class Run {
       return std::nullopt;
     }
     if (!MayHide()) return NotThere();
+    if (const auto seen = FindDoubtful()) {
+      Say(fmt::format("I am not sure, but this may be the {}.", Title(wanted_)));
+      return BringIt(*seen);
+    }
     const Cleared cleared = ClearAway(TopmostFirst());
     if (cleared != Cleared::kNothing) return EndOf(cleared);
     return NotThere();
@@ -124,6 +138,26 @@ class Run {
     return !all_known ||
            HidingArea(sensed_.observation, known_, setup_.library, robot.X_WWorkspace.translation(),
                       robot.workspace_radius_m) >= SmallestFootprint(setup_.library.Find(wanted_));
+  }
+
+  // What is not known may be the wanted object, for all that one sees: before it is put aside as
+  // something else, it is taken for it.
+  std::optional<std::size_t> FindDoubtful() {
+    perception::Scene unknown = known_.scene;
+    for (std::size_t i = known_.found.size(); i-- > 0;) {
+      if (!known_.found[i]) continue;
+      unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    core::Stopwatch watch;
+    core::Rng rng = grasping::StageStream(
+        core::DeriveSeed(seed_, static_cast<std::uint64_t>(result_.looks)), "doubtful");
+    const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,
+                                              Lenient(options_.recognition), rng);
+    result_.look_s += watch.Seconds();
+    const auto wanted = std::ranges::find(found, wanted_, &recognition::FoundObject::object);
+    if (wanted == found.end()) return std::nullopt;
+    PutKnown(*wanted, setup_.library.Find(wanted_).mesh_B, known_);
+    return known_.Find(wanted_);
   }
 
   std::optional<Said> BringIt(std::size_t seen) {
