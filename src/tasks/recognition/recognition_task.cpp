@@ -2,11 +2,13 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "perception/perceive.h"
 #include "sim/info.h"
+#include "tasks/grasping/looker.h"
 #include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/trial.h"
 #include "tasks/grasping/workspace.h"
@@ -100,11 +102,11 @@ class Recognition : public experiment::Task {
     const grasping::TrialSpec spec{params.at("object"), params.at("index"), which.seed};
     core::Stopwatch watch;
     grasping::Redraws redraws;
-    const auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
+    auto arranged = grasping::ArrangeTrial(cell_, spec, redraws);
     if (!arranged) return grasping::NoArrangement(redraws);
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
-    const grasping::Sensed sensed = grasping::Look(cell_, arranged->world, spec.seed);
+    const grasping::Sensed sensed = LookFromAllPlaces(arranged->world, spec.seed);
     result.seconds.emplace_back("scan", watch.Restart());
     core::Rng perceive = grasping::StageStream(spec.seed, "perceive");
     const auto scene = perception::Perceive(
@@ -141,6 +143,13 @@ class Recognition : public experiment::Task {
   }
 
  private:
+  /// From the fixed sensor, then as often as `views` says from the wrist, at the highest thing.
+  grasping::Sensed LookFromAllPlaces(sim::World& world, std::uint64_t seed) const {
+    grasping::Sensed first = grasping::Look(cell_, world, seed);
+    if (cell_.options.views < 2) return first;
+    return grasping::LookAround(cell_.options, cell_.robot, std::move(first), world, seed).sensed;
+  }
+
   Options options_;
   grasping::Cell cell_;
   std::map<std::string, recognition::Library> libraries_;
