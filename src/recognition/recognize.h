@@ -43,7 +43,7 @@ struct RecognitionOptions {
   /// most was, of a box that is 20 mm shorter 0.027.
   double max_violations = 0.02;
   /// ... and what it explains lies so near to its surface (rms, as a share of the tolerance): 0.16
-  /// at most did in right finds. A cylinder of another diameter fits more loosely.
+  /// at most did in right finds alone. A cylinder of another diameter fits more loosely.
   double max_rms = 0.17;
   /// ... and of what it leaves unexplained no more than this share of the samples lies so near to
   /// it: that would be another shape which is a little larger. What reaches away is a neighbor's.

@@ -103,8 +103,9 @@ TEST_P(SeededRecognition, TellsAnObjectAloneAndItsPose) {
 }
 
 TEST_P(SeededRecognition, LeavesAnotherObjectUnknown) {
+  // The last is a can that is 5 mm wider and 35 mm higher than the known one.
   const auto others = {synthetic::BoxMesh(0.105, 0.075, 0.105),
-                       synthetic::CylinderMesh(0.045, 0.09)};
+                       synthetic::CylinderMesh(0.045, 0.09), synthetic::CylinderMesh(0.0375, 0.15)};
   for (const TriangleMesh& other : others) {
     const double half = other.vertices.back().z();
     const core::Pose X_WB = synthetic::Standing(0.3 * GetParam(), {0.0, 0.0, half});
