@@ -129,8 +129,12 @@ class Detection {
     }
     options_.line.columns = columns;
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
-    tracker_.emplace(options_, calibration_);
-    monitor_.emplace(options_.line, monitor_options_);
+    try {
+      tracker_.emplace(options_, calibration_);
+      monitor_.emplace(options_.line, monitor_options_);
+    } catch (const std::invalid_argument& error) {  // options that the line is too coarse for
+      throw core::InputError(error.what());
+    }
     if (!arguments_.json && !arguments_.xml) {
       WriteResult(
           "profile,time_s,status,column,x_mm,step_mm,model_fitting,local_weighted_voting,gradient_"
@@ -245,7 +249,7 @@ void AddDetect(CLI::App& seam) {
           "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile a row; - reads CSV "
           "rows from stdin")
       ->required();
-  command->add_option("--method", arguments->method, "how a position is decided (voting)")
+  command->add_option("--method", arguments->method, "how a position is decided (steps)")
       ->check(CLI::IsMember(core::WordList<seam::DecisionMethod>()));
   auto* options = command->add_option(
       "--options", arguments->file.options,

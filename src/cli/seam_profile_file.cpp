@@ -188,6 +188,7 @@ void AddFormatOptions(CLI::App& command, ProfileFileArguments& arguments) {
 
 DetectOptions ReadDetectOptions(const ProfileFileArguments& arguments) {
   DetectOptions options;
+  options.tracker.method = seam::DecisionMethod::kSteps;
   if (arguments.calibrated) options.file = RowFileOptions();
   std::vector<std::string> keys = arguments.words;
   keys.insert(keys.end(), arguments.set.begin(), arguments.set.end());

@@ -23,7 +23,7 @@ struct ProfileFileArguments {
 
 /// What is done with them.
 struct DetectOptions {
-  seam::TrackerOptions tracker;
+  seam::TrackerOptions tracker;  ///< by tracked steps, which miss the fewest edges (docs/seam.md)
   seam::MonitorOptions monitor;
   seam::ProfileFileOptions file;
   bool has_columns_per_mm = false;  ///< stated in the YAML

@@ -316,7 +316,7 @@ void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& s
 
 void CheckOptions(const LocalStepOptions& options) {
   const int narrowest = std::ranges::min(options.half_windows);
-  if (options.stride < 1 || narrowest < 4 || narrowest < options.stride ||
+  if (options.stride < 1 || narrowest < kMinHalfWindow || narrowest < options.stride ||
       !(options.max_step_m > 0.0)) {
     throw std::invalid_argument(
         "local step: stride must be at least 1, half windows at least 4 and the stride, max_step_m "

@@ -6,11 +6,15 @@
 
 namespace rangegrasp::seam {
 
+/// Fewer columns on each side tell no step from a bend.
+inline constexpr int kMinHalfWindow = 4;
+
 /// The fourth detector, our own: at each place a parabola with a step is fitted by least squares to
 /// the measured points of a window, in windows of several widths. Narrow windows are not misled by
 /// a wavy surface, wide ones see through noise and holes.
 struct LocalStepOptions {
-  /// >= 4, half widths of the windows [columns]: 3, 8, 25 and 43 mm of the base sensor.
+  /// >= kMinHalfWindow, half widths of the windows [columns]: 3, 8, 25 and 43 mm of the base
+  /// sensor.
   std::array<int, 4> half_windows = {36, 96, 300, 516};
   int stride = 3;  ///< >= 1 [columns] between two places: a quarter of a millimetre
   /// > 0; a higher step is an obstacle (section 3.7: 3 mm), no mat's edge.

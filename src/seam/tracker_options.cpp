@@ -23,6 +23,19 @@ void Check(bool good, const char* what) {
   if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
 }
 
+/// The line may have too few columns for windows that suit the base sensor's.
+void CheckSteps(const TrackerOptions& options) {
+  const LocalStepOptions& steps = options.step_track.steps;
+  CheckOptions(steps);
+  const double narrowest = *std::ranges::min_element(steps.half_windows);
+  const double least_1_m = kBaseColumns_1_m * kMinHalfWindow / narrowest;
+  if (options.line.columns_per_m >= least_1_m) return;
+  throw std::invalid_argument(fmt::format(
+      "edge tracker: tracked steps (method steps) need {:.2f} columns a mm, the line has "
+      "{:.2f}; use method voting or weights",
+      least_1_m * kMm, options.line.columns_per_m * kMm));
+}
+
 void ReadFilter(YamlMap map, FilterOptions& options) {
   map.Read("half_width_columns", options.half_width_columns, 1, 512,
            "columns on each side in which a point looks for others");
@@ -123,9 +136,7 @@ void CheckOptions(const TrackerOptions& options) {
   Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
         "accumulation.memory must be at least 0 and below 1");
   Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
-  if (options.method == DecisionMethod::kSteps) {
-    CheckOptions(WithWindowsOfLine(options).step_track.steps);
-  }
+  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
   Check(options.step.half_window >= 1, "step.half_window must be at least 1");
   Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
   Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,

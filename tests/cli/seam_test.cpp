@@ -71,9 +71,25 @@ TEST_F(SeamTest, DetectsTheEdgeOfRecordedProfiles) {
   }
 }
 
+TEST_F(SeamTest, TracksStepsUnlessToldOtherwise) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
+  const std::string said = Detect({file}).out;
+  EXPECT_EQ(said, Detect({file, "--method", "steps"}).out);
+  EXPECT_NE(said, Detect({file, "--method", "voting"}).out);
+  EXPECT_EQ(Detect({file, "--set", "method=voting"}).out, Detect({file, "--method", "voting"}).out);
+}
+
+TEST_F(SeamTest, OfALineWithTooFewColumnsForTrackedStepsTheCureIsNamed) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100)).string();
+  ExpectRefused({"seam", "detect", file, "--unit", "um", "--columns-per-mm", "1"},
+                "need 1.33 columns a mm, the line has 1.00; use method voting or weights");
+  EXPECT_EQ(Detect({file, "--columns-per-mm", "1.34"}).code, 0);
+  EXPECT_EQ(Detect({file, "--columns-per-mm", "1", "--method", "voting"}).code, 0);
+}
+
 TEST_F(SeamTest, JsonHasOneObjectAProfile) {
   const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
-  const Ran ran = Detect({file, "--json"});
+  const Ran ran = Detect({file, "--json", "--method", "voting"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto lines = Lines(ran.out);
   ASSERT_EQ(lines.size(), 3U);
@@ -94,7 +110,7 @@ TEST_F(SeamTest, AStreamWithDamagedRowsGoesOn) {
   EXPECT_THAT(ran.err, HasSubstr("row 5, column 1: 'x0' is not a number"));
   const auto lines = Lines(ran.out);
   ASSERT_EQ(lines.size(), 5U);
-  EXPECT_THAT(lines[4], StartsWith("6,0.0806,edge,90.00,"));
+  EXPECT_THAT(lines[4], StartsWith("6,0.0806,edge,90.0"));
 }
 
 TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
@@ -141,7 +157,7 @@ TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
   const Ran ran = Detect({"-"}, in);
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("instead of 256"));
-  EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.00,"));
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.0"));
 }
 
 // Rows 0 to 100 are heights from -20 to 0 mm; at -15 mm a column is 7.5 % wider.
@@ -159,12 +175,19 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   for (int i = 0; i < 20; ++i) text += row + "\n";
   const std::string file = folder_.Write("r.csv", text).string();
   const double wanted_m = (200.0 - 127.5) * 1.075e-4;
-  const Ran json = RunProgram({"seam", "detect", file, "--calibration", calibration, "--json"});
+  const std::vector<std::string> detect = {"seam",      "detect",   file,    "--calibration",
+                                           calibration, "--method", "voting"};
+  const auto with = [&](const char* output) {
+    auto arguments = detect;
+    arguments.emplace_back(output);
+    return RunProgram(arguments);
+  };
+  const Ran json = with("--json");
   ASSERT_EQ(json.code, 0) << json.err;
   const auto reading = nlohmann::json::parse(Lines(json.out).back());
   EXPECT_EQ(reading["column"], 200.0);
   EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of 0.4 mm
-  const Ran xml = RunProgram({"seam", "detect", file, "--calibration", calibration, "--xml"});
+  const Ran xml = with("--xml");
   const auto packet = stitching::FromXml(Lines(xml.out).back());
   EXPECT_NEAR(packet.edge_x_m, wanted_m, 2e-3 * wanted_m);
 }
@@ -204,12 +227,16 @@ TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
     text += "\n";
   }
   const std::string file = folder_.Write("g.csv", text + "End\n").string();
-  const Ran ran = RunProgram({"seam", "detect", file, "--preset", "gocator"});
+  const std::vector<std::string> detect = {"seam",    "detect",   file,    "--preset",
+                                           "gocator", "--method", "voting"};
+  const Ran ran = RunProgram(detect);
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("5,0.0640,edge,120.00,62.0000,"));
   // Columns are 0.1 mm apart, the first at x = 50 mm.
-  const Ran with = RunProgram({"seam", "detect", file, "--preset", "gocator", "--encoder-column",
-                               "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
+  auto encoder = detect;
+  encoder.insert(encoder.end(),
+                 {"--encoder-column", "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
+  const Ran with = RunProgram(encoder);
   ASSERT_EQ(with.code, 0) << with.err;
   const auto json = nlohmann::json::parse(Lines(with.out).back());
   EXPECT_NEAR(json["x_m"], 62e-3, 1e-9);
@@ -238,7 +265,7 @@ TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
   EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the one before it: an outage"));
   const auto lines = Lines(ran.out);
   EXPECT_THAT(lines[4], testing::EndsWith(",outage"));
-  EXPECT_THAT(lines[5], StartsWith("5,2.0600,edge,90.00,"));
+  EXPECT_THAT(lines[5], StartsWith("5,2.0600,edge,90.0"));
   EXPECT_THAT(lines[5], testing::EndsWith(","));
   const Ran patient = Detect({file, "--time-column", "1", "--set", "file.max_gap_s=1.5"});
   EXPECT_THAT(patient.err, testing::Not(HasSubstr("outage")));
