@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -212,6 +213,7 @@ void ReadMonitorOptions(core::YamlMap map, MonitorOptions& options) {
 SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
     : width_(static_cast<std::size_t>(
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
+      columns_per_m_(line.columns_per_m),
       options_(options) {
   if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
       !(options.obstacle_share > 0.0 && options.obstacle_share <= 1.0) ||
@@ -224,6 +226,19 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
   }
 }
 
+// The head steers along the line: over a bent mould the columns themselves rise and fall by it.
+std::vector<float> SurfaceMonitor::Before(std::size_t number) const {
+  const auto& then = heights_[number];
+  const auto columns = static_cast<std::ptrdiff_t>(then.size());
+  const auto shift = std::lround((moved_m_.back() - moved_m_[number]) * columns_per_m_);
+  std::vector<float> before(then.size(), std::numeric_limits<float>::quiet_NaN());
+  const auto begin = std::clamp<std::ptrdiff_t>(shift, 0, columns);
+  const auto end = std::clamp<std::ptrdiff_t>(columns + shift, 0, columns);
+  if (begin < end)
+    std::copy(then.begin() + begin, then.begin() + end, before.begin() + begin - shift);
+  return before;
+}
+
 // What rises above the surface round it; or, if it is so wide that it is taken for the surface
 // itself, above what was there before: in two profiles, since one may be too low there by noise. It
 // must be seen in one column again and again.
@@ -231,17 +246,21 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   const auto height = options_.obstacle_share * options_.obstacle_height_m;
   auto rising = RisingColumns(HeightAboveSurface(profile), width_, height);
   const auto& now = profile.original_m;
+  moved_m_.push_back((moved_m_.empty() ? 0.0 : moved_m_.back()) + profile.moved_m);
   if (heights_.size() >= 2 && heights_[0].size() == now.size() &&
       heights_[1].size() == now.size()) {
     std::vector<float> above(now.size());
-    RiseAbove(now.data(), heights_[0].data(), heights_[1].data(), now.size(), above.data());
+    RiseAbove(now.data(), Before(0).data(), Before(1).data(), now.size(), above.data());
     const auto risen = RisingColumns(above, width_, height);
     for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || risen[i];
   }
   heights_.push_back(now);
   rising_.push_back(std::move(rising));
   const auto window = static_cast<std::size_t>(options_.window);
-  if (heights_.size() > window) heights_.pop_front();
+  if (heights_.size() > window) {
+    heights_.pop_front();
+    moved_m_.pop_front();
+  }
   if (rising_.size() > window) rising_.pop_front();
   for (std::size_t i = 0; i < rising_.back().size(); ++i) {
     if (!rising_.back()[i]) continue;
@@ -283,6 +302,7 @@ bool SurfaceMonitor::SeesEdge() const {
 
 void SurfaceMonitor::Reset() {
   heights_.clear();
+  moved_m_.clear();
   rising_.clear();
   no_edge_.clear();
   edge_seen_ = false;

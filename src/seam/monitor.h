@@ -74,10 +74,15 @@ class SurfaceMonitor {
  private:
   bool SeesObstacle(const PreparedProfile& profile);
 
+  /// What was at each column's place on the mats in one of heights_.
+  std::vector<float> Before(std::size_t number) const;
+
   std::size_t width_;  // columns of the narrowest obstacle
+  double columns_per_m_;
   MonitorOptions options_;
   // Of the last profiles, oldest first.
   std::deque<std::vector<float>> heights_;
+  std::deque<double> moved_m_;  // by how much the line had moved along itself by then
   std::deque<std::vector<bool>> rising_;
   std::deque<bool> no_edge_;
   int unusable_ = 0;  // one after the other, up to now

@@ -189,6 +189,7 @@ PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options
   }
   PreparedProfile prepared;
   prepared.time_s = profile.time_s;
+  prepared.moved_m = profile.moved_m;
   prepared.original_m = profile.height_m;
   std::vector<float> height =
       FilterGeometric(profile.height_m, ForDensity(options.filter, profile.height_m));

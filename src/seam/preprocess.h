@@ -49,6 +49,7 @@ struct PreparedProfile {
   int first_column = 0;           ///< of the first and last of them
   int last_column = 0;
   double time_s = 0.0;
+  double moved_m = 0.0;  ///< Profile::moved_m
 
   bool Usable() const { return !height_m.empty(); }
 };

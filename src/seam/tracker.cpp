@@ -401,10 +401,10 @@ Reading EdgeTracker::Update(const Profile& profile) {
   if (!t.options.positive_edge) {
     mirrored = profile;
     std::reverse(mirrored.height_m.begin(), mirrored.height_m.end());
+    mirrored.moved_m = -profile.moved_m;
   }
   t.prepared = Prepare(t.options.positive_edge ? profile : mirrored, t.options.preprocess);
-  t.moved_columns =
-      (t.options.positive_edge ? 1.0 : -1.0) * profile.moved_m * t.options.line.columns_per_m;
+  t.moved_columns = t.prepared.moved_m * t.options.line.columns_per_m;
   t.weight.clear();
   Reading reading;
   reading.time_s = profile.time_s;

@@ -269,6 +269,33 @@ TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
   EXPECT_EQ(stop, StopReason::kObstacle);
 }
 
+// A head that steers moves its line along itself: columns rise by the mould's flanks, mats do not.
+TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
+  const LineGeometry line;
+  const MonitorOptions options;
+  constexpr double kMoved_m = 0.2e-3;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.cylinder = seed % 2 == 0 ? 1.0 : -1.0;
+    SurfaceMonitor monitor(line, options);
+    const auto update = [&] {
+      auto profile = Scan(scene, line, rng);
+      profile.moved_m = kMoved_m;
+      scene.edge_m -= kMoved_m;
+      return monitor.Update(profile, Told(ProfileStatus::kEdge));
+    };
+    for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
+    // Over all that the light comes back from: only what was there before tells it.
+    scene.obstacle_x_m = scene.edge_m;
+    scene.obstacle_width_m = 2.0 * kSeen_m - 2e-3;
+    scene.obstacle_height_m = 5e-3;
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.obstacle_profiles; ++i) stop = update();
+    EXPECT_EQ(stop, StopReason::kObstacle) << seed;
+  }
+}
+
 // Detectors may lose an edge that is there: what a fit still sees is no mat end.
 TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
   const MonitorOptions options;
