@@ -182,6 +182,7 @@ class Detection {
     correction.valid = packet.column.has_value();
     correction.edge_x_m = packet.x_m + center_x_m_;
     correction.deviation_m = correction.edge_x_m;
+    correction.sure = packet.sure;
     correction.stop = stop;
     WriteResult(stitching::ToXml(correction));
   }

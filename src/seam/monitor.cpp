@@ -33,6 +33,9 @@ constexpr double kStepGain = 1.0 / 32.0;
 // A step of less than this share of it is no longer the edge: the fit of a double or frayed edge
 // tells half of its height at least.
 constexpr double kStepShare = 0.4;
+// Where the edge is there again within so many windows after its end it was a gap; what comes later
+// is none of this edge.
+constexpr int kSoon = 2;
 
 using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
 
@@ -274,12 +277,15 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
 
 std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
                                                  const Reading& reading) {
-  if (stop_) return stop_;
+  if (stop_ == StopReason::kObstacle) return stop_;
   if (SeesObstacle(profile)) return stop_ = StopReason::kObstacle;
   const bool usable = reading.status != ProfileStatus::kUnusable;
   unusable_ = usable ? 0 : unusable_ + 1;
-  if (unusable_ >= options_.outage_profiles) return StopReason::kOutage;
-  if (!usable) return std::nullopt;  // which tells nothing of the mats
+  if (!stop_ && unusable_ >= options_.outage_profiles) return StopReason::kOutage;
+  if (!usable) return stop_;  // which tells nothing of the mats
+  if (stop_ && (++ended_ > kSoon * options_.window || !reading.sure.value_or(false))) return stop_;
+  if (stop_) no_edge_.clear();
+  stop_.reset();
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
   // An edge that only goes on by what was seen before does not count here.
   const bool decided = reading.status == ProfileStatus::kEdge && reading.goes_on;
@@ -291,6 +297,7 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
   if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
     stop_ = StopReason::kMatEnd;
+    ended_ = 0;
   }
   return stop_;
 }

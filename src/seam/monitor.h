@@ -65,7 +65,8 @@ class SurfaceMonitor {
  public:
   /// @throws std::invalid_argument if an option is out of range.
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
-  /// The reason to stop, if the profiles so far give one; it stays until Reset, but for an outage.
+  /// The reason to stop, if the profiles so far give one; it stays until Reset, but for an outage
+  /// and for a mat end soon after which the edge is there beyond doubt (Reading::sure).
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
   /// Whether most of the last usable profiles showed the edge.
   bool SeesEdge() const;
@@ -85,6 +86,7 @@ class SurfaceMonitor {
   std::deque<double> moved_m_;  // by how much the line had moved along itself by then
   std::deque<std::vector<bool>> rising_;
   std::deque<bool> no_edge_;
+  int ended_ = 0;     // usable profiles since the mat end was told
   int unusable_ = 0;  // one after the other, up to now
   bool edge_seen_ = false;
   double usual_step_m_ = 0.0;  // of the edge

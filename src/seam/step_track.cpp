@@ -19,6 +19,10 @@ constexpr double kMinSpread = 0.25;
 constexpr double kMaxRatio = 3.0;
 // ... and the log-odds stay within this: four profiles that surely have no step turn them.
 constexpr double kMaxOdds = 12.0;
+// An edge is beyond doubt while they are no less than this, for so many profiles in a row: what
+// noise, or a mat's end that a turned line sees along it, makes of an edge that is gone is not.
+constexpr double kSureOdds = 6.0;
+constexpr int kSure = 10;
 // A known edge moves no faster than this share of speed_columns_per_s (10 mm/s) besides the line's
 // own motion, so that noise does not lead it away; ...
 constexpr double kKnownSpeed = 0.5;
@@ -147,6 +151,11 @@ void StepTrack::Weigh(const std::vector<LocalStep>& steps) {
   known_->height_m = std::max(options_.min_step_m, h + gain * (now - h));
 }
 
+void StepTrack::CountSure(const Way& way) {
+  const bool sure = Suffices(way, 1.0) && known_->elsewhere == 0 && known_->log_odds >= kSureOdds;
+  known_->sure = sure ? known_->sure + 1 : 0;
+}
+
 // Column of the summit of the parabola through a place's evidence and its neighbors'.
 double StepTrack::Peak(std::size_t place) const {
   const double stride = options_.steps.stride;
@@ -217,7 +226,11 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
     Follow(peak, way, period_s);
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
   }
-  if (known_) Weigh(steps);
+  if (known_) {
+    Weigh(steps);
+    CountSure(way);
+    estimate.sure = known_->sure >= kSure;
+  }
   estimate.at_once =
       AtOnce(edge_ && Suffices(way, kCertain) ? peak : estimate.column, *strongest,
              static_cast<double>((strongest - steps.begin()) * options_.steps.stride));

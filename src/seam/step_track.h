@@ -51,6 +51,7 @@ class StepTrack {
     /// the evidence of many profiles outlives a mat's end, and noise elsewhere may take it over.
     bool goes_on = false;
     double followed_step_m = 0.0;  ///< its height then, also where column is none
+    bool sure = false;  ///< whether each of the last ten profiles left no doubt of the known edge
   };
   /// @throws std::invalid_argument if an option is out of range.
   explicit StepTrack(const StepTrackOptions& options);
@@ -73,6 +74,7 @@ class StepTrack {
     double log_odds;
     int profiles = 0;   // that the height is of
     int elsewhere = 0;  // profiles in a row with surer evidence elsewhere
+    int sure = 0;       // profiles in a row without doubt
   };
   void MoveLine(double columns);
   std::vector<Way> Moved(int shift, double period_s) const;
@@ -84,6 +86,7 @@ class StepTrack {
                                double place);
   void Follow(double column, const Way& way, double period_s);
   void Weigh(const std::vector<LocalStep>& steps);
+  void CountSure(const Way& way);
 
   StepTrackOptions options_;
   std::vector<Way> ways_;  // to each place

@@ -107,6 +107,7 @@ struct EdgeTracker::Impl {
   std::optional<TimedColumn> candidate;
   double candidate_x_m = 0.0;
   float candidate_weight = 0.0F;
+  std::optional<bool> candidate_sure;
   std::optional<EdgePacket> packet;
 
   void CheckProfile(const Profile& profile) const;
@@ -290,6 +291,7 @@ float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
   if (at_once && found.column && std::abs(*at_once - *found.column) <= keep) at_once = found.column;
   reading.step_m = found.step_m;
   reading.goes_on = found.goes_on;
+  reading.sure = found.sure;
   reading.followed_step_m = found.followed_step_m;
   reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
   return 0.0F;
@@ -315,14 +317,17 @@ void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
   candidate = TimedColumn{reading.time_s, *column};
   candidate_x_m = LateralAt(*column);
   candidate_weight = its_weight;
+  candidate_sure = reading.sure;
 }
 
 EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
-  EdgePacket made{.time_s = time_s, .column = std::nullopt, .x_m = 0.0};
+  EdgePacket made;
+  made.time_s = time_s;
   if (!candidate) return made;
   made.time_s = candidate->time_s;
   made.column = OfLine(candidate->column);
   made.x_m = candidate_x_m;
+  made.sure = candidate_sure;
   return made;
 }
 

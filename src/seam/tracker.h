@@ -36,6 +36,9 @@ struct Reading {
   /// With kEdge: whether the last profiles bear the step out; false: the edge may have ended, and
   /// what is told of it rests on profiles before.
   bool goes_on = true;
+  /// Whether each of the last profiles left no doubt of the edge; what is told without may be what
+  /// is left of one that has ended. None: the method cannot tell.
+  std::optional<bool> sure;
   /// Each detector's own position in this profile; with method steps that of the fourth alone.
   std::array<std::optional<int>, kDetectors> detected;
   std::optional<int> local_step;
@@ -46,6 +49,7 @@ struct EdgePacket {
   double time_s = 0.0;
   std::optional<double> column;  ///< none: no valid position in this period
   double x_m = 0.0;
+  std::optional<bool> sure;  ///< Reading::sure
 };
 
 /// Finds the edge in a sequence of profiles. Holds the history that prediction needs.

@@ -117,6 +117,7 @@ class SensorUnit {
                                     [&](const Place& p) { return p.time_s == packet->time_s; });
     if (packet->column && place != places_.end()) {
       correction.valid = true;
+      correction.sure = packet->sure;
       correction.edge_x_m = packet->x_m;
       correction.deviation_m = place->line.x_m + packet->x_m * std::cos(place->line.heading_rad);
     }

@@ -36,8 +36,8 @@ void Append(pugi::xml_node root, const char* name, const std::string& text) {
 }
 
 void CheckElements(const pugi::xml_node& root) {
-  constexpr std::array<std::string_view, 5> kNames = {"time_s", "valid", "edge_x_m", "deviation_m",
-                                                      "stop"};
+  constexpr std::array<std::string_view, 6> kNames = {"time_s",      "valid", "edge_x_m",
+                                                      "deviation_m", "sure",  "stop"};
   std::array<int, kNames.size()> seen{};
   for (const pugi::xml_node& child : root.children()) {
     if (child.type() != pugi::node_element) Fail("<correction> holds text outside of its elements");
@@ -91,6 +91,7 @@ std::string ToXml(const Correction& correction) {
   Append(root, "valid", correction.valid ? "true" : "false");
   Append(root, "edge_x_m", Text(correction.edge_x_m));
   Append(root, "deviation_m", Text(correction.deviation_m));
+  if (correction.sure) Append(root, "sure", *correction.sure ? "true" : "false");
   if (correction.stop) Append(root, "stop", std::string(core::Word(*correction.stop)));
   std::ostringstream out;
   // One line a packet, so that a stream of packets can be cut at its line ends.
@@ -117,6 +118,7 @@ Correction FromXml(const std::string& xml) {
   correction.valid = ReadBool(root, "valid");
   correction.edge_x_m = ReadNumber(root, "edge_x_m");
   correction.deviation_m = ReadNumber(root, "deviation_m");
+  if (root.child("sure")) correction.sure = ReadBool(root, "sure");
   correction.stop = ReadStop(root);
   return correction;
 }

@@ -13,6 +13,7 @@ struct Correction {
   bool valid = false;
   double edge_x_m = 0.0;     ///< of the edge in the line's frame
   double deviation_m = 0.0;  ///< of the edge from where CAD has it
+  std::optional<bool> sure;  ///< whether the edge is beyond doubt (seam::Reading::sure)
   std::optional<seam::StopReason> stop;
 };
 std::string ToXml(const Correction& correction);

@@ -383,6 +383,28 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
 }
 
+// A low stretch of an edge looks like its end until the edge comes back; much later there may be
+// something else.
+TEST(SurfaceMonitor, AMatEndIsTakenBackIfTheEdgeIsSoonThereBeyondDoubt) {
+  const MonitorOptions options;
+  for (const bool soon : {true, false}) {
+    SurfaceMonitor monitor({}, options);
+    const auto update = [&](ProfileStatus status, std::optional<bool> sure) {
+      Reading reading = Told(status);
+      reading.sure = sure;
+      return monitor.Update(WithBlock(0, 0), reading);
+    };
+    EXPECT_FALSE(update(ProfileStatus::kEdge, true));
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.mat_end_profiles; ++i) stop = update(ProfileStatus::kNoEdge, false);
+    EXPECT_EQ(stop, StopReason::kMatEnd);
+    for (int i = 0; i < (soon ? 1 : 2) * options.window; ++i) {
+      EXPECT_EQ(update(ProfileStatus::kEdge, false), StopReason::kMatEnd) << i;
+    }
+    EXPECT_EQ(update(ProfileStatus::kEdge, true).has_value(), !soon);
+  }
+}
+
 // A sensor that sees nothing for a while has not seen the mats end.
 TEST(SurfaceMonitor, AnOutageIsToldAsLongAsItLasts) {
   const MonitorOptions options;

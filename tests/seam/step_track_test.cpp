@@ -149,6 +149,28 @@ TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
   }
 }
 
+TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < 70; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = 0.2};
+      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      if (k < 9) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+      if (k >= 15 && k < 30) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+      if (k >= 35) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+    }
+  }
+}
+
 // Noise elsewhere has evidence enough for an edge to go on, and steps as high as this one.
 TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
   int before = 0, after = 0;

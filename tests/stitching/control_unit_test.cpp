@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 namespace rangegrasp::stitching::internal {
 namespace {
@@ -16,8 +17,9 @@ HeadState At(double x_m, double y_m, double heading_rad) {
   return head;
 }
 
-std::string Packet(double time_s, double edge_x_m) {
+std::string Packet(double time_s, double edge_x_m, std::optional<bool> sure = {}) {
   Correction correction;
+  correction.sure = sure;
   correction.time_s = time_s;
   correction.valid = true;
   correction.edge_x_m = edge_x_m;
@@ -81,6 +83,43 @@ TEST(ControlUnit, AnObstacleStopsTheHeadWhereItIs) {
   EXPECT_EQ(command.velocity.norm(), 0.0);
   EXPECT_EQ(command.heading_rad, 0.1);
   EXPECT_EQ(unit.end(), TrackEnd::kObstacle);
+}
+
+// At 30 mm/s along a straight edge that is sure for a second, and doubtful for another.
+ControlUnit BehindADoubtfulStretch() {
+  ControlUnit unit({}, kAhead_m, 62.0);
+  for (int i = 0; i <= 200; ++i) {
+    unit.Record(At(-5e-3, 0.3e-3 * i, 0.0));
+    if (i == 0) unit.Command();
+    if (i % 10 == 0) unit.Receive(Packet(i * kControlPeriod_s, 0.0, i <= 100));
+  }
+  Correction end;
+  end.time_s = 2.0;
+  end.stop = seam::StopReason::kMatEnd;
+  unit.Receive(ToXml(end));
+  return unit;
+}
+
+std::optional<TrackEnd> EndAt(double y_m, ControlUnit unit) {
+  unit.Record(At(-5e-3, y_m, 0.0));
+  unit.Command();
+  return unit.end();
+}
+
+TEST(ControlUnit, AMatEndLiesWhereTheEdgeWasLastSeenBeyondDoubt) {
+  const ControlUnit unit = BehindADoubtfulStretch();
+  const double sure_y = 0.03 + kAhead_m;
+  EXPECT_FALSE(EndAt(sure_y - 6e-3, unit));
+  EXPECT_EQ(EndAt(sure_y - 5e-3, unit), TrackEnd::kMatEnd);
+}
+
+TEST(ControlUnit, GoesOnIfTheEdgeIsThereBeyondDoubtAfterAMatEndThatIsNoLongerTold) {
+  ControlUnit doubtful = BehindADoubtfulStretch();
+  doubtful.Receive(Packet(2.0, 0.0, false));
+  EXPECT_EQ(EndAt(0.105, doubtful), TrackEnd::kMatEnd);
+  ControlUnit sure = BehindADoubtfulStretch();
+  sure.Receive(Packet(2.0, 0.0, true));
+  EXPECT_FALSE(EndAt(0.105, sure));
 }
 
 }  // namespace

@@ -24,6 +24,8 @@ Correction RandomCorrection(core::Rng& rng) {
   c.valid = rng.Uniform() < 0.5;
   c.edge_x_m = rng.Normal() * std::pow(10.0, rng.Uniform(-9.0, 3.0));
   c.deviation_m = rng.Normal();
+  const std::size_t sure = rng.Index(3);
+  if (sure > 0) c.sure = sure == 1;
   const std::size_t stop = rng.Index(3);
   if (stop == 1) c.stop = seam::StopReason::kMatEnd;
   if (stop == 2) c.stop = seam::StopReason::kObstacle;
@@ -35,6 +37,7 @@ void ExpectSame(const Correction& a, const Correction& b) {
   EXPECT_EQ(a.valid, b.valid);
   EXPECT_EQ(a.edge_x_m, b.edge_x_m);
   EXPECT_EQ(a.deviation_m, b.deviation_m);
+  EXPECT_EQ(a.sure, b.sure);
   EXPECT_EQ(a.stop, b.stop);
 }
 

@@ -45,6 +45,7 @@ ControlUnit::ControlUnit(const TrackOptions& options, double line_ahead_m, doubl
           SafeSpeed(line_ahead_m - 2.0 * kStopMargin_m, window_s_ + kControlPeriod_s, options.head),
           kSeenLength * options.monitor.obstacle_width_m * rate_hz /
               options.monitor.obstacle_profiles)),
+      sure_to_y_m_(line_ahead_m),
       known_to_y_m_(line_ahead_m) {}
 
 HeadState ControlUnit::PoseAt(double time_s) const {
@@ -63,6 +64,8 @@ HeadState ControlUnit::PoseAt(double time_s) const {
 std::optional<TrackPoint> ControlUnit::Receive(const std::string& xml) {
   const Correction correction = FromXml(xml);
   if (correction.stop) TakeStop(correction);
+  // Beyond doubt the edge is there again: it was not the mats' end.
+  if (!correction.stop && correction.valid && correction.sure.value_or(false)) mat_end_y_m_.reset();
   if (!correction.valid || mat_end_y_m_) return std::nullopt;
   const LinePose line = PoseAt(correction.time_s).Line(ahead_m_);
   const Point edge(line.x_m + correction.edge_x_m * std::cos(line.heading_rad),
@@ -70,6 +73,7 @@ std::optional<TrackPoint> ControlUnit::Receive(const std::string& xml) {
   if (IsJump(edge, correction.time_s)) return std::nullopt;
   last_.push_back({correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0});
   if (last_.size() > kLast) last_.erase(last_.begin());
+  if (correction.sure.value_or(true)) sure_to_y_m_ = std::max(sure_to_y_m_, edge.y());
   TakeEdge(edge);
   return TrackPoint{correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0};
 }
@@ -78,9 +82,9 @@ void ControlUnit::TakeStop(const Correction& correction) {
   if (*correction.stop == seam::StopReason::kObstacle) obstacle_ = true;
   if (*correction.stop != seam::StopReason::kMatEnd || mat_end_y_m_) return;
   // The mats ended no earlier than where the line was when the monitor's window began, and not
-  // before the last edge that was seen; the nearer of both is safe.
+  // before the last edge that was surely seen; the nearer of both is safe.
   const LinePose line = PoseAt(correction.time_s - window_s_).Line(ahead_m_);
-  const double seen_y = edge_.empty() ? line.y_m : std::min(line.y_m, edge_.back().y());
+  const double seen_y = edge_.empty() ? line.y_m : std::min(line.y_m, sure_to_y_m_);
   // A line that is turned sees the mats' end as an edge that runs along it, before its middle.
   mat_end_y_m_ = seen_y - kTurned_m * std::abs(std::tan(line.heading_rad));
 }
@@ -117,7 +121,7 @@ std::vector<Point> ControlUnit::EdgeFrom(double from_y) {
   std::vector<Point> edge = SmoothEdge(std::span(first, edge_.end()));
   if (edge.empty()) return edge;
   if (!join_y_m_) join_y_m_ = poses_.back().needle.y();
-  known_to_y_m_ = edge.back().y();
+  known_to_y_m_ = std::min(edge.back().y(), sure_to_y_m_);
   const double reach = 2.0 * options_.wanted_distance_m;
   return Extend(std::move(edge), std::max(0.0, edge.front().y() - from_y) + reach,
                 kAhead_m + reach);

@@ -44,6 +44,7 @@ class ControlUnit {
   std::vector<HeadState> poses_;
   std::vector<Point> edge_;         // as sensed, ascending in y
   std::vector<TrackPoint> last_;    // of them, the last ones that were taken
+  double sure_to_y_m_;              // where the edge was last seen beyond doubt
   double known_to_y_m_;             // where the needle can go with what is known
   std::optional<double> join_y_m_;  // where the needle begins to leave the CAD track
   std::optional<double> mat_end_y_m_;
