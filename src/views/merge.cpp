@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -19,25 +20,46 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// With fewer points there is nothing to lay one view onto another with.
 constexpr std::size_t kMinPoints = 100;
-/// Pairs whose normals differ by more are not of the same surface, or one of them is bent by an
-/// edge that the other view sees from its other side: cos 18 deg.
+/// Pairs whose normals differ by more are not of the same surface (those of the two sides of a cup's
+/// wall are opposite), or one of them is bent by an edge that the other view sees from its other
+/// side: cos 18 deg.
 constexpr double kMinCosine = 0.95;
 /// Of pairs that fit perfectly, as in a test without noise.
 constexpr double kMinSigma_m = 1e-5;
 /// The median absolute value of a normal distribution is this part of its standard deviation.
 constexpr double kMedianOfNormal = 0.6745;
 
-void AddPoints(const geometry::View& view, const Eigen::AlignedBox3d& region_C, Points& points) {
-  for (const Eigen::Vector3d& p_C : view.image.points_C) {
-    if (p_C.allFinite() && region_C.contains(p_C)) points.push_back(p_C);
+/// Measured points, and where each was seen from.
+struct Seen {
+  Points points;
+  Points eyes;
+};
+
+void AddPoints(const geometry::View& view, const Eigen::AlignedBox3d& region_C, Seen& seen) {
+  for (std::uint32_t i = 0; i < view.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p_C = view.image.points_C[i];
+    if (!p_C.allFinite() || !region_C.contains(p_C)) continue;
+    seen.points.push_back(p_C);
+    seen.eyes.push_back(view.image.OriginOf(i));
   }
 }
 
-Points EverySoMany(const Points& points, std::size_t max_points) {
-  const std::size_t step = std::max<std::size_t>(1, (points.size() + max_points - 1) / max_points);
-  Points some;
-  for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
+Seen EverySoMany(const Seen& seen, std::size_t max_points) {
+  const std::size_t n = seen.points.size();
+  const std::size_t step = std::max<std::size_t>(1, (n + max_points - 1) / max_points);
+  Seen some;
+  for (std::size_t i = 0; i < n; i += step) {
+    some.points.push_back(seen.points[i]);
+    some.eyes.push_back(seen.eyes[i]);
+  }
   return some;
+}
+
+/// Towards where each point was seen from: the two sides of a thin wall have opposite ones.
+Points NormalsOf(const Seen& seen, const geometry::KdTree& tree, double radius_m) {
+  geometry::Indices own(seen.points.size());
+  std::iota(own.begin(), own.end(), 0u);
+  return geometry::EstimateNormals(seen.points, tree, radius_m, seen.eyes, own);
 }
 
 /// What the pairs tell of the motion that is left: A x = b, without sigma.
@@ -50,10 +72,10 @@ struct Pairs {
 /// Points that were measured before.
 class Earlier {
  public:
-  Earlier(Points points, const Eigen::Vector3d& eye, const RefineOptions& options)
-      : points_(std::move(points)),
+  Earlier(Seen seen, const RefineOptions& options)
+      : points_(std::move(seen.points)),
         tree_(points_),
-        normals_(geometry::EstimateNormals(points_, tree_, options.normal_radius_m, eye)),
+        normals_(NormalsOf({points_, std::move(seen.eyes)}, tree_, options.normal_radius_m)),
         options_(options) {}
   Earlier(const Earlier&) = delete;
   Earlier& operator=(const Earlier&) = delete;
@@ -68,7 +90,7 @@ class Earlier {
       tree_.Nearest(p, 1, nearest);
       const auto& found = nearest.front();
       const Eigen::Vector3d& n = normals_[found.index];
-      if (std::abs(n.dot(normals[i])) < kMinCosine) continue;
+      if (n.dot(normals[i]) < kMinCosine) continue;
       const double across_m = n.dot(p - points_[found.index]);
       const double squared_aside = found.squared_distance - across_m * across_m;
       if (std::abs(across_m) > options_.max_across_m ||
@@ -121,21 +143,20 @@ geometry::View Moved(geometry::View view, const core::Pose& X_by) {
 
 Refinement Refine(const geometry::Observation& earlier, const geometry::View& view,
                   const Eigen::AlignedBox3d& region_C, const RefineOptions& options) {
-  Points target, source;
+  Seen target, source;
   for (const geometry::View& one : earlier.views) AddPoints(one, region_C, target);
   AddPoints(view, region_C, source);
   Refinement result;
-  if (target.size() < kMinPoints || source.size() < kMinPoints) return result;
+  if (target.points.size() < kMinPoints || source.points.size() < kMinPoints) return result;
   source = EverySoMany(source, options.max_points);
   const Eigen::Vector3d about = view.X_CV.translation();
-  const Earlier before(EverySoMany(target, 3 * options.max_points), about, options);
-  const Points normals =
-      geometry::EstimateNormals(source, geometry::KdTree(source), options.normal_radius_m, about);
+  const Earlier before(EverySoMany(target, 3 * options.max_points), options);
+  const Points normals = NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
   const Vector6 prior = PriorOf(options.error);
   Vector6 twist = Vector6::Zero();
   double sigma_m = options.error.shift_m;
   for (int i = 0; i < options.max_iterations; ++i) {
-    Pairs pairs = before.PairsWith(source, normals, PoseOf(twist, about), about, sigma_m);
+    Pairs pairs = before.PairsWith(source.points, normals, PoseOf(twist, about), about, sigma_m);
     if (pairs.across_m.size() < kMinPoints) return result;
     result.pairs = pairs.across_m.size();
     sigma_m = std::max(core::MedianOf(std::move(pairs.across_m)) / kMedianOfNormal, kMinSigma_m);

@@ -102,6 +102,19 @@ TEST(Merge, GoesNoFurtherThanTheErrorAllows) {
   EXPECT_EQ(found.refined, found.deviations <= strict.max_deviations);
 }
 
+// A wall of 4 mm on a table, seen from either side, as a cup's is: what the second look sees is
+// the other side. It stays within what a tenth of the points and the arm's word leave open.
+TEST(Merge, DoesNotLayTheTwoSidesOfAWallOntoEachOther) {
+  core::Rng rng(7);
+  const AlignedBox3d wall(Vector3d(-0.002, -0.08, 0.0), Vector3d(0.002, 0.08, 0.12));
+  geometry::Observation earlier;
+  earlier.views.push_back(ScanBox(LookFrom({0.40, 0.0, 0.35}, kMiddle), wall, kSigma_m, rng));
+  const auto view = ScanBox(LookFrom({-0.40, 0.0, 0.35}, kMiddle), wall, kSigma_m, rng);
+  const Refinement found = Refine(earlier, view, kRegion, {});
+  ASSERT_TRUE(found.refined);
+  EXPECT_LT((found.X_by * kMiddle - kMiddle).norm(), 0.001);
+}
+
 TEST(Merge, TellsWhatHasNothingInCommon) {
   core::Rng rng(5);
   geometry::Observation nothing;
