@@ -26,6 +26,8 @@ namespace {
 
 /// Of a small part too: fewer centers miss one of its sides.
 constexpr int kMinCenters = 4;
+/// Of a number of centers: the whole has all of them, also where its share is rounded below 1.
+constexpr double kRounding = 1e-6;
 
 void Check(const HierarchyOptions& options) {
   if (options.cells < 2 || options.centers < kMinCenters || options.levels < 1 ||
@@ -73,7 +75,7 @@ class Hierarchy {
     const Cells own = Subset(cells_, cells);
     const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area_;
     const int centers =
-        std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share)));
+        std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share) + kRounding));
     Split split =
         BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options_.levels}),
                   {.min_area = MinArea(),

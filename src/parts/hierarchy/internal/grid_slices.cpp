@@ -14,8 +14,9 @@ using Eigen::Vector3d;
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// What lies nearer to a plane lies in it, of the grid's side.
-constexpr double kNear = 1e-6;
+/// What lies nearer to a plane lies in it, of the grid's side: far above the rounding of single
+/// precision, so that no slivers are cut off by it.
+constexpr double kNear = 1e-3;
 
 /// Cuts of one mesh, at most: a surface takes some thousands and some for each of its small faces;
 /// a needle without end takes more.

@@ -16,11 +16,21 @@ constexpr double kPatchSide = 0.25;
 /// ridges (minima rule).
 constexpr double kConvexShare = 0.25;
 
-/// The angle between two faces, > 0 where they are convex.
+/// Sine of the angle between two faces that lie on each other, at most: rounding decides which of
+/// them is above, so that the edge where they meet is neither ridge nor groove.
+constexpr double kFold = 0.01;
+
+/// Cosine below which a normal points away. That of a wall at a right angle does, whatever rounding
+/// makes of it.
+constexpr double kAway = 0.001;
+
+/// The angle between two faces, > 0 where they are convex; 0 where they are folded on each other.
 double Dihedral(const FaceFrames& frames, std::uint32_t f, std::uint32_t g) {
   const Eigen::Vector3d& n = frames.normal[f];
   const Eigen::Vector3d& m = frames.normal[g];
-  const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
+  const double sine = n.cross(m).norm();
+  if (n.dot(m) < 0.0 && sine < kFold) return 0.0;
+  const double angle = std::atan2(sine, n.dot(m));
   return n.dot(frames.center[g] - frames.center[f]) > 0.0 ? -angle : angle;
 }
 
@@ -49,7 +59,7 @@ std::vector<Eigen::Matrix3d> BendsOfBalls(const Patches& patches,
   for (std::size_t p = 0; p < patches.size(); ++p) {
     tree.Within(patches.center[p], scale, near);
     for (const auto& other : near) {
-      if (patches.normal[p].dot(patches.normal[other.index]) <= 0.0) continue;
+      if (patches.normal[p].dot(patches.normal[other.index]) < kAway) continue;
       of_ball[p] += 2.0 * (1.0 - std::sqrt(other.squared_distance) / scale) * bends[other.index];
     }
   }
