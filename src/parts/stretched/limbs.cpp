@@ -17,7 +17,10 @@ struct Piece {
   double high = 1.0;               ///< at which it falls apart or vanishes
   double tip = 1.0;                ///< at which the last of it vanishes
   double weight = 0.0;
-  bool whole = false;  ///< it lasts longer than its limbs do
+  /// Remoteness of its nearest and farthest element.
+  double root = std::numeric_limits<double>::infinity();
+  double end = 0.0;
+  bool whole = false;  ///< it lasts longer than its limbs do, or has less than two
 };
 
 /// The join tree, from the tips of the pieces down to the core. Joints are newer than their limbs.
@@ -78,6 +81,13 @@ class Tree {
     return piece.weight >= min_weight_ && piece.tip - low >= options_.min_prominence;
   }
 
+  void Hold(std::size_t p, double weight, double root, double end) {
+    Piece& piece = pieces_[p];
+    piece.weight += weight;
+    piece.root = std::min(piece.root, root);
+    piece.end = std::max(piece.end, end);
+  }
+
   std::size_t NewPiece(double growth) {
     pieces_.emplace_back();
     pieces_.back().high = pieces_.back().tip = growth;
@@ -90,7 +100,7 @@ class Tree {
       pieces_[p].low = growth;
       pieces_[p].parent = static_cast<int>(joint);
       pieces_[joint].tip = std::max(pieces_[joint].tip, pieces_[p].tip);
-      pieces_[joint].weight += pieces_[p].weight;
+      Hold(joint, pieces_[p].weight, pieces_[p].root, pieces_[p].end);
     }
     pieces_[joint].limbs = std::move(limbs);
     return joint;
@@ -118,26 +128,32 @@ class Tree {
       if (piece_of_set_[set] != at && other.parent < 0) {
         other.parent = static_cast<int>(at);
         other.crumb = true;
-        pieces_[at].weight += other.weight;
+        Hold(at, other.weight, other.root, other.end);
       }
       sets_.Unite(set, i);
     }
-    pieces_[at].weight += elements_.weight[i];
+    Hold(at, elements_.weight[i], elements_.remoteness[i], elements_.remoteness[i]);
     piece_of_set_[sets_.Find(i)] = at;
     piece_of_[i] = static_cast<int>(at);
   }
 
+  bool LeadsAway(const Piece& piece) const { return piece.end >= options_.min_reach * piece.root; }
+
   /// How long each piece lasts, or its limbs in the mean where that is longer.
   void Weigh() {
     std::vector<double> lasts(pieces_.size(), 0.0);
+    std::vector<int> limbs(pieces_.size(), 0);  // that it falls into at last and that lead away
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
       Piece& piece = pieces_[p];
       const double own = piece.high - piece.low;
       double apart = 0.0;
-      for (const std::size_t limb : piece.limbs) apart += lasts[limb];
-      if (!piece.limbs.empty()) apart /= static_cast<double>(piece.limbs.size());
-      piece.whole = own >= apart;
+      for (const std::size_t limb : piece.limbs) {
+        apart += lasts[limb] / static_cast<double>(piece.limbs.size());
+        limbs[p] += limbs[limb];
+      }
+      piece.whole = own >= apart || limbs[p] < 2;
       lasts[p] = std::max(own, apart);
+      if (piece.whole) limbs[p] = LeadsAway(piece) ? 1 : 0;
     }
   }
 
@@ -152,7 +168,7 @@ class Tree {
       within[p] = piece.parent >= 0 && within[static_cast<std::size_t>(piece.parent)];
       if (within[p] || !piece.whole) continue;
       within[p] = true;
-      if (piece.parent >= 0 || IsLimb(piece, 1.0)) limbs.push_back(p);
+      if (LeadsAway(piece) && (piece.parent >= 0 || IsLimb(piece, 1.0))) limbs.push_back(p);
     }
     std::ranges::stable_sort(
         limbs, [&](std::size_t a, std::size_t b) { return pieces_[a].weight > pieces_[b].weight; });
@@ -168,31 +184,11 @@ class Tree {
   std::vector<Piece> pieces_;
 };
 
-/// What does not lead away from the rest goes to the core.
-void DropBumps(const StandingOut& elements, double min_reach, std::vector<std::int32_t>& label) {
-  const auto parts = 1 + static_cast<std::size_t>(*std::ranges::max_element(label));
-  std::vector<double> root(parts, std::numeric_limits<double>::infinity());
-  std::vector<double> tip(parts, 0.0);
-  for (std::size_t i = 0; i < label.size(); ++i) {
-    const auto l = static_cast<std::size_t>(label[i]);
-    root[l] = std::min(root[l], elements.remoteness[i]);
-    tip[l] = std::max(tip[l], elements.remoteness[i]);
-  }
-  std::vector<std::int32_t> number(parts, 0);
-  std::int32_t kept = 0;
-  for (std::size_t l = 1; l < parts; ++l) {
-    if (tip[l] >= min_reach * root[l]) number[l] = ++kept;
-  }
-  for (std::int32_t& l : label) l = number[static_cast<std::size_t>(l)];
-}
-
 }  // namespace
 
 std::vector<std::int32_t> LabelLimbs(const StandingOut& elements, const LimbOptions& options) {
   if (elements.growth.empty()) return {};
-  std::vector<std::int32_t> label = Tree(elements, options).Labels();
-  DropBumps(elements, options.min_reach, label);
-  return label;
+  return Tree(elements, options).Labels();
 }
 
 }  // namespace rangegrasp::parts

@@ -30,7 +30,8 @@ struct LimbOptions {
 /// whichever last for a longer growth of the core, those in the mean: a chest with arms and head
 /// falls apart, an arm with fingers stays whole. So each limb is cut where it joins others, and no
 /// growth is fixed for all of them. A limb leads away from the rest (the feature points of Katz et
-/// al. 2005): what does not is the core's. O(n log n).
+/// al. 2005): what does not is the core's, and a piece falls apart only if two of its limbs do: a
+/// head with short ears stays whole. O(n log n).
 /// @return a label an element: 0 the core, from 1 the limbs by falling weight.
 std::vector<std::int32_t> LabelLimbs(const StandingOut& elements, const LimbOptions& options);
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <tuple>
 
@@ -58,6 +59,14 @@ TEST(LabelLimbs, WhatDoesNotLeadAwayIsTheCores) {
   for (std::size_t i = 11; i < out.growth.size(); ++i) out.remoteness[i] = 1.0;
   EXPECT_EQ(Count(out), 1);
   EXPECT_TRUE(LabelLimbs({}, {}).empty());
+}
+
+TEST(LabelLimbs, AHeadWhoseEarsDoNotLeadAwayStaysWhole) {
+  StandingOut out = Rods({{-1, 5}, {0, 10}, {0, 10}});
+  for (std::size_t i = 6; i < out.growth.size(); ++i) out.remoteness[i] = out.remoteness[5];
+  const std::vector<std::int32_t> label = LabelLimbs(out, {});
+  EXPECT_EQ(label.front(), 0);
+  EXPECT_EQ(std::count(label.begin(), label.end(), 1), 25);
 }
 
 /// Head, arms and legs are a part each, and there is no other.
