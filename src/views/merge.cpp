@@ -20,9 +20,9 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// With fewer points there is nothing to lay one view onto another with.
 constexpr std::size_t kMinPoints = 100;
-/// Pairs whose normals differ by more are not of the same surface (those of the two sides of a cup's
-/// wall are opposite), or one of them is bent by an edge that the other view sees from its other
-/// side: cos 18 deg.
+/// Pairs whose normals differ by more are not of the same surface (those of the two sides of a
+/// cup's wall are opposite), or one of them is bent by an edge that the other view sees from its
+/// other side: cos 18 deg.
 constexpr double kMinCosine = 0.95;
 /// Of pairs that fit perfectly, as in a test without noise.
 constexpr double kMinSigma_m = 1e-5;
@@ -151,7 +151,8 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   source = EverySoMany(source, options.max_points);
   const Eigen::Vector3d about = view.X_CV.translation();
   const Earlier before(EverySoMany(target, 3 * options.max_points), options);
-  const Points normals = NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
+  const Points normals =
+      NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
   const Vector6 prior = PriorOf(options.error);
   Vector6 twist = Vector6::Zero();
   double sigma_m = options.error.shift_m;
