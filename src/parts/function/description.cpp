@@ -237,25 +237,36 @@ int JointsWith(const PartDescription& part, std::int32_t other) {
   return 0;
 }
 
+/// Of all elements; less is an ear, whatever it would hold.
+constexpr double kMinShare = 0.2;
+
+bool IsContainer(const PartDescription& part, double share, const geometry::TriangleMesh& hull,
+                 const FunctionOptions& options) {
+  return share >= kMinShare && part.holds >= options.min_held * geometry::Volume(hull);
+}
+
 void TellFunctions(const Shape& shape, const Segmentation& segmentation,
                    const std::vector<Samples>& samples, const FunctionOptions& options,
                    std::vector<PartDescription>& parts) {
-  const auto container = std::ranges::max_element(parts, {}, &PartDescription::holds);
-  const auto c = static_cast<std::size_t>(container->label);
-  const geometry::TriangleMesh hull = RoughHull(samples[c].points);
-  if (!(container->holds >= options.min_held * geometry::Volume(hull)) || hull.triangles.empty()) {
-    return;
-  }
-  constexpr std::size_t kMinShare = 5;  // a fifth: less is an ear, whatever it would hold
-  const auto elements =
-      static_cast<std::size_t>(std::ranges::count(segmentation.label, container->label));
-  if (kMinShare * elements < segmentation.label.size()) return;
-  container->function = PartFunction::kContainer;
-  const double size = container->extents.minCoeff();
   const auto elements_of = [&](std::int32_t label) {
     return static_cast<double>(std::ranges::count(segmentation.label, label));
   };
-  const int joints = shape.IsMesh() ? 2 : 1;
+  const auto hull_of = [&](const PartDescription& part) {
+    return RoughHull(samples[static_cast<std::size_t>(part.label)].points);
+  };
+  auto container = std::ranges::max_element(parts, {}, &PartDescription::holds);
+  geometry::TriangleMesh hull = hull_of(*container);
+  const double share =
+      elements_of(container->label) / static_cast<double>(segmentation.label.size());
+  if (!hull.triangles.empty() && IsContainer(*container, share, hull, options)) {
+    container->function = PartFunction::kContainer;
+  } else {
+    if (!options.one_view) return;
+    container = parts.begin();
+    hull = hull_of(*container);
+  }
+  const double size = container->extents.minCoeff();
+  const int joints = options.one_view ? 0 : shape.IsMesh() ? 2 : 1;
   for (PartDescription& part : parts) {
     if (part.label == container->label || JointsWith(part, container->label) < joints) continue;
     if (part.extents.minCoeff() > options.max_thickness * size) continue;

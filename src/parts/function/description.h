@@ -47,6 +47,9 @@ struct FunctionOptions {
   double max_thickness = 0.5;
   /// And light: at most this share of the container's elements.
   double max_share = 0.5;
+  /// One view may show no inside and hide the ends of a handle: where no part is a container the
+  /// largest is what handles stand out of, and they need not be joined to it.
+  bool one_view = false;
   /// Directions that water is poured against beside the part's own axes: a seen side has others.
   std::vector<Eigen::Vector3d> up;
 };

@@ -221,8 +221,10 @@ class AttemptRun {
     if (options_.target ? !IsTarget(sensed) : !IsAnything()) return false;
     if (FreeGrasps(result_.detected.detection) == 0) {
       Begin("grasp");
-      End(Outcome::kNoGrasp,
-          fmt::format("{} candidates, all collide", result_.detected.detection.grasps.size()));
+      const std::string& why = result_.detected.why_none;
+      End(Outcome::kNoGrasp, !why.empty() ? why
+                                          : fmt::format("{} candidates, all collide",
+                                                        result_.detected.detection.grasps.size()));
       return false;
     }
     result_.accepted = true;
@@ -255,16 +257,15 @@ class AttemptRun {
                bool last) {
     Begin("execute");
     result_.grasp = grasp;
-    sim::GraspProgram program{plan.reach,
-                              plan.approach,
-                              plan.lift,
-                              plan.carry,
-                              plan.lower,
-                              plan.retreat,
-                              options_.user,
-                              grasp.opening_m,
-                              grasp.contact_angle_rad > cell_.options.firm_from_rad,
-                              options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
+    // What is held by its handle hangs beside the pads and would creep about them.
+    const bool firm = cell_.options.take == TakeKind::kHandle ||
+                      grasp.contact_angle_rad > cell_.options.firm_from_rad;
+    sim::GraspProgram program{
+        plan.reach,    plan.approach,
+        plan.lift,     plan.carry,
+        plan.lower,    plan.retreat,
+        options_.user, grasp.opening_m,
+        firm,          options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
     if (!last) program.withdraw_m = cell_.options.early_m;
     result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
                                cell_.options.audit, rng, options_.observer);

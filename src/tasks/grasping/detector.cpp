@@ -4,6 +4,7 @@
 
 #include "core/stopwatch.h"
 #include "perception/perceive.h"
+#include "tasks/grasping/handle_grasps.h"
 #include "tasks/grasping/outside_detector.h"
 #include "tasks/grasping/view_obstacles.h"
 #include "tasks/grasping/workspace.h"
@@ -46,23 +47,38 @@ class DissertationDetector : public Detector {
     detected.has_turn = PutFirst(turn, scene);
     grasp::Obstacles obstacles;
     std::vector<grasp::Grasp> grasps;
+    if (options_.take == TakeKind::kHandle) JoinCutOffHandle(scene);
     if (detected.has_turn && !scene.objects.empty()) {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
-      const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
-      grasps =
-          grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp, obstacles.measured_C);
+      grasps = Grasps(scene, obstacles.measured_C, detected.why_none);
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
     if (observer_) observer_(scene, grasps, observation);
     detected.segments = static_cast<int>(scene.segments.size());
     detected.detection = grasp::DetectionFrom(scene, grasps);
+    if (options_.take == TakeKind::kHandle) {
+      for (grasp::DetectedGrasp& grasp : detected.detection.grasps) grasp.name = "handle";
+    }
     detected.detection.obstacles = std::move(obstacles);
     detected.kept = scene.cloud.size();
     return detected;
   }
 
  private:
+  /// Of the first object.
+  std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
+                                   std::span<const geometry::TriangleMesh> obstacles_C,
+                                   std::string& why_none) const {
+    if (options_.take == TakeKind::kHandle) {
+      auto by_handle = PlanHandleGrasps(scene, 0, robot_.hand(), options_.grasp, obstacles_C);
+      why_none = std::move(by_handle.why_none);
+      return std::move(by_handle.grasps);
+    }
+    const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
+    return grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp, obstacles_C);
+  }
+
   const Options& options_;
   const robot::Robot& robot_;
   SceneObserver observer_;

@@ -23,6 +23,7 @@ struct Detected {
   grasp::Detection detection;
   std::size_t kept = 0;  ///< samples that it took for parts of objects, after its filters
   int segments = 0;
+  std::string why_none;  ///< no grasp, where the detector says so; else empty
   bool has_turn = true;  ///< whether the first object may be taken; if not, none may
   std::vector<std::pair<std::string, double>> seconds;  ///< by stage
 };

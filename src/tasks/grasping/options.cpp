@@ -174,7 +174,9 @@ void ReadPerception(YamlMap map, perception::PerceptionOptions& options) {
   map.Finish();
 }
 
-void ReadGrasp(YamlMap map, grasp::GraspOptions& options) {
+void ReadGrasp(YamlMap map, TakeKind& take, grasp::GraspOptions& options) {
+  map.Read("take", take,
+           "where objects are taken: anywhere, or by the handle that their parts tell (chapter 6)");
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "the hand stays this far above the table");
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
@@ -336,7 +338,7 @@ Options ReadOptions(YamlMap& map) {
   // A stereo pair's errors are the same over a window of many samples.
   o.perception.stated_noise = o.sensor_files.kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
-  ReadGrasp(map.Child("grasp", "from objects to grasps"), o.grasp);
+  ReadGrasp(map.Child("grasp", "from objects to grasps"), o.take, o.grasp);
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);
   map.Finish();
   return o;

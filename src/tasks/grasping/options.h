@@ -33,6 +33,11 @@ constexpr std::array<std::string_view, 5> WordsOf(ArrangerKind) {
 enum class DetectorKind { kDissertation };
 constexpr std::array<std::string_view, 1> WordsOf(DetectorKind) { return {"dissertation"}; }
 
+/// Where an object is taken: by grasps of chapter 5, or by its handle, which its parts tell
+/// (chapter 6).
+enum class TakeKind { kAnywhere, kHandle };
+constexpr std::array<std::string_view, 2> WordsOf(TakeKind) { return {"anywhere", "handle"}; }
+
 /// What plans the arm's motions.
 enum class MoverKind { kPlanned };
 constexpr std::array<std::string_view, 1> WordsOf(MoverKind) { return {"planned"}; }
@@ -136,6 +141,7 @@ struct Options {
   sim::AuditBounds audit;
   perception::PerceptionOptions perception;
   grasp::GraspOptions grasp;
+  TakeKind take = TakeKind::kAnywhere;
   grasp::ObstacleOptions obstacles;
   planning::PlanOptions planning;
 };

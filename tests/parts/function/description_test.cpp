@@ -89,6 +89,31 @@ TEST(DescribeParts, WhatTheHierarchyFindsOfAMugHasItsFunctionsToo) {
   EXPECT_EQ(handles, 1);
 }
 
+// Seen from beside, upside down: half of the outside, and a handle whose ends it hides.
+TEST(DescribeParts, OfOneViewTheBodyNeedHaveNoInsideAndTheHandleNoJoint) {
+  Shape seen;
+  Segmentation found;
+  const auto add = [&](const Vector3d& p, std::int32_t label) {
+    seen.points.push_back(p);
+    found.label.push_back(label);
+  };
+  for (double height = 0.0; height <= 0.095; height += 0.002) {
+    for (double angle = 0.0; angle <= std::numbers::pi; angle += 0.05) {
+      add({0.041 * std::cos(angle), 0.041 * std::sin(angle), height}, 0);
+    }
+  }
+  for (double height = 0.03; height <= 0.07; height += 0.002) {
+    for (double x = 0.06; x < 0.07; x += 0.002) add({x, 0.0, height}, 1);
+  }
+  found.parts = 2;
+  for (const auto& part : DescribeParts(seen, found)) {
+    EXPECT_EQ(part.function, PartFunction::kOther);
+  }
+  const auto parts = DescribeParts(seen, found, {.one_view = true, .up = {}});
+  EXPECT_EQ(parts[0].function, PartFunction::kOther);
+  EXPECT_EQ(parts[1].function, PartFunction::kHandle);
+}
+
 TEST(DescribeParts, AHandHoldsNoWaterAndHasNoHandle) {
   const testing::Hand hand = testing::BentHand();
   for (const auto& part : DescribeParts(hand.shape, SegmentHierarchy(hand.shape, {}))) {

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "grasp/grasp.h"
+#include "perception/scene.h"
+#include "robot/hand_model.h"
+
+namespace rangegrasp::tasks::grasping {
+
+/// Gives the first object back what perception may have cut off along the crease round it: small
+/// objects next to it become parts of it. In clutter that may be a neighbor, too.
+void JoinCutOffHandle(perception::Scene& scene);
+
+struct HandleGrasps {
+  std::vector<grasp::Grasp> grasps;  ///< free ones first, the steepest of these first
+  std::string why_none;              ///< what is missing where no handle was found
+};
+
+/// Grasps of a perceived object by its handle: its measured points are taken apart (parts,
+/// `hierarchy`), and of what is thin, stands out of the body and is joined to it the largest is the
+/// handle (parts/function).
+/// @param object  position in scene.objects
+/// @param obstacles_C  what the hand must not touch besides the other objects
+HandleGrasps PlanHandleGrasps(const perception::Scene& scene, std::size_t object,
+                              const robot::HandModel& hand, const grasp::GraspOptions& options,
+                              std::span<const geometry::TriangleMesh> obstacles_C);
+
+}  // namespace rangegrasp::tasks::grasping
