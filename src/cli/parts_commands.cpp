@@ -11,6 +11,7 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/part_table.h"
+#include "cli/step_line.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/stopwatch.h"
@@ -74,8 +75,9 @@ struct Segmented {
   double seconds = 0.0;
 };
 
-Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
+Segmented Segment(const std::string& file, const SegmentArguments& arguments, StepLine& line) {
   Segmented result;
+  line.Begin("reading");
   result.input = parts::ReadPolygons(file);
   try {
     const parts::Shape shape = parts::MakeShape(result.input.mesh);
@@ -84,6 +86,8 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
       throw core::InputError("is a point cloud; method '" + arguments.method +
                              "' needs a mesh, --method mirror and hierarchy take clouds too");
     }
+    line.Begin(fmt::format("taking {} {} apart", shape.Elements(),
+                           shape.IsMesh() ? "triangles" : "points"));
     const core::Stopwatch watch;
     result.found = parts::SegmentBy(method, shape,
                                     {.clusters = arguments.clusters,
@@ -92,6 +96,7 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments) {
                                      .pose_invariant = arguments.pose_invariant,
                                      .go_on_outside = arguments.go_on_outside});
     result.seconds = watch.Seconds();
+    line.Begin("describing the parts");
     result.described = parts::DescribeParts(shape, result.found);
     result.labels = parts::LabelsOfInput(shape, result.input.mesh, result.found);
     result.elements = parts::LabelsOfPolygons(result.input, result.labels);
@@ -186,13 +191,16 @@ void WriteMeshes(const std::filesystem::path& base, const Segmented& result) {
 }
 
 ordered_json SegmentFile(const std::string& file, const SegmentArguments& arguments) {
-  const Segmented result = Segment(file, arguments);
+  StepLine line(file);
+  const Segmented result = Segment(file, arguments, line);
   if (arguments.meshes && result.input.polygons == 0) {
     throw core::InputError(file + ": is a point cloud; --meshes needs a mesh");
   }
   const auto base = BaseOf(file, arguments);
+  line.Begin("writing");
   tasks::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
   if (arguments.meshes) WriteMeshes(base, result);
+  line.End();
   if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
   const ordered_json json = JsonOf(file, arguments, result);
   core::WriteFile(base.string() + ".csv", PartTable(json));

@@ -1,12 +1,17 @@
 // What a person sees on a terminal, and what a pipe or a file gets.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pty.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <regex>
 
 #include "cli/command.h"
+#include "core/file.h"
+#include "core/units.h"
 
 namespace rangegrasp {
 namespace {
@@ -88,6 +93,41 @@ TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
   EXPECT_THAT(shown, testing::Not(HasSubstr(kRed)));
   const std::string markdown = OnTerminal({"table", out, "--format", "markdown"});
   EXPECT_THAT(markdown, testing::Not(HasSubstr("\x1b")));
+}
+
+/// A rod of 20,000 triangles: its diameters take seconds.
+std::string Rod() {
+  constexpr int kRings = 100, kAround = 100;
+  std::string points, faces;
+  for (int i = 0; i <= kRings; ++i) {
+    for (int j = 0; j < kAround; ++j) {
+      const double turn = 2.0 * core::kPi * j / kAround;
+      points += fmt::format("{} {} {}\n", 0.05 * i, std::cos(turn), std::sin(turn));
+      const int next = (j + 1) % kAround;
+      if (i == kRings) continue;
+      const int a = i * kAround + j, b = i * kAround + next;
+      faces +=
+          fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, b + kAround, a, b + kAround, a + kAround);
+    }
+  }
+  return fmt::format("OFF\n{} {} 0\n", (kRings + 1) * kAround, 2 * kRings * kAround) + points +
+         faces;
+}
+
+TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
+  const TempFolder folder;
+  const std::string file = folder.Write("rod.off", Rod()).string();
+  const std::vector<std::string> arguments = {"parts", file, "--method",
+                                              "sdf",   "-o", (folder / "out").string()};
+  EXPECT_THAT(RunProgram(arguments).err, testing::Not(HasSubstr("apart")));
+  // util-linux's `script` gives it a terminal for stderr, too.
+  const std::string seen = (folder / "seen").string();
+  std::string command = RANGEGRASP_BINARY;
+  for (const std::string& argument : arguments) command += " " + argument;
+  ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);
+  const std::string text = core::ReadFile(seen);
+  EXPECT_THAT(text, testing::ContainsRegex("rod.off: taking 20000 triangles apart, [0-9]+ s"));
+  EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is taken away
 }
 
 }  // namespace
