@@ -36,6 +36,9 @@ Options ReadOptions(YamlMap& map) {
   if (map.Has("views")) map.Fail("views", "`task: bring` has bring.max_looks in its place");
   ReadBringKeys(map, options.bring);
   options.grasping = grasping::ReadOptions(map);
+  if (options.grasping.take != grasping::TakeKind::kAnywhere) {
+    map.Fail("grasp", "take: `task: bring` has no use for it, `task: grasping` has");
+  }
   if (options.bring.known.empty()) options.bring.known = options.grasping.objects;
   return options;
 }

@@ -78,6 +78,9 @@ Options ReadOptions(YamlMap& map) {
   map.Require("cylinders");
   ReadDemoKeys(map, options.demo);
   options.grasping = grasping::ReadOptions(map);
+  if (options.grasping.take != grasping::TakeKind::kAnywhere) {
+    map.Fail("grasp", "take: `task: demo` has no use for it, `task: grasping` has");
+  }
   if (options.grasping.method == grasping::MethodKind::kPublished) {
     options.demo.detection = cylinders::AsPublished();
     options.demo.detection.R_CS = kPublishedAxes;

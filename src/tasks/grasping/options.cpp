@@ -339,6 +339,9 @@ Options ReadOptions(YamlMap& map) {
   o.perception.stated_noise = o.sensor_files.kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.take, o.grasp);
+  if (o.take != TakeKind::kAnywhere && !o.outside.command.empty()) {
+    map.Fail("grasp", "take: a detector that is another program decides that itself");
+  }
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);
   map.Finish();
   return o;

@@ -29,6 +29,9 @@ Options ReadOptions(core::YamlMap& map) {
   Options options;
   ReadRecognitionKeys(map, options);
   options.grasping = grasping::ReadOptions(map);
+  if (options.grasping.take != grasping::TakeKind::kAnywhere) {
+    map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
+  }
   return options;
 }
 

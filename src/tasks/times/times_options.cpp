@@ -26,6 +26,9 @@ Options ReadOptions(core::YamlMap& map) {
   }
   ReadTimesKeys(map, options);
   options.grasping = grasping::ReadOptions(map);
+  if (options.grasping.take != grasping::TakeKind::kAnywhere) {
+    map.Fail("grasp", "take: `task: times` has no use for it, `task: grasping` has");
+  }
   if (options.timed != Timed::kSegmentations) return options;
   if (options.grasping.reference.empty()) {
     map.Fail("reference",
