@@ -25,6 +25,7 @@ std::string ErrorOf(const std::vector<std::string>& set) {
 TEST(BringOptions, KeysOfOtherTasksAreSentToTheirOwn) {
   EXPECT_THAT(ErrorOf({"trials_per_object=3"}), HasSubstr("runs_per_object"));
   EXPECT_THAT(ErrorOf({"views=2"}), HasSubstr("bring.max_looks"));
+  EXPECT_THAT(ErrorOf({"grasp.take=handle"}), HasSubstr("task: grasping"));
 }
 
 TEST(BringOptions, WhatIsWantedMustBeKnown) {
