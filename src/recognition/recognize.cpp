@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -35,6 +37,9 @@ constexpr int kIterations[] = {15, 15};
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
 constexpr int kHalvings = 3;
+/// A view that has this share of a segment's points saw what faced it; with ten views or fewer
+/// there is one.
+constexpr double kSeenBy = 0.1;
 /// What is this near to the table stands on it; so many points of it are enough.
 constexpr double kContact_m = 0.002;
 constexpr std::size_t kMaxContact = 80;
@@ -45,13 +50,12 @@ constexpr double kNearEnough = 0.5;
 constexpr double kNear = 0.03;
 /// A pose is compared with those that are turned by so many steps about the model's axes.
 constexpr int kTurns = 18;
-/// Several views lie apart by so much when they were laid onto each other (docs/views.md), rms over
-/// an object; and so large a share of it is seen through by that.
-constexpr double kApart_m = 0.0007;
-constexpr double kApartShare = 0.03;
-/// Poses of one object that differ by more are two.
-constexpr double kDiffers_m = 0.008;
-constexpr double kDiffers_rad = 0.14;
+/// A find that scores by so much less than one of fewer views explains two objects as one.
+constexpr double kMuchWorse = 0.1;
+/// Poses of one object that differ by more are two: what one wants to know a pose to, 5 mm and
+/// 5 deg, and a little.
+constexpr double kDiffers_m = 0.006;
+constexpr double kDiffers_rad = 0.105;
 
 /// A pose with what the rays say of it.
 struct Posed {
@@ -86,8 +90,10 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   segment.X_TC = TableFrame(scene.table.plane);
   std::vector<std::size_t> seen(observation.views.size(), 0);
   for (const auto point : own) ++seen[scene.SampleOf(point).view];
-  const auto most = std::ranges::max_element(seen) - seen.begin();
-  segment.eye_C = observation.views[static_cast<std::size_t>(most)].X_CV.translation();
+  for (std::size_t view = 0; view < seen.size(); ++view) {
+    if (static_cast<double>(seen[view]) < kSeenBy * static_cast<double>(own.size())) continue;
+    segment.eyes_C.push_back(observation.views[view].X_CV.translation());
+  }
   return segment;
 }
 
@@ -144,6 +150,7 @@ class Match {
     for (Posed& one : posed) {
       one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
                           : Registered(one.X_CB, *source_);
+      one.X_CB = Lifted(one.X_CB, std::max(0.0, Sunk(*object_, one.X_CB, *segment_)));
       one.score = FineScore(one.X_CB);
     }
     const std::size_t all = posed.size();
@@ -172,11 +179,34 @@ class Match {
     posed = Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
   }
 
+  /// What the pose may be instead: moved along and turned about the principal axes by as much as
+  /// makes another pose. A hidden end leaves open how far a body reaches.
+  std::vector<Posed> Moved(const Posed& posed) const {
+    std::vector<Posed> all;
+    const Eigen::Vector3d& center_B = object_->object->symmetry.center_B;
+    for (int axis = 0; axis < 6; ++axis) {
+      for (const double sign : {1.0, -1.0}) {
+        const Eigen::Vector3d along_B = object_->axes_B.col(axis % 3);
+        core::Pose move = core::Pose::Identity();
+        if (axis < 3) {
+          move.translation() = sign * 1.01 * kDiffers_m * along_B;
+        } else {
+          move = Eigen::Translation3d(center_B) *
+                 Eigen::AngleAxisd(sign * 1.01 * kDiffers_rad, along_B) *
+                 Eigen::Translation3d(-center_B);
+        }
+        const core::Pose X_CB = posed.X_CB * move;
+        all.push_back({X_CB, FineScore(X_CB), posed.lies});
+      }
+    }
+    return all;
+  }
+
   /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
   void Settle(std::vector<Posed>& posed) const {
     if (posed.empty()) return;
-    posed.front() = Refined(posed.front());
     const double least = posed.front().score - kNear;
+    posed.front() = Refined(posed.front());
     double tightest = Tight(posed.front().X_CB);
     for (std::size_t i = 1; i < posed.size(); ++i) {
       if (posed[i].score < least) continue;
@@ -235,6 +265,11 @@ class Match {
     const std::size_t step = 1 + contact_C.size() / kMaxContact;
     for (std::size_t i = 0; i < contact_C.size(); i += step) points.push_back(contact_C[i]);
     return points;
+  }
+
+  core::Pose Lifted(const core::Pose& X_CB, double by_m) const {
+    const Eigen::Vector3d up_C = segment_->X_TC.linear().transpose() * Eigen::Vector3d::UnitZ();
+    return Eigen::Translation3d(by_m * up_C) * X_CB;
   }
 
   core::Pose Registered(const core::Pose& X_CB, const pcl_bridge::Cloud& source) const {
@@ -348,13 +383,11 @@ double Hugging(const FoundObject& found, const KnownObject& object, const percep
 }
 
 /// Whether it is seen well enough to be named, and not another shape of about its size.
-bool IsPlausible(const FoundObject& found, std::size_t views, const RecognitionOptions& options) {
-  const double apart_m = views > 1 ? kApart_m : 0.0;
-  const double apart = views > 1 ? kApartShare : 0.0;
+bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
   return found.samples.size() >= options.min_samples &&
          found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
-         found.violations <= options.max_violations + apart &&
-         found.rms_m <= std::hypot(options.max_rms * options.tolerance_m, apart_m) &&
+         found.violations <= options.max_violations &&
+         found.rms_m <= options.max_rms * options.tolerance_m &&
          found.hugging <= options.max_hugging && found.share_seen >= options.min_share_seen;
 }
 
@@ -370,7 +403,9 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   if (candidates.empty() || candidates.front().Score() < options.min_score) return std::nullopt;
   const Candidate& best = candidates.front();
   FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
-  for (const Posed& other : best.posed) {
+  std::vector<Posed> others(best.posed);
+  std::ranges::copy(best.match.Moved(best.posed.front()), std::back_inserter(others));
+  for (const Posed& other : others) {
     const PoseDifference off =
         Difference(other.X_CB, found.X_CB, best.match.object().object->symmetry);
     const bool differs = off.distance_m > kDiffers_m || off.angle_rad > kDiffers_rad;
@@ -380,8 +415,7 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   }
   found.hugging = Hugging(found, *best.match.object().object, scene, own, options);
   if (candidates.size() > 1) found.runner_up = candidates[1].Score();
-  return IsPlausible(found, observation.views.size(), options) ? std::optional(found)
-                                                               : std::nullopt;
+  return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
 }
 
 /// An object's points with those of small pieces beside it, which may be a part of it that was
@@ -418,13 +452,85 @@ void DropPieces(std::vector<FoundObject>& all) {
   });
 }
 
-}  // namespace
+/// How many of an earlier find's samples a new one explains.
+std::size_t Shared(const FoundObject& before, const FoundObject& now) {
+  const std::set<geometry::SampleId> samples(now.samples.begin(), now.samples.end());
+  return static_cast<std::size_t>(std::ranges::count_if(
+      before.samples, [&](const geometry::SampleId& id) { return samples.contains(id); }));
+}
 
-std::vector<FoundObject> Recognize(const geometry::Observation& observation,
-                                   const perception::Scene& scene, const Library& library,
-                                   const RecognitionOptions& options, core::Rng& rng) {
+/// What more views tell counts before what fewer told of the same place, but where it fits much
+/// worse: then two objects have become one segment. @return the earlier finds that are left
+std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
+                                       std::vector<FoundObject>& now) {
+  std::erase_if(before, [&](const FoundObject& one) {
+    const auto again = std::ranges::find_if(
+        now, [&](const FoundObject& other) { return 2 * Shared(one, other) > one.samples.size(); });
+    if (again == now.end()) return false;
+    if (again->score >= one.score - kMuchWorse) return true;
+    now.erase(again);
+    return false;
+  });
+  return before;
+}
+
+/// The points of the scene's cloud this near to a found object.
+geometry::Indices PointsAt(const FoundObject& found, const KnownObject& object,
+                           const perception::Scene& scene, double near_m) {
+  const geometry::KdTree surface(object.surface_B.points);
+  const core::Pose X_BC = found.X_CB.inverse();
+  geometry::Indices points;
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+    if (surface.CountWithin(X_BC * scene.cloud.points[i], near_m, 1) > 0) points.push_back(i);
+  }
+  return points;
+}
+
+/// Whether the new views agree with what was found before them: something is measured there, lies
+/// on its surface, and nothing behind it.
+bool StillFits(const FoundObject& found, const geometry::Observation& observation,
+               const perception::Scene& scene, const geometry::Indices& own, const Library& library,
+               const RecognitionOptions& options) {
+  const auto prepared = std::ranges::find_if(library.prepared().ready, [&](const auto& object) {
+    return object->object->name == found.object;
+  });
+  const Evidence evidence = internal::Weigh(
+      **prepared, found.X_CB, internal::RaysAbout(observation, scene, own, options.beside_m),
+      options.tolerance_m);
+  const double visible = std::max(1.0, evidence.explained + evidence.violated);
+  const double rms_m = std::sqrt(evidence.squares_m2 / std::max(1.0, evidence.explained));
+  return evidence.explained >= static_cast<double>(options.min_samples) &&
+         evidence.violated / visible <= options.max_violations &&
+         rms_m <= options.max_rms * options.tolerance_m;
+}
+
+/// Of earlier finds those that the new views agree with take the points near to them.
+/// @return whether a point of the scene's cloud is theirs
+std::vector<bool> Claim(const geometry::Observation& observation, const perception::Scene& scene,
+                        const Library& library, const RecognitionOptions& options,
+                        std::vector<FoundObject>& known) {
+  std::vector<bool> claimed(scene.cloud.size(), false);
+  std::erase_if(known, [&](FoundObject& found) {
+    const auto own = PointsAt(found, library.Find(found.object), scene, 2.0 * options.tolerance_m);
+    if (!StillFits(found, observation, scene, own, library, options)) return true;
+    std::set<geometry::SampleId> samples(found.samples.begin(), found.samples.end());
+    for (const auto point : own) {
+      claimed[point] = true;
+      samples.insert(scene.SampleOf(point));
+    }
+    found.samples.assign(samples.begin(), samples.end());
+    return false;
+  });
+  return claimed;
+}
+
+/// What each of these perceived objects is, as far as that is known.
+std::vector<FoundObject> IdentifyAll(const geometry::Observation& observation,
+                                     const perception::Scene& scene,
+                                     const std::vector<std::size_t>& which, const Library& library,
+                                     const RecognitionOptions& options, core::Rng& rng) {
   std::vector<FoundObject> all;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+  for (const std::size_t i : which) {
     const geometry::Indices& own = scene.objects[i].points;
     core::Rng of_object(rng.Next());
     std::optional<FoundObject> found;
@@ -438,6 +544,40 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
     if (found) all.push_back(std::move(*found));
   }
   DropPieces(all);
+  return all;
+}
+
+/// Takes the points that are claimed off the perceived objects. @return those that lost some
+std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
+  std::vector<std::size_t> changed;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto taken =
+        std::erase_if(scene.objects[i].points, [&](std::uint32_t point) { return claimed[point]; });
+    if (taken > 0) changed.push_back(i);
+  }
+  return changed;
+}
+
+}  // namespace
+
+std::vector<FoundObject> Recognize(const geometry::Observation& observation,
+                                   const perception::Scene& scene, const Library& library,
+                                   const RecognitionOptions& options, core::Rng& rng,
+                                   std::vector<FoundObject> known) {
+  std::vector<std::size_t> which(scene.objects.size());
+  std::iota(which.begin(), which.end(), std::size_t{0});
+  auto all = IdentifyAll(observation, scene, which, library, options, rng);
+  known = NotFoundAgain(std::move(known), all);
+  const auto claimed = Claim(observation, scene, library, options, known);
+  if (!known.empty()) {
+    // What lies beside them in their segments is another object.
+    perception::Scene rest = scene;
+    const auto changed = TakeOff(claimed, rest);
+    auto beside = IdentifyAll(observation, rest, changed, library, options, rng);
+    std::ranges::move(beside, std::back_inserter(all));
+    DropPieces(all);
+    std::ranges::move(known, std::back_inserter(all));
+  }
   std::ranges::stable_sort(all, std::greater{}, &FoundObject::score);
   return all;
 }

@@ -58,7 +58,7 @@ struct RecognitionOptions {
   double max_piece = 0.25;
   double piece_gap_m = 0.025;
   /// Deeper than this in the table no object stands.
-  double max_sunk_m = 0.006;
+  double max_sunk_m = 0.003;
 };
 
 /// A known object that was found.
@@ -97,9 +97,14 @@ struct FoundObject {
 /// or two explain about as well, is not named. Single-threaded; the same arguments give the same
 /// result, and the order of the library plays no part.
 /// @param scene  of this observation
+/// @param known  found for sure in earlier looks at the same scene (looks.h). Those that are not
+/// found again, for more points make two objects one segment, stay as long as the new views agree
+/// with them; what lies within two tolerances of them is theirs, the rest of their segment is
+/// looked at by itself
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
-                                   const RecognitionOptions& options, core::Rng& rng);
+                                   const RecognitionOptions& options, core::Rng& rng,
+                                   std::vector<FoundObject> known = {});
 
 }  // namespace rangegrasp::recognition

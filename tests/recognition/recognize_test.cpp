@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
+#include <set>
+#include <string>
 
 #include "core/units.h"
 #include "perception/perceive.h"
 #include "perception/raster_scan.h"
+#include "recognition/looks.h"
 
 namespace rangegrasp::recognition {
 namespace {
@@ -37,8 +41,10 @@ struct Looked {
   perception::Scene scene;
 };
 
-Looked LookAt(const std::vector<TriangleMesh>& meshes_W, std::uint64_t seed) {
+Looked LookAt(const std::vector<TriangleMesh>& meshes_W, std::uint64_t seed,
+              const Vector3d& sensor_W = synthetic::RasterOptions().sensor_W) {
   synthetic::RasterOptions options;
+  options.sensor_W = sensor_W;
   options.seed = seed;
   const auto scan = synthetic::MakeRasterScan(meshes_W, options);
   geometry::RangeImage image;
@@ -142,6 +148,53 @@ TEST(Recognize, OrderOfTheLibraryPlaysNoPart) {
   EXPECT_EQ(found.size(), 2u);
   EXPECT_TRUE(Same(found, Find(looked, reversed)));
   EXPECT_TRUE(Same(found, Find(looked, Shelf())));
+}
+
+// A mug's turn is open where its handle is behind it for a low sensor, and what is open is to be
+// looked at again.
+TEST(Recognize, APoseIsOpenWhereTheHandleIsHidden) {
+  for (const bool shown : {false, true}) {
+    const core::Pose X_WB = synthetic::Standing(shown ? 0.6 : core::kPi, {0.0, 0.0, 0.0});
+    const auto looked =
+        LookAt({geometry::Transformed(Shelf().Find("mug").mesh_B, X_WB)}, 2, {0.9, 0.0, 0.3});
+    const auto found = Find(looked, Shelf());
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].alternatives_CB.empty(), shown);
+    EXPECT_EQ(OpenObjects(looked.scene, found, {}).empty(), shown);
+  }
+}
+
+// More points make one segment of two objects: what was found before stays, and the rest of the
+// segment is the other one. What was found where the view sees through does not stay.
+TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
+  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
+                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
+  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
+                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
+  auto looked = LookAt({can, box}, 3);
+  const auto before = Find(looked, Shelf());
+  ASSERT_EQ(before.size(), 2u);
+  auto& objects = looked.scene.objects;
+  for (std::size_t i = 1; i < objects.size(); ++i) {
+    std::ranges::copy(objects[i].points, std::back_inserter(objects[0].points));
+  }
+  objects.resize(1);
+  const auto names = [&](std::vector<FoundObject> known) {
+    core::Rng rng(1);
+    std::multiset<std::string> all;
+    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), {}, rng, known)) {
+      all.insert(one.object);
+    }
+    return all;
+  };
+  EXPECT_LT(names({}).size(), 2u);
+  EXPECT_EQ(names({before[0]}), (std::multiset<std::string>{"box", "can"}));
+  auto elsewhere = before;
+  for (FoundObject& one : elsewhere) {
+    one.X_CB = Eigen::Translation3d(0.0, 0.12 * (one.object == "can" ? -1.0 : 1.0), 0.0) * one.X_CB;
+    one.samples.clear();
+  }
+  EXPECT_LT(names(elsewhere).size(), 2u);
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {

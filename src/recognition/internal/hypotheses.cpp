@@ -11,6 +11,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using geometry::Points;
 
 /// A segment that is so much longer or higher than the object cannot be it alone [m].
 constexpr double kTooLarge_m = 0.015;
@@ -35,7 +36,7 @@ struct Extent {
 /// A table frame whose x axis runs along the line of sight.
 core::Pose AlongSight(const Segment& segment) {
   const Vector3d middle_T = segment.X_TC * geometry::Centroid(segment.cloud_C.points);
-  Vector3d sight_T = middle_T - segment.X_TC * segment.eye_C;
+  Vector3d sight_T = middle_T - segment.X_TC * segment.eyes_C.front();
   sight_T.z() = 0.0;
   if (sight_T.norm() < 1e-6) sight_T = Vector3d::UnitX();
   const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(sight_T.normalized(), Vector3d::UnitX())
@@ -54,10 +55,12 @@ bool IsNew(const core::Pose& pose, const std::vector<core::Pose>& poses, const S
 
 std::vector<core::Pose> LyingPoses(const PreparedObject& object, const Segment& segment) {
   const core::Pose X_SC = AlongSight(segment);
-  const Vector3d eye_S = X_SC * segment.eye_C;
   Extent seen;
   for (const Vector3d& p : segment.cloud_C.points) seen.Add(X_SC * p);
-  const Vector3d to_eye = (eye_S - seen.Middle()).normalized();
+  Points to_eyes;
+  for (const Vector3d& eye_C : segment.eyes_C) {
+    to_eyes.push_back((X_SC * eye_C - seen.Middle()).normalized());
+  }
   const geometry::PointCloud& surface = object.object->surface_B;
   std::vector<core::Pose> poses;
   for (const Matrix3d& way : object.lying) {
@@ -65,7 +68,10 @@ std::vector<core::Pose> LyingPoses(const PreparedObject& object, const Segment& 
     for (const Vector3d& corner : object.hull_B) lowest = std::min(lowest, way.row(2).dot(corner));
     Extent visible;
     for (std::size_t i = 0; i < surface.size(); i += kStride) {
-      if ((way * surface.normals[i]).dot(to_eye) > 0.1) visible.Add(way * surface.points[i]);
+      const Vector3d normal = way * surface.normals[i];
+      const bool faces =
+          std::ranges::any_of(to_eyes, [&](const Vector3d& e) { return normal.dot(e) > 0.1; });
+      if (faces) visible.Add(way * surface.points[i]);
     }
     Vector3d size = visible.Size();
     size.z() = visible.high.z() - lowest;

@@ -14,8 +14,8 @@ struct Segment {
   SampleRays rays;               ///< all about it
   SampleRays coarse;
   SampleRays fine;
-  core::Pose X_TC = core::Pose::Identity();         ///< the table: z up, origin on it
-  Eigen::Vector3d eye_C = Eigen::Vector3d::Zero();  ///< of the view that sees most of it
+  core::Pose X_TC = core::Pose::Identity();  ///< the table: z up, origin on it
+  geometry::Points eyes_C;  ///< where the views stood that saw much of it; one or more
 };
 
 /// Poses in which the object would lie on the table where the segment is: the segment's extents

@@ -10,6 +10,7 @@
 #include "core/words.h"
 #include "geometry/bounds.h"
 #include "perception/perceive.h"
+#include "recognition/looks.h"
 #include "sim/bodies.h"
 #include "tasks/bring/hiding.h"
 #include "tasks/grasping/between.h"
@@ -328,9 +329,10 @@ class Run {
     auto scene =
         perception::Perceive(sensed_.observation, options.perception, rng,
                              grasping::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
-    const auto found = recognition::Recognize(sensed_.observation, scene, setup_.library,
-                                              options_.recognition, rng);
-    known_ = Understand(std::move(scene), found, setup_.library);
+    if (looks_here_ == 1 || !looker_) found_.clear();  // another scan
+    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
+                                    options_.recognition, rng, recognition::SureOnes(found_));
+    known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
     Say(WhatISee());
     if (observer_.on_look) observer_.on_look(known_, sensed_.observation);
@@ -350,12 +352,11 @@ class Run {
                   sensed_.observation)
             : looker_->RegionOfHighest(sensed_.observation);
     if (!region_W) return false;
-    const auto look = looker_->Next(sensed_.observation, *region_W, world_.ArmPositions());
+    Eigen::VectorXd q = world_.ArmPositions();
+    const auto look = looker_->LookAt(*region_W, world_, q, sensed_);
     if (!look) return false;
-    const sim::MoveLog move = looker_->Go(world_, *look);
-    result_.moved_s += move.simulated_s;
-    if (move.arrived) looker_->Add(looker_->SenseHere(world_), sensed_);
-    return move.arrived;
+    result_.moved_s += look->way_s;
+    return look->arrived;
   }
 
   std::string WhatISee() const {
@@ -417,6 +418,7 @@ class Run {
   const BringObserver& observer_;
   Bring result_;
   Sensed sensed_;
+  std::vector<recognition::FoundObject> found_;  // in the looks at this table
   Understanding known_;
   std::vector<core::Pose> executed_W_;      // hands that were at the wanted object
   TriesByPlace failed_;                     // grasps at others, executed in vain

@@ -67,7 +67,10 @@ void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMes
   }
   Complete(geometry::Transformed(mesh_B, found.X_CB), scene, known);
   for (std::size_t i = shared.size(); i-- > 0;) {
-    if (2 * shared[i] <= scene.objects[i].points.size()) continue;
+    if (2 * shared[i] <= scene.objects[i].points.size()) {
+      std::erase_if(scene.objects[i].points, [&](std::uint32_t point) { return own[point]; });
+      continue;
+    }
     scene.objects.erase(scene.objects.begin() + static_cast<std::ptrdiff_t>(i));
     understanding.found.erase(understanding.found.begin() + static_cast<std::ptrdiff_t>(i));
     if (i < place) --place;

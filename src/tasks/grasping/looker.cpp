@@ -198,6 +198,17 @@ views::Refinement Looker::Add(Sensed look, Sensed& to) const {
   return refinement;
 }
 
+std::optional<LookRecord> Looker::LookAt(const Eigen::AlignedBox3d& region_W, sim::World& world,
+                                         Eigen::VectorXd& q, Sensed& to) {
+  const auto look = Next(to.observation, region_W, q);
+  if (!look) return std::nullopt;
+  const sim::MoveLog move = Go(world, *look);
+  q = move.arrived ? look->q : world.ArmPositions();
+  LookRecord record{look->gain_m3, look->unseen_m3, move.simulated_s, move.arrived, {}};
+  if (move.arrived) record.refinement = Add(SenseHere(world), to);
+  return record;
+}
+
 LookedAround LookAround(const Options& options, const robot::Robot& robot, Sensed first,
                         sim::World& world, std::uint64_t seed) {
   LookedAround around{std::move(first), robot.home, {}};
@@ -205,14 +216,10 @@ LookedAround LookAround(const Options& options, const robot::Robot& robot, Sense
   for (int view = 1; view < options.views; ++view) {
     const auto region_W = looker.RegionOfHighest(around.sensed.observation);
     if (!region_W) break;
-    const auto look = looker.Next(around.sensed.observation, *region_W, around.q);
+    const auto look = looker.LookAt(*region_W, world, around.q, around.sensed);
     if (!look) break;
-    const sim::MoveLog move = looker.Go(world, *look);
-    around.q = move.arrived ? look->q : world.ArmPositions();
-    LookRecord record{look->gain_m3, look->unseen_m3, move.simulated_s, move.arrived, {}};
-    if (move.arrived) record.refinement = looker.Add(looker.SenseHere(world), around.sensed);
-    around.looks.push_back(record);
-    if (!move.arrived) break;
+    around.looks.push_back(*look);
+    if (!look->arrived) break;
   }
   return around;
 }

@@ -15,6 +15,15 @@
 
 namespace rangegrasp::tasks::grasping {
 
+/// What one look from the wrist was.
+struct LookRecord {
+  double gain_m3 = 0.0;
+  double unseen_m3 = 0.0;
+  double way_s = 0.0;
+  bool arrived = false;
+  views::Refinement refinement;
+};
+
 /// Stage 2 from several places: the cell's own sensor first, then the one on the wrist from
 /// wherever the arm can hold it. Who uses it looks, decides, looks again:
 ///
@@ -55,6 +64,12 @@ class Looker {
   /// say so. @return the correction
   views::Refinement Add(Sensed look, Sensed& to) const;
 
+  /// All four in turn: what is seen of a region from the next best place is added.
+  /// @param q  where the arm stands; receives where it stands then
+  /// @return nullopt if there is nothing to be seen that is worth the way
+  std::optional<LookRecord> LookAt(const Eigen::AlignedBox3d& region_W, sim::World& world,
+                                   Eigen::VectorXd& q, Sensed& to);
+
   const sensing::LineScannerOptions& scanner() const { return scanner_; }
 
  private:
@@ -69,15 +84,6 @@ class Looker {
   double mount_error_m_;    ///< of that, root mean square
   double mount_error_rad_;
   std::uint64_t looks_ = 0;
-};
-
-/// What one look from the wrist was.
-struct LookRecord {
-  double gain_m3 = 0.0;
-  double unseen_m3 = 0.0;
-  double way_s = 0.0;
-  bool arrived = false;
-  views::Refinement refinement;
 };
 
 /// All looks of a trial: what was sensed, and where the arm stands after it.
