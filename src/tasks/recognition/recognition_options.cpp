@@ -10,6 +10,8 @@ void ReadRecognitionKeys(core::YamlMap& map, Options& o) {
   auto& r = o.recognition;
   keys.Read("without_target", o.without_target,
             "the library lacks the scene's target, which must stay unknown then");
+  keys.Read("until_sure", o.until_sure,
+            "looks again only at what is not known or whose pose is open, up to `views` in all");
   keys.ReadScaled("max_distance_mm", o.max_distance_m, kMm, 0.1, 100.0,
                   "a pose counts as found up to here ...");
   keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0, "... and here");

@@ -13,6 +13,9 @@ struct Options {
   recognition::RecognitionOptions recognition;
   /// The library lacks the scene's target, which must stay unknown then.
   bool without_target = false;
+  /// Of `views` only as many are taken as are wanted: as long as something that is perceived is
+  /// open (recognition/looks.h), the next look is at it.
+  bool until_sure = false;
   double max_distance_m = 0.005;          ///< of a pose that counts as found
   double max_angle_rad = core::Deg(5.0);  ///< likewise
 };

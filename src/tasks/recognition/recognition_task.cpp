@@ -7,6 +7,7 @@
 #include "core/stopwatch.h"
 #include "core/words.h"
 #include "perception/perceive.h"
+#include "recognition/looks.h"
 #include "sim/info.h"
 #include "tasks/grasping/looker.h"
 #include "tasks/grasping/outside_detector.h"
@@ -106,26 +107,17 @@ class Recognition : public experiment::Task {
     if (!arranged) return grasping::NoArrangement(redraws);
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
-    const grasping::Sensed sensed = LookFromAllPlaces(arranged->world, spec.seed);
-    result.seconds.emplace_back("scan", watch.Restart());
-    core::Rng perceive = grasping::StageStream(spec.seed, "perceive");
-    const auto scene = perception::Perceive(
-        sensed.observation, options_.grasping.perception, perceive,
-        grasping::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
-    result.seconds.emplace_back("perceive", watch.Restart());
-    core::Rng rng = grasping::StageStream(spec.seed, "recognize");
-    const auto& library = libraries_.at(options_.without_target ? spec.object : "");
-    const auto found =
-        recognition::Recognize(sensed.observation, scene, library, options_.recognition, rng);
-    result.seconds.emplace_back("recognize", watch.Restart());
+    const Recognized seen = LookUntilDone(arranged->world, spec, result);
+    const auto& library = LibraryFor(spec);
     const Judgement judgement =
-        Judge(found, library, sensed, arranged->world, arranged->target, options_);
+        Judge(seen.found, library, seen.sensed, arranged->world, arranged->target, options_);
     result.outcome = core::Word(judgement.outcome);
     result.stage = "recognize";
     result.data =
         ordered_json({{"pose_class", arranged->pose_class},
                       {"scene_objects", arranged->world.objects()},
-                      {"objects", scene.objects.size()},
+                      {"objects", seen.scene.objects.size()},
+                      {"views", seen.sensed.observation.views.size()},
                       {"target_pose", JsonOf(arranged->world.ObjectPose(arranged->target))},
                       {"finds", JsonOf(judgement, arranged->world, arranged->target, options_)}})
             .dump();
@@ -143,11 +135,81 @@ class Recognition : public experiment::Task {
   }
 
  private:
-  /// From the fixed sensor, then as often as `views` says from the wrist, at the highest thing.
-  grasping::Sensed LookFromAllPlaces(sim::World& world, std::uint64_t seed) const {
-    grasping::Sensed first = grasping::Look(cell_, world, seed);
-    if (cell_.options.views < 2) return first;
-    return grasping::LookAround(cell_.options, cell_.robot, std::move(first), world, seed).sensed;
+  /// What the views so far tell.
+  struct Recognized {
+    grasping::Sensed sensed;
+    perception::Scene scene;
+    std::vector<recognition::FoundObject> found;
+  };
+
+  const recognition::Library& LibraryFor(const grasping::TrialSpec& spec) const {
+    return libraries_.at(options_.without_target ? spec.object : "");
+  }
+
+  /// From the fixed sensor, then from the wrist: as often as `views` says, at the highest thing; or
+  /// no more often than that, at what is still open.
+  Recognized LookUntilDone(sim::World& world, const grasping::TrialSpec& spec,
+                           experiment::Result& result) const {
+    core::Stopwatch watch;
+    Recognized seen;
+    seen.sensed = grasping::Look(cell_, world, spec.seed);
+    const bool again = cell_.options.views > 1;
+    if (again && !options_.until_sure) {
+      seen.sensed =
+          grasping::LookAround(cell_.options, cell_.robot, std::move(seen.sensed), world, spec.seed)
+              .sensed;
+    }
+    Seconds seconds{watch.Restart()};
+    Recognize(spec, seen, seconds);
+    if (again && options_.until_sure) LookAtWhatIsOpen(world, spec, seen, seconds);
+    result.seconds.emplace_back("scan", seconds.scan);
+    result.seconds.emplace_back("perceive", seconds.perceive);
+    result.seconds.emplace_back("recognize", seconds.recognize);
+    return seen;
+  }
+
+  struct Seconds {
+    double scan = 0.0, perceive = 0.0, recognize = 0.0;
+  };
+
+  void Recognize(const grasping::TrialSpec& spec, Recognized& seen, Seconds& seconds) const {
+    core::Stopwatch watch;
+    core::Rng perceive = grasping::StageStream(spec.seed, "perceive");
+    seen.scene = perception::Perceive(
+        seen.sensed.observation, options_.grasping.perception, perceive,
+        grasping::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
+    seconds.perceive += watch.Restart();
+    core::Rng rng = grasping::StageStream(spec.seed, "recognize");
+    seen.found =
+        recognition::Recognize(seen.sensed.observation, seen.scene, LibraryFor(spec),
+                               options_.recognition, rng, recognition::SureOnes(seen.found));
+    seconds.recognize += watch.Seconds();
+  }
+
+  void LookAtWhatIsOpen(sim::World& world, const grasping::TrialSpec& spec, Recognized& seen,
+                        Seconds& seconds) const {
+    grasping::Looker looker(cell_.options, cell_.robot, spec.seed);
+    Eigen::VectorXd q = cell_.robot.home;
+    for (int view = 1; view < cell_.options.views; ++view) {
+      core::Stopwatch watch;
+      const bool looked = LookAtFirstOpen(looker, world, q, seen);
+      seconds.scan += watch.Seconds();
+      if (!looked) break;
+      Recognize(spec, seen, seconds);
+    }
+  }
+
+  /// @return whether a view was added: that of the topmost open object that a look is worth at
+  bool LookAtFirstOpen(grasping::Looker& looker, sim::World& world, Eigen::VectorXd& q,
+                       Recognized& seen) const {
+    const auto open = recognition::OpenObjects(seen.scene, seen.found, options_.recognition);
+    for (const std::size_t object : open) {
+      const auto region_W =
+          looker.RegionAbout(seen.scene.objects[object].center_C, seen.sensed.observation);
+      const auto look = looker.LookAt(region_W, world, q, seen.sensed);
+      if (look) return look->arrived;
+    }
+    return false;
   }
 
   Options options_;
