@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include "core/frames.h"
+#include "core/rng.h"
+#include "pcl_bridge/cloud.h"
+#include "perception/scene.h"
+#include "recognition/internal/evidence.h"
+#include "recognition/internal/hypotheses.h"
+#include "recognition/recognize.h"
+
+namespace rangegrasp::recognition::internal {
+
+/// Poses of one object that differ by more are two: what one wants to know a pose to, 5 mm and
+/// 5 deg, and a little.
+inline constexpr double kDiffers_m = 0.006;
+inline constexpr double kDiffers_rad = 0.105;
+
+/// A pose with what the rays say of it.
+struct Posed {
+  core::Pose X_CB;
+  double score = 0.0;
+  bool lies = false;  ///< on the table, in one of its ways to
+};
+
+/// What is to be compared with the library: the points `own` of the scene's cloud.
+Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
+                  const geometry::Indices& own, const RecognitionOptions& options);
+
+/// One known object at one perceived one. Holds references to all that it is made of.
+class Match {
+ public:
+  Match(const PreparedObject& object, const Segment& segment, const pcl_bridge::Cloud& source,
+        const RecognitionOptions& options)
+      : object_(&object), segment_(&segment), source_(&source), options_(&options) {}
+
+  const PreparedObject& object() const { return *object_; }
+
+  /// The best poses by the coarse score, the best first.
+  std::vector<Posed> Guesses(core::Rng& rng) const;
+
+  /// The same, registered, the best by the fine score first.
+  std::vector<Posed> Registered(std::vector<Posed> posed) const;
+
+  /// Adds what a pose may be taken for: turned about the model's principal axes, as far as the rays
+  /// leave it open. A body that is round but for a handle is guessed where its handle is not.
+  void AddTurned(std::vector<Posed>& posed) const;
+
+  /// What the pose may be instead: moved along and turned about the principal axes by as much as
+  /// makes another pose. A hidden end leaves open how far a body reaches.
+  std::vector<Posed> Moved(const Posed& posed) const;
+
+  /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
+  void Settle(std::vector<Posed>& posed) const;
+
+ private:
+  Posed Refined(Posed posed) const;
+  Posed Coarse(const core::Pose& X_CB) const;
+  double Tight(const core::Pose& X_CB) const;
+  double FineScore(const core::Pose& X_CB) const;
+  double Penalised(const Evidence& evidence, const core::Pose& X_CB, double max_sunk_m) const;
+  geometry::Points WithContact(const core::Pose& X_CB) const;
+  core::Pose Lifted(const core::Pose& X_CB, double by_m) const;
+  core::Pose Registered(const core::Pose& X_CB, const pcl_bridge::Cloud& source) const;
+  void Climb(int axis, double step_m, double step_rad, Posed& posed) const;
+
+  const PreparedObject* object_;
+  const Segment* segment_;
+  const pcl_bridge::Cloud* source_;
+  const RecognitionOptions* options_;
+};
+
+}  // namespace rangegrasp::recognition::internal
