@@ -5,6 +5,7 @@
 
 #include "grasp/internal/choosing.h"
 #include "grasp/internal/cylindrical_candidates.h"
+#include "grasp/internal/lateral_candidates.h"
 #include "grasp/internal/object_surfaces.h"
 #include "grasp/internal/power_candidates.h"
 #include "grasp/internal/rim_candidates.h"
@@ -91,6 +92,44 @@ void CollectRotational(Task& task, collision::HandCollider& collider, Collected&
   if (task.object.open) collider.SetOwn(SurfaceOf(task.object));
 }
 
+void CollectCrowded(Task& task, collision::HandCollider& collider, Collected& out) {
+  const GraspOptions& options = task.options;
+  for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
+    if (round > options.power.crowded_leans_rad.size()) break;
+    internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
+                         {options.max_candidates, options.choosing.power_per_group,
+                          options.choosing.max_crowded_checks},
+                         out.free, out.colliding);
+  }
+  std::stable_sort(out.free.begin(), out.free.end(),
+                   [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
+}
+
+/// In the order of section 5.2.
+void CollectFromAbove(Task& task, collision::HandCollider& collider, Collected& out) {
+  const GraspOptions& options = task.options;
+  const bool rotational =
+      task.object.kind == perception::ObjectKind::kRotational && !options.power_only;
+  if (rotational) CollectRotational(task, collider, out);
+  // The power grasp is for all other objects, and the last resort where a rotational one can be
+  // held neither round its body nor by its rim.
+  if (rotational && !(options.power_fallback && out.free.empty())) return;
+  internal::ChooseFree(
+      collider, task, internal::PowerCandidates(task),
+      {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
+      out.free, out.colliding);
+  if (options.crowded && HasNormals(task.scene, task.object)) CollectCrowded(task, collider, out);
+}
+
+/// After those from above: their scores are not compared.
+void CollectLateral(Task& task, collision::HandCollider& collider, Collected& out) {
+  const ChoosingOptions& choosing = task.options.choosing;
+  internal::ChooseFree(
+      collider, task, internal::LateralCandidates(task),
+      {task.options.max_candidates, choosing.power_per_group, choosing.max_crowded_checks},
+      out.free, out.colliding);
+}
+
 }  // namespace
 
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
@@ -108,28 +147,10 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
                                    scene.table.plane,
                                    {options.object_clearance_m, options.table_clearance_m});
   Collected out;
-  const bool rotational =
-      task.object.kind == perception::ObjectKind::kRotational && !options.power_only;
-  if (rotational) CollectRotational(task, collider, out);
-  // The power grasp is for all other objects, and the last resort where a rotational one can be
-  // held neither round its body nor by its rim.
-  const bool power = !rotational || (options.power_fallback && out.free.empty());
-  if (power) {
-    internal::ChooseFree(
-        collider, task, internal::PowerCandidates(task),
-        {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
-        out.free, out.colliding);
-  }
-  if (power && options.crowded && HasNormals(scene, task.object)) {
-    for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
-      if (round > options.power.crowded_leans_rad.size()) break;
-      internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
-                           {options.max_candidates, options.choosing.power_per_group,
-                            options.choosing.max_crowded_checks},
-                           out.free, out.colliding);
-    }
-    std::stable_sort(out.free.begin(), out.free.end(),
-                     [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
+  if (options.approach != ApproachKind::kSides) CollectFromAbove(task, collider, out);
+  if (options.approach != ApproachKind::kAbove && HasNormals(scene, task.object) &&
+      !Enough(out.free, options.choosing)) {
+    CollectLateral(task, collider, out);
   }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 
 #include "core/units.h"
 #include "grasp/additions.h"
@@ -149,6 +150,25 @@ struct PowerOptions {
   double max_tilt_rad = core::Deg(45.0);
 };
 
+/// Power grasps from the side (section 7.2).
+struct LateralOptions {
+  /// Level, where the wrist has room above the table, and less so, where most arms reach better.
+  std::array<double, 2> downwards_rad{0.0, core::Deg(20.0)};
+  double turn_rad = core::Deg(15.0);  ///< between approaches
+  int turns_each_way = 6;             ///< from the arm's direction: further round it has to reach
+  double height_step_m = 0.015;
+  int heights = 4;  ///< of the pads, from the centre of mass or as low as the hand may go
+  /// Of the contacts' middle from above the centre of mass: further off it tips about the pads.
+  double max_lever_m = 0.03;
+};
+
+/// Where the hand comes from: from above; where few such grasps are free, from the sides, too; or
+/// from the sides alone.
+enum class ApproachKind { kAbove, kSidesToo, kSides };
+constexpr std::array<std::string_view, 3> WordsOf(ApproachKind) {
+  return {"above", "sides_too", "sides"};
+}
+
 /// The switches of its base are what goes beyond the dissertation.
 struct GraspOptions : GraspAdditions {
   /// The hand opens a little wider than the object; off: fully. The dissertation does not say; its
@@ -163,12 +183,14 @@ struct GraspOptions : GraspAdditions {
   /// Only power grasps, of rotational objects, too: what the dissertation plans on stereo data,
   /// whose rims and axes it does not trust (section 5.3.2).
   bool power_only = false;
+  ApproachKind approach = ApproachKind::kAbove;
   ScoreWeights score;
   PlacingOptions placing;
   ChoosingOptions choosing;
   CylindricalOptions cylindrical;
   RimOptions rim;
   PowerOptions power;
+  LateralOptions lateral;
 };
 
 }  // namespace rangegrasp::grasp

@@ -337,6 +337,65 @@ TEST(PlanGrasps, LeansWhereItCannotComeStraightDown) {
   ExpectCrowdedAlone(builder);
 }
 
+GraspOptions FromTheSides() {
+  GraspOptions options;
+  options.approach = ApproachKind::kSides;
+  return options;
+}
+
+TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
+  const robot::HandModel hand = SensorHand();
+  for (const bool round : {true, false}) {
+    SceneBuilder builder;
+    if (round) {
+      builder.AddUprightCylinder(0.03, 0.2, At(0, 0));
+    } else {
+      builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
+    }
+    const auto grasps = PlanGrasps(builder.scene, 0, hand, ArmBase(), FromTheSides());
+    EXPECT_GE(Free(grasps), 4u);
+    for (const Grasp& g : grasps) {
+      if (g.collides) continue;
+      const Vector3d approach = g.X_CG.linear().col(2);
+      EXPECT_LT(approach.z(), 1e-9) << "level, or a little down";
+      EXPECT_GT(approach.z(), -0.35);
+      EXPECT_GT(approach.dot(-ArmBase()), 0.0) << "from the arm's side";
+      EXPECT_NEAR(g.X_CG.linear()(2, 0), 0.0, 1e-9) << "closing";
+      EXPECT_LT(g.X_CG.translation().z(), 0.19);
+      for (const geometry::Shape& shape : hand.states[hand.IndexAtGap(g.opening_m)].shapes) {
+        EXPECT_LT(geometry::Support(shape, g.X_CH, -Vector3d::UnitZ()), 0.0) << "in the table";
+      }
+    }
+  }
+}
+
+TEST(PlanGrasps, HasNoGraspFromTheSideOfWhatIsLowerThanTheHandIsWide) {
+  SceneBuilder builder;
+  builder.AddBox({0.05, 0.07, 0.03}, At(0, 0));
+  const auto grasps = PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), FromTheSides());
+  EXPECT_EQ(Free(grasps), 0u);
+}
+
+TEST(PlanGrasps, HoldsFromTheSideNothingFarBesideItsMiddle) {
+  SceneBuilder builder;
+  builder.AddBox({0.25, 0.06, 0.08}, At(0, 0));
+  for (const Grasp& g : PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), FromTheSides())) {
+    EXPECT_LT(g.X_CG.translation().head<2>().norm(), 0.031);
+  }
+}
+
+// A roof close above: neither straight down nor leaning.
+TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
+  SceneBuilder builder;
+  builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
+  builder.AddBox({0.6, 0.6, 0.02}, Eigen::Translation3d(0, 0, 0.25) * core::Pose::Identity());
+  const robot::HandModel hand = SensorHand();
+  GraspOptions options;
+  EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
+  options.approach = ApproachKind::kSidesToo;
+  EXPECT_GE(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 4u);
+}
+
 // A box that stands on a wide one, perceived as one.
 TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
   SceneBuilder boxes;

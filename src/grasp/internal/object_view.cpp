@@ -115,7 +115,10 @@ double ReachDown(Task& task, const View& view, double pitch_rad, std::size_t ope
 
 double TableLimit(const View& view, double reach_m, double x_m, double y_m, double clearance_m) {
   const double height_at_zero = view.table_offset_m + view.up.x() * x_m + view.up.y() * y_m;
-  return (height_at_zero - reach_m - clearance_m) / -view.up.z();
+  const double room = height_at_zero - reach_m - clearance_m;
+  // A level hand neither nears the table on its way nor leaves it.
+  if (std::abs(view.up.z()) < kMinPart) return room >= 0.0 ? kNoLimit_m : -kNoLimit_m;
+  return room / -view.up.z();
 }
 
 double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower& lower,

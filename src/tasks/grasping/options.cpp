@@ -182,6 +182,9 @@ void ReadGrasp(YamlMap map, TakeKind& take, grasp::GraspOptions& options) {
   map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
   map.Read("power_only", options.power_only,
            "only power grasps, of rotational objects, too: as on stereo data (section 5.3.2)");
+  map.Read("approach", options.approach,
+           "the hand comes from above; sides_too: and from the sides where few such grasps are "
+           "free; sides: from there alone (section 7.2)");
   map.Read("preshape", options.preshape,
            "the hand opens a little wider than the object; off: fully");
   ReadAdditions<grasp::GraspAdditions>(map, options);
