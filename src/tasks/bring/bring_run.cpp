@@ -462,6 +462,7 @@ Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<i
                   std::uint64_t seed, sim::World& world, const BringObserver& observer) {
   Bring run = Run(setup, wanted, target, seed, world, observer).Go();
   run.outcome = Judge(run, target, world);
+  if (target) run.friction = world.glove_friction(*target).static_mu;
   return run;
 }
 

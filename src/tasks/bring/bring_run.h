@@ -52,6 +52,8 @@ struct Bring {
   Said said = Said::kNotThere;
   std::string outcome;  ///< as the judge sees it (JudgeBring)
   std::string detail;
+  /// Truth: the glove's static friction on the wanted object, where it is there.
+  std::optional<double> friction;
   std::vector<std::string> words;  ///< what the program says, in turn
   std::vector<Step> steps;
   int looks = 0;
