@@ -197,6 +197,30 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   EXPECT_LT(names(elsewhere).size(), 2u);
 }
 
+// Pairs of points vote for poses of a round body that slide along it and roll into the table when
+// they are registered; the same body as it lies there must be registered, too.
+TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
+  std::vector<Eigen::Vector2d> profile;
+  for (int i = 0; i <= 32; ++i) {
+    const double a = -0.5 * core::kPi + core::kPi * i / 32.0;
+    profile.emplace_back(0.04 * std::cos(a), 0.04 * std::sin(a));
+  }
+  std::vector<KnownObject> objects;
+  objects.push_back(MakeKnownObject("half", "Half", synthetic::Extrude(profile, 0.17)));
+  const Library library(std::move(objects));
+  const core::Pose onto_face(Eigen::AngleAxisd(-0.5 * core::kPi, Vector3d::UnitY()));
+  for (int k = 0; k < 12; ++k) {
+    const core::Pose X_WB =
+        synthetic::Standing(core::kPi * k / 12, {-0.07, 0.01, 0.0}) * onto_face;
+    const auto looked = LookAt({geometry::Transformed(library.Find("half").mesh_B, X_WB)}, 1);
+    const auto found = Find(looked, library);
+    ASSERT_EQ(found.size(), 1u) << k;
+    const auto off = Difference(found[0].X_CB, X_WB, library.Find("half").symmetry);
+    EXPECT_LT(off.distance_m, 0.003) << k;
+    EXPECT_LT(off.angle_rad, core::Deg(3.0)) << k;
+  }
+}
+
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {
   const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
                                          synthetic::Standing(0.3, {0.0, 0.0, 0.0675}));

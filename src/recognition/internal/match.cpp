@@ -98,17 +98,24 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
 }
 
 std::vector<Posed> Match::Guesses(core::Rng& rng) const {
-  std::vector<Posed> posed;
+  std::vector<Posed> lying;
   for (const auto& X_CB : LyingPoses(*object_, *segment_)) {
-    posed.push_back(Coarse(X_CB));
-    posed.back().lies = true;
+    lying.push_back(Coarse(X_CB));
+    lying.back().lies = true;
   }
+  std::vector<Posed> voted;
   const auto references = static_cast<std::size_t>(options_->references);
   for (const auto& X_CB : VotedPoses(*object_, *segment_, references, rng)) {
-    posed.push_back(Coarse(X_CB));
+    voted.push_back(Coarse(X_CB));
   }
-  return Best(std::move(posed), static_cast<std::size_t>(options_->registered),
-              object_->object->symmetry, kSameCoarse_m, kSameCoarse_rad);
+  // One that lies stays beside a better one that pairs voted for: the one is registered with what
+  // it stands on, the other may roll or slide away.
+  const auto count = static_cast<std::size_t>(options_->registered);
+  const Symmetry& symmetry = object_->object->symmetry;
+  auto best = Best(std::move(lying), count, symmetry, kSameCoarse_m, kSameCoarse_rad);
+  std::ranges::copy(Best(std::move(voted), count, symmetry, kSameCoarse_m, kSameCoarse_rad),
+                    std::back_inserter(best));
+  return Best(std::move(best), count, symmetry, 0.0, 0.0);
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
