@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <utility>
 
 namespace rangegrasp::recognition {
 
@@ -29,6 +30,14 @@ std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found) {
   std::ranges::copy_if(found, std::back_inserter(sure),
                        [](const FoundObject& one) { return one.alternatives_CB.empty(); });
   return sure;
+}
+
+std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found) {
+  for (FoundObject& one : found) {
+    std::erase_if(one.samples, [](const geometry::SampleId& id) { return id.view != 0; });
+  }
+  std::erase_if(found, [](const FoundObject& one) { return one.samples.empty(); });
+  return found;
 }
 
 }  // namespace rangegrasp::recognition

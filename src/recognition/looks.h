@@ -19,4 +19,9 @@ std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
 /// The finds whose pose is not open: what the next look at the same scene need not find again.
 std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found);
 
+/// Finds for another scan from where the first view was taken, of a scene that may have changed
+/// since: what further views alone told of them is left out. What has not moved need not be found
+/// again, and what has fits no longer (Recognize).
+std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found);
+
 }  // namespace rangegrasp::recognition

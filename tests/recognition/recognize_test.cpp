@@ -197,6 +197,36 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   EXPECT_LT(names(elsewhere).size(), 2u);
 }
 
+// In another scan from the same place what has not moved is known before it is found again, and
+// what was taken away is not.
+TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
+  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
+                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
+  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
+                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
+  auto before = Find(LookAt({can, box}, 3), Shelf());
+  ASSERT_EQ(before.size(), 2u);
+  before[0].samples.push_back({.view = 1, .sample = 7});
+  const auto kept = AsFirstSeen(before);
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0].samples.size() + 1, before[0].samples.size());
+  before[0].samples = {{.view = 1, .sample = 7}};
+  EXPECT_EQ(AsFirstSeen(before).size(), 1u);
+  RecognitionOptions finds_nothing;
+  finds_nothing.min_score = 1.1;
+  const auto names = [&](const Looked& looked) {
+    core::Rng rng(1);
+    std::multiset<std::string> all;
+    for (const auto& one :
+         Recognize(looked.observation, looked.scene, Shelf(), finds_nothing, rng, kept)) {
+      all.insert(one.object);
+    }
+    return all;
+  };
+  EXPECT_EQ(names(LookAt({can, box}, 4)), (std::multiset<std::string>{"box", "can"}));
+  EXPECT_EQ(names(LookAt({box}, 4)), (std::multiset<std::string>{"box"}));
+}
+
 // Pairs of points vote for poses of a round body that slide along it and roll into the table when
 // they are registered; the same body as it lies there must be registered, too.
 TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
@@ -210,8 +240,7 @@ TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
   const Library library(std::move(objects));
   const core::Pose onto_face(Eigen::AngleAxisd(-0.5 * core::kPi, Vector3d::UnitY()));
   for (int k = 0; k < 12; ++k) {
-    const core::Pose X_WB =
-        synthetic::Standing(core::kPi * k / 12, {-0.07, 0.01, 0.0}) * onto_face;
+    const core::Pose X_WB = synthetic::Standing(core::kPi * k / 12, {-0.07, 0.01, 0.0}) * onto_face;
     const auto looked = LookAt({geometry::Transformed(library.Find("half").mesh_B, X_WB)}, 1);
     const auto found = Find(looked, library);
     ASSERT_EQ(found.size(), 1u) << k;

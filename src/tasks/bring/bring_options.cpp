@@ -16,7 +16,7 @@ void ReadBringKeys(YamlMap& map, BringOptions& o) {
             "what it is wanted for: of the grasps in its grasps.yaml those for this use; all");
   keys.Read("max_tries", o.max_tries, 1, 20, "grasps at the wanted object");
   keys.Read("max_clear", o.max_clear, 0, 1000,
-            "attempts to clear others away; 0: three for each object");
+            "attempts to clear others away; 0: two for each object");
   keys.Read("max_looks", o.max_looks, 1, 20,
             "looks at one table before others are cleared away: the first from the fixed sensor, "
             "more from the wrist where look.sensor is given");

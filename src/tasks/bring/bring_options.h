@@ -23,7 +23,7 @@ struct BringOptions {
   /// What the object is wanted for: of its named grasps those for this use; empty: all.
   std::string use;
   int max_tries = 4;  ///< grasps at the wanted object
-  int max_clear = 0;  ///< attempts at others that are in the way; 0: three for each object
+  int max_clear = 0;  ///< attempts at others that are in the way; 0: two for each object
   /// Looks at one table before others are cleared away: the first from the fixed sensor, more from
   /// the wrist where a sensor is there, else again from the same place.
   int max_looks = 3;

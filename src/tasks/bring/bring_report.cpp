@@ -130,10 +130,16 @@ experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool pr
     }
   }
   const ordered_json data = {
-      {"wanted", wanted},           {"present", present},       {"said", core::Word(run.said)},
+      {"wanted", wanted},
+      {"present", present},
+      {"said", core::Word(run.said)},
       {"friction", run.friction ? ordered_json(*run.friction) : ordered_json(nullptr)},
-      {"words", run.words},         {"looks", run.looks},       {"cleared", run.cleared},
-      {"simulated_s", simulated_s}, {"homing_s", run.homing_s}, {"attempts", attempts}};
+      {"words", run.words},
+      {"looks", run.looks},
+      {"cleared", run.cleared},
+      {"simulated_s", simulated_s},
+      {"homing_s", run.homing_s},
+      {"attempts", attempts}};
   const std::string stage = run.steps.empty() ? "look" : run.steps.back().attempt.stage;
   return {run.outcome, stage, run.detail, data.dump(), seconds};
 }

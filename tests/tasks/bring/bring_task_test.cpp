@@ -10,10 +10,11 @@
 namespace rangegrasp::tasks::bring {
 namespace {
 
-experiment::Experiment Open(std::vector<std::string> set) {
+experiment::Experiment Open(std::vector<std::string> set,
+                            const std::string& wanted = "coffee_cup") {
   set.emplace_back("runs_per_object=1");
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml", AllKinds(),
-                                    {.set = set, .seed = 1001, .groups = {"coffee_cup"}});
+                                    {.set = set, .seed = 1001, .groups = {wanted}});
 }
 
 nlohmann::json DataOf(const experiment::Result& result) {
@@ -31,12 +32,28 @@ TEST(BringTask, BringsTheCupAndSaysSo) {
   EXPECT_EQ(experiment.task->Run(experiment.cases[0]).data, result.data) << "the same bytes";
 }
 
+// A hand that stays 50 mm above the table finds no grasp at a prism of 52 mm but by chance.
+TEST(BringTask, GivesUpAfterThreeAttemptsInVainAtTheSameTable) {
+  const auto experiment =
+      Open({"arrangement=single", "grasp.table_clearance_mm=50"}, "sweets_prism");
+  const auto result = experiment.task->Run(experiment.cases[0]);
+  EXPECT_EQ(result.outcome, "no_grasp");
+  const auto data = DataOf(result);
+  int in_vain = 0;
+  for (const auto& attempt : data["attempts"]) {
+    in_vain = attempt["log"].empty() ? in_vain + 1 : 0;
+  }
+  EXPECT_EQ(in_vain, 3) << result.data;
+  EXPECT_EQ(data["words"].back(), "I see the Sweets (prism), and cannot get at it.");
+}
+
 TEST(BringTask, SaysThatItIsNotThere) {
   const auto experiment = Open({"arrangement=single", "bring.absent=true"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, kSaidAbsent) << result.data;
-  EXPECT_FALSE(DataOf(result)["present"]);
-  for (const auto& attempt : DataOf(result)["attempts"]) EXPECT_FALSE(attempt["at_wanted"]);
+  const auto data = DataOf(result);
+  EXPECT_FALSE(data["present"]);
+  for (const auto& attempt : data["attempts"]) EXPECT_FALSE(attempt["at_wanted"]);
 }
 
 }  // namespace
