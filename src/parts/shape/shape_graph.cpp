@@ -4,6 +4,7 @@
 #include <numeric>
 #include <span>
 #include <tuple>
+#include <utility>
 
 #include "geometry/kd_tree.h"
 
@@ -22,7 +23,25 @@ struct EdgeOfFace {
   std::uint32_t face;
 };
 
-std::vector<EdgeOfFace> SortedEdges(const std::vector<Face>& faces) {
+/// Sorts by a number below `count`, by counting, and what has the same number, a few each, by all
+/// of it: half the time of a sort.
+template <class T, class Number, class Less>
+void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number,
+                  const Less& less) {
+  std::vector<std::uint32_t> begin(count + 1, 0);
+  for (const T& item : items) ++begin[number(item) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<T> sorted(items.size());
+  std::vector<std::uint32_t> next = begin;
+  for (const T& item : items) sorted[next[number(item)]++] = item;
+  for (std::size_t k = 0; k < count; ++k) {
+    std::sort(sorted.begin() + begin[k], sorted.begin() + begin[k + 1], less);
+  }
+  items = std::move(sorted);
+}
+
+std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
+  const std::vector<Face>& faces = mesh.faces;
   std::vector<EdgeOfFace> edges;
   edges.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -31,9 +50,11 @@ std::vector<EdgeOfFace> SortedEdges(const std::vector<Face>& faces) {
       edges.push_back({a, b, f});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const EdgeOfFace& p, const EdgeOfFace& q) {
-    return std::tie(p.a, p.b, p.face) < std::tie(q.a, q.b, q.face);
-  });
+  SortByNumber(
+      edges, mesh.points.size(), [](const EdgeOfFace& e) { return e.a; },
+      [](const EdgeOfFace& p, const EdgeOfFace& q) {
+        return std::tie(p.b, p.face) < std::tie(q.b, q.face);
+      });
   return edges;
 }
 
@@ -79,8 +100,9 @@ std::vector<std::array<std::uint32_t, 2>> CloudLinks(const Shape& shape, int nei
 }  // namespace
 
 FaceGraph BuildFaceGraph(const Shape& mesh) {
-  const auto edges = SortedEdges(mesh.faces);
+  const auto edges = SortedEdges(mesh);
   std::vector<FaceLink> links;
+  links.reserve(2 * edges.size());
   for (std::size_t begin = 0; begin < edges.size();) {
     std::size_t end = begin;
     while (end < edges.size() && edges[end].a == edges[begin].a && edges[end].b == edges[begin].b) {
@@ -93,11 +115,15 @@ FaceGraph BuildFaceGraph(const Shape& mesh) {
 }
 
 FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
-  std::sort(links.begin(), links.end(), [](const FaceLink& p, const FaceLink& q) {
-    return std::tie(p.from, p.to, p.edge) < std::tie(q.from, q.to, q.edge);
-  });
+  SortByNumber(
+      links, faces, [](const FaceLink& l) { return l.from; },
+      [](const FaceLink& p, const FaceLink& q) {
+        return std::tie(p.to, p.edge) < std::tie(q.to, q.edge);
+      });
   FaceGraph graph;
   graph.begin.assign(faces + 1, 0);
+  graph.neighbor.reserve(links.size());
+  graph.edge.reserve(links.size());
   for (const FaceLink& link : links) {
     ++graph.begin[link.from + 1];
     graph.neighbor.push_back(link.to);
