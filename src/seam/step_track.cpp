@@ -19,10 +19,16 @@ constexpr double kMinSpread = 0.25;
 constexpr double kMaxRatio = 3.0;
 // ... and the log-odds stay within this: four profiles that surely have no step turn them.
 constexpr double kMaxOdds = 12.0;
-// An edge is beyond doubt while they are no less than this, for so many profiles in a row: what
-// noise, or a mat's end that a turned line sees along it, makes of an edge that is gone is not.
-constexpr double kSureOdds = 6.0;
+// An edge is beyond doubt while they are no less than this, and the best way leads to it with this
+// share of the evidence that makes an edge, in so many profiles in a row that tell anything of it.
+// What noise, or a mat's end that a turned line sees along it, makes of an edge that is gone is
+// not. All of the evidence would be too much: that of a low edge on a mould wavers about it.
+constexpr double kSureOdds = 9.0;
+constexpr double kSureShare = 0.75;
 constexpr int kSure = 10;
+// Once nothing was left of one that was sure: a mould's flank or a tow may look like an edge for a
+// while.
+constexpr int kSureAgain = 15;
 // A known edge moves no faster than this share of speed_columns_per_s (10 mm/s) besides the line's
 // own motion, so that noise does not lead it away; ...
 constexpr double kKnownSpeed = 0.5;
@@ -131,12 +137,14 @@ void StepTrack::Follow(double column, const Way& way, double period_s) {
   }
 }
 
+const LocalStep& StepTrack::AtKnown(const std::vector<LocalStep>& steps) const {
+  const long place = std::lround(known_->column / options_.steps.stride);
+  return steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
+}
+
 // What this profile says of the known edge: log-likelihood ratio of a step of its height to none,
 // by the window that knows the step best.
-void StepTrack::Weigh(const std::vector<LocalStep>& steps) {
-  const long place = std::lround(known_->column / options_.steps.stride);
-  const LocalStep& step =
-      steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
+void StepTrack::Weigh(const LocalStep& step) {
   if (!(step.surest_precision_m2 > 0.0)) return;
   const double h = known_->height_m;
   const double varies = options_.uneven * h;
@@ -151,9 +159,20 @@ void StepTrack::Weigh(const std::vector<LocalStep>& steps) {
   known_->height_m = std::max(options_.min_step_m, h + gain * (now - h));
 }
 
-void StepTrack::CountSure(const Way& way) {
-  const bool sure = Suffices(way, 1.0) && known_->elsewhere == 0 && known_->log_odds >= kSureOdds;
-  known_->sure = sure ? known_->sure + 1 : 0;
+// Whether the last profiles left no doubt of the known edge, `there` being what this one has at its
+// place.
+bool StepTrack::IsSure(double column, const Way& way, const LocalStep& there) {
+  gone_ = gone_ || (was_sure_ && known_->log_odds <= 0.0);
+  const bool near = std::abs(column - known_->column) <= kAway * options_.steps.stride;
+  if (!near || !Suffices(way, kSureShare) || known_->log_odds < kSureOdds) {
+    known_->sure = 0;
+  } else if (there.surest_precision_m2 > 0.0) {
+    ++known_->sure;
+  }
+  if (known_->sure < (gone_ ? kSureAgain : kSure)) return false;
+  was_sure_ = true;
+  gone_ = false;
+  return true;
 }
 
 // Column of the summit of the parabola through a place's evidence and its neighbors'.
@@ -227,9 +246,9 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
   }
   if (known_) {
-    Weigh(steps);
-    CountSure(way);
-    estimate.sure = known_->sure >= kSure;
+    const LocalStep& there = AtKnown(steps);
+    Weigh(there);
+    estimate.sure = IsSure(peak, way, there);
   }
   estimate.at_once =
       AtOnce(edge_ && Suffices(way, kCertain) ? peak : estimate.column, *strongest,

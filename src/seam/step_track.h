@@ -51,7 +51,7 @@ class StepTrack {
     /// the evidence of many profiles outlives a mat's end, and noise elsewhere may take it over.
     bool goes_on = false;
     double followed_step_m = 0.0;  ///< its height then, also where column is none
-    bool sure = false;  ///< whether each of the last ten profiles left no doubt of the known edge
+    bool sure = false;             ///< whether the last profiles left no doubt of the known edge
   };
   /// @throws std::invalid_argument if an option is out of range.
   explicit StepTrack(const StepTrackOptions& options);
@@ -85,8 +85,9 @@ class StepTrack {
   std::optional<double> AtOnce(std::optional<double> column, const LocalStep& strongest,
                                double place);
   void Follow(double column, const Way& way, double period_s);
-  void Weigh(const std::vector<LocalStep>& steps);
-  void CountSure(const Way& way);
+  const LocalStep& AtKnown(const std::vector<LocalStep>& steps) const;
+  void Weigh(const LocalStep& step);
+  bool IsSure(double column, const Way& way, const LocalStep& there);
 
   StepTrackOptions options_;
   std::vector<Way> ways_;  // to each place
@@ -94,6 +95,8 @@ class StepTrack {
   bool edge_ = false;
   double moved_places_ = 0.0;  // of the line, not yet taken over by the ways
   std::optional<Known> known_;
+  bool was_sure_ = false;
+  bool gone_ = false;  // nothing was left of the edge that was sure, and none has been sure since
   std::optional<double> alone_;  // where the profile before had an edge by itself
   std::optional<double> last_time_s_;
   std::deque<TimedColumn> positions_;  // of the last profiles

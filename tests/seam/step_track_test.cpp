@@ -171,6 +171,59 @@ TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
   }
 }
 
+// Evidence of low edges wavers about what makes one, while each profile shows them where they were.
+TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
+  constexpr int kFrom = 30, kEnd = 150;
+  // A line 80 mm ahead moves on by this much and more before a head comes to where it was sure.
+  constexpr int kLong = 60;
+  for (const Surface& mats : {Surface{.name = "", .step = 0.3, .noise = 0.6, .lost = 0.3},
+                              Surface{.name = "", .step = 0.4, .noise = 0.8, .lost = 0.3}}) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      Rng rng(seed);
+      const Seam seam(rng);
+      StepTrack track({});
+      int unsure = 0;
+      for (int k = 0; k < kEnd + 40; ++k) {
+        const double t = k * kPeriod_s;
+        Surface here = mats;
+        if (k >= kEnd) here.step = 0.0;
+        const bool sure = track.Update(Scan(here, seam, t, rng), t).sure;
+        unsure = sure ? 0 : unsure + 1;
+        if (k >= kFrom && k < kEnd) {
+          EXPECT_LT(unsure, kLong) << seed << ", " << k;
+        }
+        if (k >= kEnd + 10) {
+          EXPECT_FALSE(sure) << seed << ", " << k;
+        }
+      }
+    }
+  }
+}
+
+// What looks like the edge some time after its end may be a mould's flank.
+TEST(StepTrack, AnEdgeThatWasGoneTakesLongerToBeSureAgain) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < 90; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
+      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      if (k >= 12 && k < 20) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+      // Of the odds alone the first seven profiles that show it again only make up.
+      if (k >= 30 && k < 50 + 7 + 13) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+      if (k >= 80) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+    }
+  }
+}
+
 // Noise elsewhere has evidence enough for an edge to go on, and steps as high as this one.
 TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
   int before = 0, after = 0;
