@@ -157,7 +157,7 @@ struct LateralOptions {
   double turn_rad = core::Deg(15.0);  ///< between approaches
   int turns_each_way = 6;             ///< from the arm's direction: further round it has to reach
   double height_step_m = 0.015;
-  int heights = 4;  ///< of the pads, from the centre of mass or as low as the hand may go
+  int heights = 4;  ///< of the pads, from the centre of mass up
   /// Of the contacts' middle from above the centre of mass: further off it tips about the pads.
   double max_lever_m = 0.03;
 };

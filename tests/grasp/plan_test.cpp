@@ -369,9 +369,9 @@ TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
   }
 }
 
-TEST(PlanGrasps, HasNoGraspFromTheSideOfWhatIsLowerThanTheHandIsWide) {
+TEST(PlanGrasps, HasNoGraspFromTheSideOfAFlatObject) {
   SceneBuilder builder;
-  builder.AddBox({0.05, 0.07, 0.03}, At(0, 0));
+  builder.AddBox({0.05, 0.07, 0.012}, At(0, 0));
   const auto grasps = PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), FromTheSides());
   EXPECT_EQ(Free(grasps), 0u);
 }

@@ -1,6 +1,5 @@
 #include "grasp/internal/lateral_candidates.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -32,21 +31,15 @@ std::vector<SideApproach> SideApproaches(const Task& task) {
 }
 
 /// Along y, which is upright, or nearly so, with a level closing direction: from the centre of
-/// mass, or as low as the hand clears the table, to the top.
-std::vector<double> Heights(Task& task, const View& view, double pitch_rad) {
+/// mass up. Where the hand would be in the table it finds no place.
+std::vector<double> Heights(const Task& task, const View& view) {
   const LateralOptions& options = task.options.lateral;
   const double sign = view.up.y() > 0.0 ? 1.0 : -1.0;
-  const std::size_t last = task.hand.states.size() - 1;
-  const double pads_y = task.profiles.PadCenter_T(pitch_rad, last).y();
-  const double lowest = ReachDown(task, view, pitch_rad, 0, last) + task.options.table_clearance_m +
-                        sign * pads_y - view.table_offset_m;
   const double top = sign > 0.0 ? view.y_max_m : -view.y_min_m;
   std::vector<double> heights;
-  for (double up = std::max(sign * view.com.y(), lowest);
-       up <= top - task.options.power.end_m &&
-       heights.size() < static_cast<std::size_t>(options.heights);
-       up += options.height_step_m) {
-    heights.push_back(sign * up);
+  for (int k = 0; k < options.heights; ++k) {
+    const double up = sign * view.com.y() + k * options.height_step_m;
+    if (up <= top - task.options.power.end_m) heights.push_back(sign * up);
   }
   return heights;
 }
@@ -64,7 +57,7 @@ std::vector<Candidate> LateralCandidates(Task& task) {
       // Next to the arm is here the side that the hand comes from, not the thumb's.
       view.thumb_to_arm = ahead;
       const std::array depths{view.com.z(), 0.5 * (view.com.z() + view.bottom_m)};
-      for (const double y : Heights(task, view, pitch)) {
+      for (const double y : Heights(task, view)) {
         PlaceAtDepths(task, view, MakeBand(task, view, y), {pitch, pitch}, depths,
                       GraspType::kPower, group, candidates);
       }
