@@ -197,6 +197,13 @@ Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
   return result;
 }
 
+TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset) {
+  const Soup soup = ToSoup(mesh);
+  Surface wrap;
+  CGAL::alpha_wrap_3(soup.points, soup.faces, gap, offset, wrap);
+  return FromSurface(wrap);
+}
+
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles) {
   if (mesh.triangles.size() <= max_triangles) return mesh;
   Surface surface = SurfaceOf(mesh);

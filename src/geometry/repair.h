@@ -34,6 +34,13 @@ struct Repaired {
 /// @throws core::InputError with the reason where that is not enough: a large hole, no volume.
 Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options = {});
 
+/// A closed surface about a mesh, turned outwards: CGAL's alpha wrap (Portaneri et al. 2022). It
+/// holds the mesh inside of it, crosses gaps and gives what has no thickness one. Inner sides of
+/// what is closed are not wrapped. Faces grow with `gap`, too. The same mesh gives the same bytes.
+/// @param gap     > 0; radius of the balls that do not pass what is bridged
+/// @param offset  > 0; how far it stands off
+TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset);
+
 /// The solid with at most so many triangles (Garland and Heckbert 1997); itself if it has no more.
 /// @param mesh  as RepairMesh makes it.
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/units.h"
 #include "error_of.h"
 #include "geometry/mass_properties.h"
 #include "geometry/shape.h"
@@ -111,6 +112,32 @@ TEST(Repair, RefusesASheetAndWhatHasNoArea) {
   one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   one.triangles = {{0, 1, 2}};
   EXPECT_THAT(Complaint(one), HasSubstr("is open"));
+}
+
+TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
+  // Two squares beside each other, 0.05 apart.
+  TriangleMesh sheet;
+  for (const double x : {-1.025, -0.025, 0.025, 1.025}) {
+    sheet.vertices.emplace_back(x, 0.0, 0.0);
+    sheet.vertices.emplace_back(x, 1.0, 0.0);
+  }
+  sheet.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 6, 7}, {4, 7, 5}};
+  const double offset = 0.05;
+  const TriangleMesh slab = AlphaWrap(sheet, 0.03, offset);
+  EXPECT_THAT(RepairMesh(slab).done, IsEmpty());  // closed, turned outwards, in one
+  // Both sides, and half a tube about a border of 6.1. Faces in balls of 0.03 lie up to 0.01 within
+  // the tube, which is a third of it.
+  const double sides = 2.0 * offset * 2.05;
+  const double border = 6.1 * 0.5 * core::kPi * offset * offset;
+  EXPECT_LE(Volume(slab), sides + border);
+  EXPECT_GE(Volume(slab), sides + 0.67 * border);
+}
+
+TEST(AlphaWrap, ABallHasNoInnerSide) {
+  const double offset = 0.05;
+  const TriangleMesh wrap = AlphaWrap(Ball(1.0), 0.2, offset);
+  // Edges of the ball's faces are up to 0.2 long, so that they lie up to 0.2^2 / 4 within it.
+  for (const Eigen::Vector3d& p : wrap.vertices) EXPECT_NEAR(p.norm(), 1.0 + offset, 0.01);
 }
 
 TEST(Simplified, KeepsShapeWithFewerTriangles) {

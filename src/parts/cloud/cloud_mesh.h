@@ -15,7 +15,9 @@ struct CloudMesh {
 };
 /// The cloud is turned, scaled and sorted to a canonical form. An advancing front makes triangles
 /// of the points of its surface, turned outwards; pieces of less than 0.5 % of the area are left
-/// out. What the cloud does not show, as the far side of a single view, stays open. Depends on
+/// out. What the cloud does not show, as the far side of a single view, stays open. Where noise
+/// tears thin limbs and walls to shreds, and more than one side was seen, the mesh is wrapped
+/// (geometry::AlphaWrap): closed, a little outside of the points. Depends on
 /// neither the order of the points nor on pose and scale, but for rounding. O(n log n); 100,000
 /// points about a second.
 /// @return without faces, if the points lie too far apart or too few of them are no strays.

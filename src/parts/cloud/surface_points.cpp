@@ -33,7 +33,8 @@ SurfacePoints PointsOfSurface(const Points& points) {
   const Points kept = WithoutStrays(points);
   const CloudSampling sampling = MeasureSampling(kept, KdTree(kept));
   const double spacing = ThinnedSpacing(kept.size(), sampling, kMaxPoints);
-  return {SpreadOut(SmoothSurface(kept, sampling, kMaxPoints), kMinDistance * spacing), spacing};
+  return {SpreadOut(SmoothSurface(kept, sampling, kMaxPoints), kMinDistance * spacing), spacing,
+          sampling.noise};
 }
 
 }  // namespace rangegrasp::parts

@@ -12,6 +12,7 @@ bool IsNoisy(const CloudSampling& sampling);
 struct SurfacePoints {
   geometry::Points points;
   double spacing = 0.0;
+  double noise = 0.0;  ///< of the cloud
 };
 /// Strays are left out, noise and spacing measured. Points are thinned to about 15,000 and moved
 /// onto the surface as far as noise asks for: to the local plane (moving least squares, Alexa et
