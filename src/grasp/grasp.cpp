@@ -13,7 +13,6 @@
 namespace rangegrasp::grasp {
 namespace {
 
-using internal::Candidate;
 using internal::Others;
 using internal::SurfaceOf;
 using internal::Task;
