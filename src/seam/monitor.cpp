@@ -24,6 +24,8 @@ constexpr std::size_t kBlocks = 12;
 constexpr int kRefinements = 3;
 // Of the surface: mats' edges (up to 1.1 mm, half of it on either side) and texture are.
 constexpr double kWithin_m = 1e-3;
+// Of a line's columns: what fewer bear out is no surface, as too few points are no profile.
+constexpr double kSurfaceShare = 0.125;
 // Weight of the parabola before in the normal equations, against at least some points of weight 1:
 // decides only what the points leave open.
 constexpr double kPriorWeight = 1e-9;
@@ -141,6 +143,14 @@ Curve FitSurface(std::span<const float> height) {
   return best;
 }
 
+bool IsBorneOut(std::span<const float> height, const Curve& curve) {
+  const SurfacePoints points(height);
+  const auto support =
+      CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1], curve[2]);
+  return static_cast<double>(support * kStride) >=
+         kSurfaceShare * static_cast<double>(height.size());
+}
+
 RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_t columns,
                                     float* height) {
   const double last = static_cast<double>(columns - 1);
@@ -150,14 +160,13 @@ RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_
   }
 }
 
-// By how much a line rises above what either of two others had; where one of them has no point the
-// other alone counts.
-RANGEGRASP_VECTORISED void RiseAbove(const float* now, const float* a, const float* b,
-                                     std::size_t columns, float* rise) {
-  for (std::size_t i = 0; i < columns; ++i) {
-    const bool other = (b[i] > a[i]) | std::isnan(a[i]);
-    rise[i] = now[i] - (other ? b[i] : a[i]);
-  }
+// How far each column rises above a curve that lay `shift` columns further to the right.
+std::vector<float> Above(std::span<const float> height, const Curve& curve, double shift) {
+  std::vector<float> above(height.begin(), height.end());
+  const double by = 2.0 * shift / static_cast<double>(above.size() - 1);
+  Subtract(At(curve, by), curve[1] + 2.0 * by * curve[2], curve[2],
+           static_cast<std::int32_t>(above.size()), above.data());
+  return above;
 }
 
 }  // namespace
@@ -165,9 +174,7 @@ RANGEGRASP_VECTORISED void RiseAbove(const float* now, const float* a, const flo
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
   std::vector<float> above = profile.original_m;
   if (above.size() < 2 * kStride) return std::vector<float>(above.size(), 0.0F);
-  const Curve curve = FitSurface(above);
-  Subtract(curve[0], curve[1], curve[2], static_cast<std::int32_t>(above.size()), above.data());
-  return above;
+  return Above(above, FitSurface(above), 0.0);
 }
 
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
@@ -230,38 +237,37 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
 }
 
 // The head steers along the line: over a bent mould the columns themselves rise and fall by it.
-std::vector<float> SurfaceMonitor::Before(std::size_t number) const {
-  const auto& then = heights_[number];
-  const auto columns = static_cast<std::ptrdiff_t>(then.size());
-  const auto shift = std::lround((moved_m_.back() - moved_m_[number]) * columns_per_m_);
-  std::vector<float> before(then.size(), std::numeric_limits<float>::quiet_NaN());
-  const auto begin = std::clamp<std::ptrdiff_t>(shift, 0, columns);
-  const auto end = std::clamp<std::ptrdiff_t>(columns + shift, 0, columns);
-  if (begin < end)
-    std::copy(then.begin() + begin, then.begin() + end, before.begin() + begin - shift);
-  return before;
+std::vector<float> SurfaceMonitor::AboveSurfaceBefore(std::size_t number,
+                                                      std::span<const float> now) const {
+  const auto& [c0, c1, c2] = surfaces_[number];
+  return Above(now, {c0, c1, c2}, (moved_m_.back() - moved_m_[number]) * columns_per_m_);
 }
 
-// What rises above the surface round it; or, if it is so wide that it is taken for the surface
-// itself, above what was there before: in two profiles, since one may be too low there by noise. It
-// must be seen in one column again and again.
+std::vector<bool> SurfaceMonitor::Rising(std::span<const float> above) const {
+  return RisingColumns(above, width_, options_.obstacle_share * options_.obstacle_height_m);
+}
+
+// What rises above the surface round it; or, if it is taken for the surface itself (since it is
+// wide, or since the mat round it returns no light), above the surface that was there before: in
+// two profiles, since one may be wrong there by noise. It must be seen in one column again and
+// again.
 bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
-  const auto height = options_.obstacle_share * options_.obstacle_height_m;
-  auto rising = RisingColumns(HeightAboveSurface(profile), width_, height);
   const auto& now = profile.original_m;
+  if (now.size() < 2 * kStride) return false;
   moved_m_.push_back((moved_m_.empty() ? 0.0 : moved_m_.back()) + profile.moved_m);
-  if (heights_.size() >= 2 && heights_[0].size() == now.size() &&
-      heights_[1].size() == now.size()) {
-    std::vector<float> above(now.size());
-    RiseAbove(now.data(), Before(0).data(), Before(1).data(), now.size(), above.data());
-    const auto risen = RisingColumns(above, width_, height);
-    for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || risen[i];
+  const Curve surface = FitSurface(now);
+  auto rising = Rising(Above(now, surface, 0.0));
+  if (surfaces_.size() >= 2) {
+    const auto first = Rising(AboveSurfaceBefore(0, now));
+    const auto second = Rising(AboveSurfaceBefore(1, now));
+    for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || (first[i] && second[i]);
   }
-  heights_.push_back(now);
+  surfaces_.push_back({surface[0], surface[1], surface[2]});
+  if (!IsBorneOut(now, surface)) surfaces_.back().fill(std::numeric_limits<double>::quiet_NaN());
   rising_.push_back(std::move(rising));
   const auto window = static_cast<std::size_t>(options_.window);
-  if (heights_.size() > window) {
-    heights_.pop_front();
+  if (surfaces_.size() > window) {
+    surfaces_.pop_front();
     moved_m_.pop_front();
   }
   if (rising_.size() > window) rising_.pop_front();
@@ -308,7 +314,7 @@ bool SurfaceMonitor::SeesEdge() const {
 }
 
 void SurfaceMonitor::Reset() {
-  heights_.clear();
+  surfaces_.clear();
   moved_m_.clear();
   rising_.clear();
   no_edge_.clear();

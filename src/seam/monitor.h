@@ -75,14 +75,15 @@ class SurfaceMonitor {
  private:
   bool SeesObstacle(const PreparedProfile& profile);
 
-  /// What was at each column's place on the mats in one of heights_.
-  std::vector<float> Before(std::size_t number) const;
+  /// How far columns rise above one of surfaces_, at their places on the mats.
+  std::vector<float> AboveSurfaceBefore(std::size_t number, std::span<const float> now) const;
+  std::vector<bool> Rising(std::span<const float> above) const;
 
   std::size_t width_;  // columns of the narrowest obstacle
   double columns_per_m_;
   MonitorOptions options_;
   // Of the last profiles, oldest first.
-  std::deque<std::vector<float>> heights_;
+  std::deque<std::array<double, 3>> surfaces_;  // parabolas over a line from -1 to 1; NaN: none
   std::deque<double> moved_m_;  // by how much the line had moved along itself by then
   std::deque<std::vector<bool>> rising_;
   std::deque<bool> no_edge_;

@@ -19,6 +19,8 @@ constexpr double kSeen_m = 0.022;  // of a cylinder to either side: its flanks t
 
 struct Scene {
   double cylinder = 0.0;  // 1 convex, -1 concave
+  double seen_m = kSeen_m;
+  double flank_lost = 0.98;
   double step_m = 0.0;
   double edge_m = 0.0;
   double lost = 0.05;
@@ -42,8 +44,8 @@ PreparedProfile Scan(const Scene& scene, const LineGeometry& line, Rng& rng) {
   for (int i = 0; i < line.columns; ++i) {
     const double x = line.ToMeters(i);
     const bool obstacle = std::abs(x - scene.obstacle_x_m) < 0.5 * scene.obstacle_width_m;
-    const bool flank = scene.cylinder != 0.0 && std::abs(x - scene.edge_m) > kSeen_m;
-    const bool lost = flank ? rng.Uniform() < 0.98 : rng.Uniform() < scene.lost;
+    const bool flank = scene.cylinder != 0.0 && std::abs(x - scene.edge_m) > scene.seen_m;
+    const bool lost = flank ? rng.Uniform() < scene.flank_lost : rng.Uniform() < scene.lost;
     double z = SurfaceAt(scene, x) + (obstacle ? scene.obstacle_height_m : 0.0);
     z += kSigma_m * rng.Normal();
     if (run <= 0 && rng.Uniform() < scene.outliers / 4.0) {
@@ -293,6 +295,47 @@ TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
     std::optional<StopReason> stop;
     for (int i = 0; i < options.obstacle_profiles; ++i) stop = update();
     EXPECT_EQ(stop, StopReason::kObstacle) << seed;
+  }
+}
+
+// With dark flanks an obstacle there is an island of light: a parabola through its top, the mat
+// and nothing between them has the most support. No obstacle was there before.
+TEST(SurfaceMonitor, StopsForAnObstacleOnAFlankThatReturnsNoLight) {
+  const LineGeometry line;
+  const MonitorOptions options;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    Scene scene;
+    scene.cylinder = seed % 2 == 0 ? 1.0 : -1.0;
+    scene.seen_m = 0.011;
+    scene.flank_lost = 1.0;
+    scene.step_m = rng.Uniform(0.3e-3, 1.1e-3);
+    SurfaceMonitor monitor(line, options);
+    const auto update = [&] {
+      return monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
+    };
+    for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
+    scene.obstacle_x_m = scene.edge_m + (seed % 4 < 2 ? -0.018 : 0.018);
+    scene.obstacle_width_m = 0.005;
+    scene.obstacle_height_m = 3.5e-3;
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.obstacle_profiles; ++i) stop = update();
+    EXPECT_EQ(stop, StopReason::kObstacle) << seed;
+  }
+}
+
+// After an outage nothing is known of what was there before: it is no level surface at 0.
+TEST(SurfaceMonitor, TakesNoMatForAnObstacleBecauseNothingWasSeenBefore) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  PreparedProfile profile;
+  profile.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  for (int i = 0; i < options.outage_profiles; ++i) {
+    monitor.Update(profile, Told(ProfileStatus::kUnusable));
+  }
+  profile.original_m.assign(1024, 8e-3F);
+  for (int i = 0; i < 2 * options.window; ++i) {
+    ASSERT_FALSE(monitor.Update(profile, Told(ProfileStatus::kEdge))) << i;
   }
 }
 
