@@ -342,8 +342,12 @@ Options ReadOptions(YamlMap& map) {
   o.perception.stated_noise = o.sensor_files.kind == SensorKind::kStereoCamera;
   ReadPerception(map.Child("perception", "from the cloud to objects"), o.perception);
   ReadGrasp(map.Child("grasp", "from objects to grasps"), o.take, o.grasp);
-  if (o.take != TakeKind::kAnywhere && !o.outside.command.empty()) {
-    map.Fail("grasp", "take: a detector that is another program decides that itself");
+  const bool any_way = o.grasp.approach == grasp::ApproachKind::kAbove;
+  if ((o.take != TakeKind::kAnywhere || !any_way) && !o.outside.command.empty()) {
+    map.Fail("grasp", "take, approach: a detector that is another program decides that itself");
+  }
+  if (o.take == TakeKind::kHandle && !any_way) {
+    map.Fail("grasp", "approach: with take: handle the handle tells where the hand comes from");
   }
   ReadPlanning(map.Child("planning", "from a grasp to motions"), o.planning, o.obstacles);
   map.Finish();
