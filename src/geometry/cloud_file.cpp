@@ -35,10 +35,10 @@ void CheckFields(const RangeImage& image, const std::vector<CloudField>& fields)
   }
 }
 
-void AppendRow(const RangeImage& image, const std::vector<CloudField>& fields, std::size_t i,
-               std::string& bytes) {
-  internal::AppendPoint(image.points_C[i], bytes);
-  for (const CloudField& field : fields) internal::AppendRaw(field.values[i], bytes);
+constexpr char kColor[] = "rgb";
+
+void AppendChannels(std::uint32_t packed, std::string& bytes) {
+  for (const int shift : {16, 8, 0}) bytes.push_back(static_cast<char>(packed >> shift & 0xffu));
 }
 
 Eigen::Vector3d Viewpoint(const RangeImage& image) {
@@ -61,7 +61,10 @@ std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fie
       "VIEWPOINT {:f} {:f} {:f} 1 0 0 0\nPOINTS {}\nDATA binary\n",
       names, sizes, types, counts, image.samples, image.profiles, origin.x(), origin.y(),
       origin.z(), image.points_C.size());
-  for (std::size_t i = 0; i < image.points_C.size(); ++i) AppendRow(image, fields, i, bytes);
+  for (std::size_t i = 0; i < image.points_C.size(); ++i) {
+    internal::AppendPoint(image.points_C[i], bytes);
+    for (const CloudField& field : fields) internal::AppendRaw(field.values[i], bytes);
+  }
   return bytes;
 }
 
@@ -69,9 +72,22 @@ std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fie
   Indices measured;
   ToCloud(image, &measured);
   std::string bytes = internal::PlyVertexHeader(measured.size());
-  for (const CloudField& field : fields) bytes += "property uint " + field.name + "\n";
+  for (const CloudField& field : fields) {
+    bytes += field.name == kColor
+                 ? "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                 : "property uint " + field.name + "\n";
+  }
   bytes += "end_header\n";
-  for (const std::uint32_t i : measured) AppendRow(image, fields, i, bytes);
+  for (const std::uint32_t i : measured) {
+    internal::AppendPoint(image.points_C[i], bytes);
+    for (const CloudField& field : fields) {
+      if (field.name == kColor) {
+        AppendChannels(field.values[i], bytes);
+      } else {
+        internal::AppendRaw(field.values[i], bytes);
+      }
+    }
+  }
   return bytes;
 }
 
@@ -95,6 +111,14 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
         fmt::format("{}: none of its {} points is finite", file.string(), cloud.points.size()));
   }
   return cloud;
+}
+
+CloudField ColorField(const std::vector<Rgb>& colors) {
+  CloudField field{kColor, {}};
+  for (const auto& [red, green, blue] : colors) {
+    field.values.push_back(std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | blue);
+  }
+  return field;
 }
 
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/color.h"
 #include "geometry/point_cloud.h"
 #include "geometry/range_image.h"
 
@@ -17,6 +18,9 @@ struct CloudFile {
   int width = 0;
   int height = 1;
   Points points;  ///< row-major, scaled to metres
+  /// One a point, from PCD's rgb or rgba, or PLY's red, green and blue of a byte each; empty where
+  /// the file has none.
+  std::vector<Rgb> colors;
   /// Where the sensor stood [m], from PCD's VIEWPOINT; absent where the file has none.
   std::optional<Eigen::Vector3d> sensor_origin;
 };
@@ -34,6 +38,9 @@ struct CloudField {
   std::string name;
   std::vector<std::uint32_t> values;  ///< one a point of the image
 };
+/// Colors as a column: "rgb", packed as PCL does; a PLY gets red, green and blue.
+CloudField ColorField(const std::vector<Rgb>& colors);
+
 /// Writes binary PCD (organised as the image is, with the sensor's mean place as its viewpoint) or,
 /// by the ending .ply, binary PLY of the measured points alone. Coordinates are single precision.
 /// @throws core::RunError naming the file if it cannot be written whole.

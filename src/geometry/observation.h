@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/frames.h"
+#include "geometry/color.h"
 #include "geometry/range_image.h"
 
 namespace rangegrasp::geometry {
@@ -19,6 +20,9 @@ struct View {
   /// Standard deviation of the measured point along its ray [m], one a sample (NaN where nothing
   /// was measured), by the sensor's own model; empty where it is not known.
   std::vector<float> noise_m;
+  /// The color that each sample was seen in, where the sensor has a camera for colors; else empty.
+  /// Of no meaning where nothing was measured.
+  std::vector<Rgb> colors;
   double spacing_m = 0.0;  ///< median distance of neighbors in the image [m]; 0: not known
 };
 

@@ -51,7 +51,9 @@ pcl::PointCloud<pcl::PointXYZRGB> RandomPclCloud(core::Rng& rng) {
     p.x = static_cast<float>(rng.Normal());
     p.y = static_cast<float>(rng.Normal());
     p.z = static_cast<float>(rng.Normal());
-    p.r = static_cast<std::uint8_t>(rng.Index(3));
+    p.r = static_cast<std::uint8_t>(rng.Index(256));
+    p.g = static_cast<std::uint8_t>(rng.Index(256));
+    p.b = static_cast<std::uint8_t>(rng.Index(256));
   }
   cloud.at(3, 4).x = std::numeric_limits<float>::quiet_NaN();
   cloud.sensor_origin_ = {0.25f, 0.5f, 1.0f, 1.0f};
@@ -63,7 +65,9 @@ void ExpectSame(const CloudFile& ours, const pcl::PointCloud<pcl::PointXYZRGB>& 
   ASSERT_EQ(ours.width, static_cast<int>(theirs.width));
   ASSERT_EQ(ours.height, static_cast<int>(theirs.height));
   ASSERT_EQ(ours.points.size(), theirs.size());
+  ASSERT_EQ(ours.colors.size(), theirs.size());
   for (std::size_t i = 0; i < theirs.size(); ++i) {
+    EXPECT_EQ(ours.colors[i], (Rgb{theirs[i].r, theirs[i].g, theirs[i].b}));
     const Eigen::Vector3d p = theirs[i].getVector3fMap().cast<double>();
     EXPECT_EQ(ours.points[i].allFinite(), p.allFinite());
     if (!p.allFinite()) continue;
@@ -130,6 +134,51 @@ TEST_F(Io, CloudsSurviveAWriteAndARead) {
     EXPECT_LE((ply.points[i - (i > 5 ? 1 : 0)] - image.points_C[i]).norm(), 1e-7);
   }
   EXPECT_THROW(WriteCloud(Path("x.pcd"), image, {{"label", {1}}}), std::invalid_argument);
+}
+
+std::vector<Rgb> RandomColors(std::size_t count, core::Rng& rng) {
+  std::vector<Rgb> colors(count);
+  for (Rgb& color : colors) {
+    for (auto& level : color) level = static_cast<std::uint8_t>(rng.Index(256));
+  }
+  return colors;
+}
+
+TEST_F(Io, ColorsSurviveAWriteAndARead) {
+  core::Rng rng(4);
+  const RangeImage image = RandomImage(rng);
+  auto colors = RandomColors(77, rng);
+  WriteCloud(Path("w.pcd"), image, {{"label", Indices(77, 1u)}, ColorField(colors)});
+  WriteCloud(Path("w.ply"), image, {ColorField(colors), {"label", Indices(77, 1u)}});
+  EXPECT_EQ(ReadCloud(Path("w.pcd")).colors, colors);
+  pcl::PointCloud<pcl::PointXYZRGB> theirs;
+  ASSERT_EQ(pcl::io::loadPCDFile(Path("w.pcd").string(), theirs), 0);
+  for (std::size_t i = 0; i < 77; ++i) {
+    EXPECT_EQ(colors[i], (Rgb{theirs[i].r, theirs[i].g, theirs[i].b}));
+  }
+  colors.erase(colors.begin() + 5);  // was not measured
+  EXPECT_EQ(ReadCloud(Path("w.ply")).colors, colors);
+  WriteCloud(Path("none.pcd"), image);
+  EXPECT_TRUE(ReadCloud(Path("none.pcd")).colors.empty());
+}
+
+// A field named rgb that is no packed color, and a red without green and blue, are none.
+TEST_F(Io, WhatIsNoColorIsLeftOut) {
+  Write("a.pcd",
+        "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1\n"
+        "HEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 4\n");
+  Write("b.pcd",
+        "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1\n"
+        "HEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 65793\n");
+  EXPECT_TRUE(ReadCloud(Path("a.pcd")).colors.empty());
+  EXPECT_EQ(ReadCloud(Path("b.pcd")).colors, (std::vector<Rgb>{{1, 1, 1}}));
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\n";
+  Write("a.ply", head + "end_header\n1 2 3 4\n");
+  Write("b.ply", head + "property uchar green\nproperty uchar blue\nend_header\n1 2 3 4 5 300\n");
+  EXPECT_TRUE(ReadCloud(Path("a.ply")).colors.empty());
+  EXPECT_EQ(ReadCloud(Path("b.ply")).colors, (std::vector<Rgb>{{4, 5, 255}}));
 }
 
 TEST_F(Io, TheUnitScalesPointsAndViewpoint) {

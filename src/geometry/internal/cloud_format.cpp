@@ -1,8 +1,10 @@
 #include "geometry/internal/cloud_format.h"
 
 #include <algorithm>
+#include <bit>
 #include <cctype>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
 
 #include "core/error.h"
@@ -63,6 +65,61 @@ std::string Quoted(std::string_view word) {
   return text + (word.size() > kMaxLength ? "...\"" : "\"");
 }
 
+namespace {
+
+Rgb Unpacked(std::uint32_t packed) {
+  return {static_cast<std::uint8_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8),
+          static_cast<std::uint8_t>(packed)};
+}
+
+double NumberIn(const LineReader& lines, std::string_view word) {
+  const auto value = ParseNumber(word);
+  if (!value) lines.Fail("{} is not a number", Quoted(word));
+  return *value;
+}
+
+Rgb ColorIn(const LineReader& lines, std::span<const std::string_view> words,
+            const ColorPlace& place) {
+  const double first = NumberIn(lines, words[place.at[0].column]);
+  switch (place.kind) {
+    case ColorPlace::Kind::kPackedAsFloat:
+      return Unpacked(std::bit_cast<std::uint32_t>(static_cast<float>(first)));
+    case ColorPlace::Kind::kPacked:
+      return Unpacked(static_cast<std::uint32_t>(
+          static_cast<std::int64_t>(std::clamp(first, -2147483648.0, 4294967295.0))));
+    default:
+      break;
+  }
+  Rgb color;
+  for (std::size_t k = 0; k < color.size(); ++k) {
+    const double level = NumberIn(lines, words[place.at[k].column]);
+    color[k] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
+  }
+  return color;
+}
+
+}  // namespace
+
+std::vector<Rgb> DecodeBinaryColors(std::string_view data, std::size_t points,
+                                    const ColorPlace& place, bool swap_bytes) {
+  if (place.kind == ColorPlace::Kind::kNone) return {};
+  std::vector<Rgb> colors(points);
+  const auto bytes_at = [&data](const Coordinate& c, std::size_t i) {
+    return data.data() + c.start + c.offset + i * c.stride;
+  };
+  for (std::size_t i = 0; i < points; ++i) {
+    if (place.kind == ColorPlace::Kind::kChannels) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        colors[i][k] = static_cast<std::uint8_t>(*bytes_at(place.at[k], i));
+      }
+    } else {
+      colors[i] = Unpacked(
+          static_cast<std::uint32_t>(LoadAs<std::uint32_t>(bytes_at(place.at[0], i), swap_bytes)));
+    }
+  }
+  return colors;
+}
+
 Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate (&xyz)[3],
                     bool swap_bytes) {
   Points decoded(points);
@@ -79,7 +136,7 @@ Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate 
 }
 
 Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
-                   const Coordinate (&xyz)[3]) {
+                   const Coordinate (&xyz)[3], const ColorPlace& place, std::vector<Rgb>& colors) {
   Points decoded;
   decoded.reserve(points);
   while (decoded.size() < points) {
@@ -93,13 +150,10 @@ Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
       lines.Fail("a point has {} values; the header names {}", words.size(), columns);
     }
     Eigen::Vector3d p;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const std::string_view word = words[xyz[axis].column];
-      const auto value = ParseNumber(word);
-      if (!value) lines.Fail("{} is not a number", Quoted(word));
-      p[axis] = *value;
-    }
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      p[axis] = NumberIn(lines, words[xyz[axis].column]);
     decoded.push_back(p);
+    if (place.kind != ColorPlace::Kind::kNone) colors.push_back(ColorIn(lines, words, place));
   }
   return decoded;
 }

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/color.h"
 #include "geometry/point_cloud.h"
 
 /// What the readers and writers of PCD and PLY share.
@@ -69,12 +70,27 @@ struct Coordinate {
   std::size_t size = 4;    ///< [bytes]: 4 float, 8 double
 };
 
+/// Where a point's color stands.
+struct ColorPlace {
+  enum class Kind {
+    kNone,
+    kPacked,         ///< a whole number of 4 bytes: blue, green, red from the lowest on
+    kPackedAsFloat,  ///< the same bytes as a float's: what PCL writes
+    kChannels        ///< red, green and blue, of a byte each
+  };
+  Kind kind = Kind::kNone;
+  Coordinate at[3];  ///< the first one alone where they are packed
+};
+
+/// Binary colors; `data` must hold them all. None where the file has none.
+std::vector<Rgb> DecodeBinaryColors(std::string_view data, std::size_t points,
+                                    const ColorPlace& place, bool swap_bytes);
 /// Binary points; `data` must hold them all.
 Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate (&xyz)[3],
                     bool swap_bytes);
-/// One row of words a point.
+/// One row of words a point. @param colors  receives their colors, if the file has any
 Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
-                   const Coordinate (&xyz)[3]);
+                   const Coordinate (&xyz)[3], const ColorPlace& place, std::vector<Rgb>& colors);
 
 /// Appends the bytes of a number as they are in memory.
 template <class T>

@@ -142,11 +142,17 @@ void Complete(const LineReader& lines, Header& header) {
 
 struct Layout {
   Coordinate xyz[3];
+  ColorPlace color;
   std::size_t columns = 0;
   std::size_t row_bytes = 0;
 };
 
-/// Where x, y, z are: row by row, or, for binary_compressed, field by field.
+/// A field that is a packed color; others of its name are no color.
+bool IsColor(const Field& field) {
+  return (field.name == "rgb" || field.name == "rgba") && field.size == 4 && field.count == 1;
+}
+
+/// Where x, y, z and the color are: row by row, or, for binary_compressed, field by field.
 Layout FindCoordinates(const LineReader& lines, const Header& header, bool by_field) {
   Layout layout;
   for (const Field& field : header.fields) {
@@ -163,12 +169,21 @@ Layout FindCoordinates(const LineReader& lines, const Header& header, bool by_fi
       c.offset = by_field ? 0 : layout.row_bytes;
       c.start = by_field ? layout.row_bytes * *header.points : 0;
     }
+    if (IsColor(field)) {
+      layout.color.kind =
+          field.type == 'F' ? ColorPlace::Kind::kPackedAsFloat : ColorPlace::Kind::kPacked;
+      layout.color.at[0] = {.found = true,
+                            .column = layout.columns,
+                            .offset = by_field ? 0 : layout.row_bytes,
+                            .start = by_field ? layout.row_bytes * *header.points : 0};
+    }
     layout.columns += field.count;
     layout.row_bytes += field.count * field.size;
     if (layout.columns >= kEndOfCounts || layout.row_bytes >= kEndOfCounts) {
       lines.Fail("a point of {} bytes is absurd", layout.row_bytes);
     }
   }
+  layout.color.at[0].stride = by_field ? layout.color.at[0].size : layout.row_bytes;
   for (int axis = 0; axis < 3; ++axis) {
     Coordinate& c = layout.xyz[axis];
     c.stride = by_field ? c.size : layout.row_bytes;
@@ -247,13 +262,16 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
   if (header.data == "ascii") {
     // Each point takes at least two bytes: absurd counts end here, before memory is asked for.
     if (body.size() + 1 < 2 * points) FailTruncated(lines, body.size(), 2 * points);
-    cloud.points = DecodeAscii(lines, points, layout.columns, layout.xyz);
+    cloud.points =
+        DecodeAscii(lines, points, layout.columns, layout.xyz, layout.color, cloud.colors);
   } else if (header.data == "binary") {
     if (body.size() < needed) FailTruncated(lines, body.size(), needed);
     cloud.points = DecodeBinary(body, points, layout.xyz, false);
+    cloud.colors = DecodeBinaryColors(body, points, layout.color, false);
   } else {
     const std::string expanded = Expand(lines, body, needed);
     cloud.points = DecodeBinary(expanded, points, layout.xyz, false);
+    cloud.colors = DecodeBinaryColors(expanded, points, layout.color, false);
   }
   return cloud;
 }

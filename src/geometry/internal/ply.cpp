@@ -1,5 +1,6 @@
 #include "geometry/internal/ply.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -37,6 +38,7 @@ struct Header {
   bool has_vertex = false;
   bool in_vertex = false;
   Coordinate xyz[3];
+  Coordinate rgb[3];  // those of a byte
   std::size_t columns = 0;
   std::size_t row_bytes = 0;
   std::vector<Element> after;  // behind vertex
@@ -97,8 +99,26 @@ void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& 
     c.offset = header.row_bytes;
     c.size = type.size;
   }
+  static constexpr std::string_view kChannels[] = {"red", "green", "blue"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (words[2] != kChannels[k] || type.size != 1) continue;
+    header.rgb[k] = {
+        .found = true, .column = header.columns, .offset = header.row_bytes, .size = 1};
+  }
   ++header.columns;
   header.row_bytes += type.size;
+}
+
+/// The color is known where all of its channels are.
+ColorPlace ColorOf(const Header& header) {
+  ColorPlace place;
+  if (!std::ranges::all_of(header.rgb, &Coordinate::found)) return place;
+  place.kind = ColorPlace::Kind::kChannels;
+  for (std::size_t k = 0; k < 3; ++k) {
+    place.at[k] = header.rgb[k];
+    place.at[k].stride = header.row_bytes;
+  }
+  return place;
 }
 
 Header ReadHeader(LineReader& lines) {
@@ -234,7 +254,7 @@ void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
 
 /// @return where the data behind the vertices begin, if they are binary.
 std::size_t ReadVertices(std::string_view bytes, const Header& header, LineReader& lines,
-                         Points& points) {
+                         Points& points, std::vector<Rgb>& colors) {
   const std::size_t begin = lines.position();
   const std::string_view body = bytes.substr(begin);
   const bool ascii = header.format == "ascii";
@@ -245,9 +265,14 @@ std::size_t ReadVertices(std::string_view bytes, const Header& header, LineReade
         "vertices is wrong",
         body.size(), needed, ascii ? " or more" : "");
   }
-  points =
-      ascii ? DecodeAscii(lines, header.points, header.columns, header.xyz)
-            : DecodeBinary(body, header.points, header.xyz, header.format == "binary_big_endian");
+  const ColorPlace color = ColorOf(header);
+  if (ascii) {
+    points = DecodeAscii(lines, header.points, header.columns, header.xyz, color, colors);
+  } else {
+    const bool swap = header.format == "binary_big_endian";
+    points = DecodeBinary(body, header.points, header.xyz, swap);
+    colors = DecodeBinaryColors(body, header.points, color, swap);
+  }
   return begin + needed;
 }
 
@@ -286,7 +311,8 @@ PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view 
   Check(lines, header);
   CheckElements(bytes, header, lines);
   PolygonSoup soup;
-  const std::size_t begin = ReadVertices(bytes, header, lines, soup.points);
+  std::vector<Rgb> colors;
+  const std::size_t begin = ReadVertices(bytes, header, lines, soup.points, colors);
   Values values(bytes, header.format, lines, begin);
   for (const Element& element : header.after) {
     for (std::size_t i = 0; i < element.count; ++i) ReadRow(element, values, soup);
@@ -301,7 +327,7 @@ CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes
   Check(lines, header);
   CloudFile cloud;
   cloud.width = static_cast<int>(header.points);
-  ReadVertices(bytes, header, lines, cloud.points);
+  ReadVertices(bytes, header, lines, cloud.points, cloud.colors);
   return cloud;
 }
 
