@@ -75,6 +75,8 @@ class Sweep {
   void Measure(std::size_t profile, Scan& scan) const;
   SampleState MeasureSample(const Spot& spot, double noise_px, double dropout_draw, double slope,
                             const Eigen::Matrix3d& R_WP, Eigen::Vector3d& point_W) const;
+  /// The second exposure.
+  void SeeColors(std::span<const ProfilePose> poses, geometry::View& view);
 
   std::span<const sim::VisualMesh> meshes_;
   const core::Pose& X_WS_;
@@ -295,6 +297,32 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
   }
 }
 
+void Sweep::SeeColors(std::span<const ProfilePose> poses, geometry::View& view) {
+  core::Rng rng(core::DeriveSeed(noise_seed_, "color"));
+  const double shift_m = options_.color_shift_m / std::sqrt(2.0);
+  const double across_m = shift_m * rng.Normal();
+  const double along = shift_m / options_.focus_distance_m * rng.Normal();
+  Eigen::Vector3d gain;
+  for (double& channel : gain) channel = std::exp(options_.color_gain_sigma * rng.Normal());
+  std::vector<LaserRay> rays(Samples());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i] = {across_m, Slope(static_cast<double>(i)) + along};
+  }
+  std::vector<Eigen::Vector3d> light(rays.size());
+  view.colors.reserve(spots_.size());
+  for (const ProfilePose& pose : poses) {
+    illumination_.Show(pose, rays, light);
+    for (const Eigen::Vector3d& one : light) {
+      geometry::Rgb color = geometry::ColorOf(gain.cwiseProduct(one));
+      for (std::uint8_t& level : color) {
+        const double noisy = level + options_.color_noise_levels * rng.Normal();
+        level = static_cast<std::uint8_t>(std::lround(std::clamp(noisy, 0.0, 255.0)));
+      }
+      view.colors.push_back(color);
+    }
+  }
+}
+
 Scan Sweep::Run() {
   const std::vector<ProfilePose> poses = JitteredPoses();
   CastMainRays(poses);
@@ -304,6 +332,7 @@ Scan Sweep::Run() {
     Refine(poses[profile], profile);
     Measure(profile, scan);
   }
+  if (options_.color) SeeColors(poses, scan.view);
   scan.view.spacing_m = geometry::MedianSpacing(scan.view.image);
   return scan;
 }

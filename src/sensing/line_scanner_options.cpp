@@ -80,12 +80,23 @@ void ReadCalibration(Source& from, Options& o) {
 }
 
 template <typename Source, typename Options>
+void ReadColor(Source& from, Options& o) {
+  from.Read("color", o.color, "each sample's color is seen, too, by the room's light");
+  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "its noise, of 255");
+  from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
+            "of its channels' balance, as a share; one draw a channel and scan");
+  from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
+                  "how far beside a sample its color is seen, root mean square; one draw a scan");
+}
+
+template <typename Source, typename Options>
 void ReadKeys(Source& from, Options& options) {
   ReadSampling(from, options);
   ReadCamera(from, options);
   ReadNoise(from, options);
   ReadDropouts(from, options);
   ReadCalibration(from, options);
+  ReadColor(from, options);
 }
 
 bool DropoutsBegin(const LineScannerOptions& options) {

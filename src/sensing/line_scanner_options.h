@@ -42,6 +42,14 @@ struct LineScannerOptions {
   // By how far the head's pose, as the robot knows it, is off: one draw a scan.
   double calibration_sigma_m = 0.001;             ///< root mean square of the distance
   double calibration_sigma_rad = core::Deg(0.1);  ///< and of the angle
+  // The camera's second exposure, in color and by the room's light, with the laser off.
+  bool color = false;
+  double color_noise_levels = 2.0;  ///< sigma, of 255
+  /// Of the balance and exposure of its channels, as a share; one draw a channel and scan.
+  double color_gain_sigma = 0.05;
+  /// By how far a sample's color is seen beside it, along and across the line at the focus
+  /// distance: root mean square, one draw a scan.
+  double color_shift_m = 0.001;
 };
 
 /// Reads models/sensors/*.yaml; keys are the option names in human units; what is not given keeps

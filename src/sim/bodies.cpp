@@ -12,30 +12,6 @@ namespace {
 
 constexpr int kSegments = 20;  // of round primitives: a page is looked at, not measured
 
-// The mean of what is printed, in 0..1; white for none.
-Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
-  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
-  if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
-  const int channels = model->tex_nchannel[texture];
-  const auto texels = static_cast<std::ptrdiff_t>(model->tex_width[texture]) *
-                      static_cast<std::ptrdiff_t>(model->tex_height[texture]);
-  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::ptrdiff_t i = 0; i < texels; ++i, texel += channels) {
-    for (int c = 0; c < 3; ++c) sum[c] += texel[channels < 3 ? 0 : c];
-  }
-  return (sum / (255.0 * static_cast<double>(texels))).cast<float>();
-}
-
-Eigen::Vector4f ColorOf(const mjModel* model, int geom, std::map<int, Eigen::Vector3f>& prints) {
-  const int material = model->geom_matid[geom];
-  if (material < 0) return Eigen::Map<const Eigen::Vector4f>(model->geom_rgba + 4 * geom);
-  if (!prints.contains(material)) prints[material] = MeanPrint(model, material);
-  Eigen::Vector4f color = Eigen::Map<const Eigen::Vector4f>(model->mat_rgba + 4 * material);
-  color.head<3>().array() *= prints[material].array();
-  return color;
-}
-
 // As the model has it: the same bytes whatever the body's pose.
 core::Pose InBody(const mjModel* model, int geom) {
   const mjtNum* q = model->geom_quat + 4 * geom;
@@ -69,13 +45,13 @@ std::vector<Part> PartsOf(const World& world) {
 std::vector<VisualBody> VisualBodies(const World& world) {
   const mjModel* model = world.model();
   const auto parts = PartsOf(world);
-  std::map<int, Eigen::Vector3f> prints;
+  internal::ColorsOfGeoms colors(model);
   std::vector<VisualBody> bodies;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int body = model->geom_bodyid[geom];
     const Part part = parts[static_cast<std::size_t>(body)];
     if (part == Part::kParked || !internal::Visible(model, geom) || !HasEnd(model, geom)) continue;
-    const Eigen::Vector4f color = ColorOf(model, geom, prints);
+    const Eigen::Vector4f color = colors.Of(geom);
     auto drawn = std::find_if(bodies.begin(), bodies.end(), [&](const VisualBody& one) {
       return one.body == body && one.color == color;
     });

@@ -128,7 +128,7 @@ TEST_F(SensorFile, AMissingFileIsAnError) {
 TEST(LineScannerKeys, EachHasASentence) {
   auto map = core::YamlMap::ForDocumentation();
   ReadLineScanner(map);
-  EXPECT_EQ(map.Keys().size(), 24u);  // the options, and the type
+  EXPECT_EQ(map.Keys().size(), 28u);  // the options, and the type
   for (const core::KeyDoc& key : map.Keys()) {
     EXPECT_GT(key.doc.size(), 10u) << key.path;
     EXPECT_NE(key.doc.back(), '.') << key.path;

@@ -441,14 +441,14 @@ TEST(LineScanner, PatchesAreLostAsAWhole) {
 TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   Meshes meshes = Wall(1.0);
   meshes[0].surface.albedo = 0.7;
-  auto print = std::make_shared<sim::Print>();
+  auto print = std::make_shared<geometry::Print>();
   print->width = 2;
   print->height = 1;
-  print->red = {0, 255};
-  meshes[0].print = print;
+  print->texels = {{0, 0, 0}, {255, 255, 255}};
+  meshes[0].colors.print = print;
   const auto& vertices = meshes[0].mesh_W.vertices;
   for (const auto& triangle : meshes[0].mesh_W.triangles) {
-    auto& corners = meshes[0].uv.emplace_back();
+    auto& corners = meshes[0].colors.uv.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
       const auto x = static_cast<float>(vertices[triangle[k]].x());
       corners[k] = {(x + 3.0f) / 6.0f, 0.5f};
@@ -467,6 +467,77 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   EXPECT_EQ(white_lost, 0u);
   const double expected = internal::AlbedoLoss(internal::PrintAlbedo(0));
   EXPECT_NEAR(static_cast<double>(dark_lost) / static_cast<double>(dark), expected, 0.01);
+}
+
+/// The left half of a wall red, the right one white.
+Meshes PrintedWall() {
+  Meshes meshes = Wall(1.0);
+  for (const auto& triangle : meshes[0].mesh_W.triangles) {
+    meshes[0].colors.uv.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto x = static_cast<float>(meshes[0].mesh_W.vertices[triangle[k]].x());
+      meshes[0].colors.uv.back()[k] = {(x + 3.0f) / 6.0f, 0.5f};
+    }
+  }
+  auto print = std::make_shared<geometry::Print>();
+  print->width = 2;
+  print->height = 1;
+  print->texels = {{200, 30, 30}, {255, 255, 255}};
+  meshes[0].colors.print = print;
+  return meshes;
+}
+
+// By the second exposure nothing that was measured changes.
+TEST(LineScanner, ColorsAreSeenBesideTheRange) {
+  LineScannerOptions options = Known();
+  const Meshes meshes = PrintedWall();
+  const Scan without = ScanOf(meshes, options);
+  EXPECT_TRUE(without.view.colors.empty());
+  options.color = true;
+  options.color_noise_levels = options.color_gain_sigma = options.color_shift_m = 0.0;
+  const Scan scan = ScanOf(meshes, options);
+  EXPECT_TRUE(SameBytes(scan, without));
+  ASSERT_EQ(scan.view.colors.size(), scan.truth.state.size());
+  // The wall stands upright: none of the light from above, half of all.
+  const auto lit = [](const geometry::Rgb& color) {
+    return geometry::ColorOf(0.5 * geometry::LightOf(color));
+  };
+  ForEach(scan, [&](std::size_t i, int p, int) {
+    const double x = std::tan(internal::PanAngle(options, p));
+    if (std::abs(x) < 0.005) return;
+    EXPECT_EQ(scan.view.colors[i], x < 0.0 ? lit({200, 30, 30}) : lit({255, 255, 255}));
+  });
+}
+
+// Of many scans: the noise of a channel, its gain, and how far beside the samples colors are seen.
+TEST(LineScanner, ColorsAreOffByWhatIsStated) {
+  LineScannerOptions options = Known();
+  options.color = true;
+  options.samples = 2;
+  options.profiles = 1000;
+  options.pan_jitter_rad = 0.0;
+  const Meshes meshes = PrintedWall();
+  constexpr int kScans = 300;
+  double levels = 0.0, gains = 0.0, shifts_m = 0.0;
+  for (std::uint64_t seed = 1; seed <= kScans; ++seed) {
+    const auto colors = ScanOf(meshes, options, seed).view.colors;
+    const std::size_t n = colors.size();
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = n / 2 + 100; i < n; ++i) sum += colors[i][0];
+    const double mean = sum / static_cast<double>(n / 2 - 100);
+    for (std::size_t i = n / 2 + 100; i < n; ++i) squares += std::pow(colors[i][0] - mean, 2);
+    levels += squares / static_cast<double>(n / 2 - 100);
+    const auto level = static_cast<std::uint8_t>(std::lround(mean));
+    const double gain = geometry::LightOf({level, level, level}).x() / 0.5;
+    gains += std::pow(std::log(gain), 2);
+    // Where green comes up is the edge of the print, as the second exposure sees it.
+    int edge = 0;
+    while (colors[2 * static_cast<std::size_t>(edge)][1] < 100) ++edge;
+    shifts_m += std::pow(std::tan(internal::PanAngle(options, edge)), 2);
+  }
+  EXPECT_NEAR(std::sqrt(levels / kScans), options.color_noise_levels, 0.1);
+  EXPECT_NEAR(std::sqrt(gains / kScans), options.color_gain_sigma, 0.006);
+  EXPECT_NEAR(std::sqrt(2.0 * shifts_m / kScans), options.color_shift_m, 1.5e-4);
 }
 
 // Over many scans the known pose is off by the stated root mean squares, and the points with it: a

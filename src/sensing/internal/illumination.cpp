@@ -1,5 +1,6 @@
 #include "sensing/internal/illumination.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sensing/internal/reflection.h"
@@ -13,17 +14,24 @@ constexpr float kFarAway_m = 20.0f;
 // above the error of single-precision points (0.2 um at 2 m), below the thickness of all things.
 constexpr float kLiftOff_m = 1e-4f;
 
+// Of the room's light so much comes from lamps above, the rest from everywhere: faces that are seen
+// from aside are half as bright as those that face the lamps.
+constexpr double kFromAbove = 0.5;
+
 double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {
-  if (!mesh.print) return mesh.surface.albedo;
-  const auto& [a, b, c] = mesh.uv[hit.triangle];
-  const Eigen::Vector2f uv = (1.0f - hit.second - hit.third) * a + hit.second * b + hit.third * c;
-  return uv.allFinite() ? PrintAlbedo(mesh.print->At(uv)) : mesh.surface.albedo;
+  const auto printed = mesh.colors.PrintAt(hit);
+  return printed ? PrintAlbedo((*printed)[0]) : mesh.surface.albedo;
+}
+
+// What is of no known color is grey.
+Eigen::Vector3d LightFrom(const sim::VisualMesh& mesh, const Hit& hit) {
+  const auto color = mesh.colors.At(hit);
+  return color ? geometry::LightOf(*color) : Eigen::Vector3d::Constant(mesh.surface.albedo);
 }
 
 }  // namespace
 
-void Illumination::Light(const ProfilePose& pose, std::span<const LaserRay> rays,
-                         std::span<Spot> spots) {
+void Illumination::Cast(const ProfilePose& pose, std::span<const LaserRay> rays) {
   rays_W_.resize(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Eigen::Vector3d direction_P = Eigen::Vector3d(0.0, rays[i].slope, 1.0).normalized();
@@ -32,6 +40,22 @@ void Illumination::Light(const ProfilePose& pose, std::span<const LaserRay> rays
                   kFarAway_m};
   }
   caster_.FirstHits(rays_W_, hits_);
+}
+
+void Illumination::Show(const ProfilePose& pose, std::span<const LaserRay> rays,
+                        std::span<Eigen::Vector3d> light) {
+  Cast(pose, rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    light[i].setZero();
+    if (!hits_[i].found()) continue;
+    const double lit = 1.0 - kFromAbove + kFromAbove * std::max(0.0f, hits_[i].normal_W.z());
+    light[i] = lit * LightFrom(meshes_[hits_[i].mesh], hits_[i]);
+  }
+}
+
+void Illumination::Light(const ProfilePose& pose, std::span<const LaserRay> rays,
+                         std::span<Spot> spots) {
+  Cast(pose, rays);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     spots[i] = Spot{};
     spots[i].hit = hits_[i];

@@ -47,8 +47,13 @@ class Illumination {
 
   /// Lights the surfaces by rays of one profile; spots[i] is what rays[i] makes.
   void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots);
+  /// What the room's light, half of it from above, shows of the surfaces that the rays meet: each
+  /// channel 0..1; black where they meet none.
+  void Show(const ProfilePose& pose, std::span<const LaserRay> rays,
+            std::span<Eigen::Vector3d> light);
 
  private:
+  void Cast(const ProfilePose& pose, std::span<const LaserRay> rays);
   void MeetSurface(const ProfilePose& pose, const LaserRay& ray, const Ray& ray_W,
                    Spot& spot) const;
   void HideBlockedSpots(const ProfilePose& pose, std::span<Spot> spots);

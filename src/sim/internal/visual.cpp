@@ -58,10 +58,34 @@ geometry::Shape::Kind KindOf(int type) {
   }
 }
 
-void AppendGeom(const mjModel* model, const mjData* data, int geom,
-                geometry::TriangleMesh& mesh_W) {
+// The mean of what is printed, in 0..1; white for none.
+Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
+  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+  if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
+  const int channels = model->tex_nchannel[texture];
+  const auto texels = static_cast<std::ptrdiff_t>(model->tex_width[texture]) *
+                      static_cast<std::ptrdiff_t>(model->tex_height[texture]);
+  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::ptrdiff_t i = 0; i < texels; ++i, texel += channels) {
+    for (int c = 0; c < 3; ++c) sum[c] += texel[channels < 3 ? 0 : c];
+  }
+  return (sum / (255.0 * static_cast<double>(texels))).cast<float>();
+}
+
+geometry::Rgb RgbOf(const Eigen::Vector4f& color) {
+  const auto level = [](float share) {
+    return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
+  };
+  return {level(color[0]), level(color[1]), level(color[2])};
+}
+
+// Its surface, in one color.
+void AppendGeom(const mjModel* model, const mjData* data, int geom, ColorsOfGeoms& colors,
+                VisualMesh& visual) {
   geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)),
-                   mesh_W);
+                   visual.mesh_W);
+  visual.colors.plain.resize(visual.mesh_W.triangles.size(), RgbOf(colors.Of(geom)));
 }
 
 // The 2-D texture of a geom that is a mesh with texture coordinates; -1 for none.
@@ -73,16 +97,16 @@ int TextureOf(const mjModel* model, int geom) {
   return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
 }
 
-std::shared_ptr<const Print> PrintOf(const mjModel* model, int texture) {
-  auto print = std::make_shared<Print>();
+std::shared_ptr<const geometry::Print> PrintOf(const mjModel* model, int texture) {
+  auto print = std::make_shared<geometry::Print>();
   print->width = model->tex_width[texture];
   print->height = model->tex_height[texture];
   const auto channels = static_cast<std::size_t>(model->tex_nchannel[texture]);
   const mjtByte* texel = model->tex_data + model->tex_adr[texture];
-  print->red.resize(static_cast<std::size_t>(print->width) *
-                    static_cast<std::size_t>(print->height));
-  for (std::uint8_t& red : print->red) {
-    red = *texel;
+  print->texels.resize(static_cast<std::size_t>(print->width) *
+                       static_cast<std::size_t>(print->height));
+  for (geometry::Rgb& color : print->texels) {
+    color = {texel[0], texel[channels < 3 ? 0 : 1], texel[channels < 3 ? 0 : 2]};
     texel += channels;
   }
   return print;
@@ -136,6 +160,16 @@ double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
 }
 
 }  // namespace
+
+Eigen::Vector4f ColorsOfGeoms::Of(int geom) {
+  const int material = model_->geom_matid[geom];
+  if (material < 0) return Eigen::Map<const Eigen::Vector4f>(model_->geom_rgba + 4 * geom);
+  const auto [print, is_new] = prints_.try_emplace(material);
+  if (is_new) print->second = MeanPrint(model_, material);
+  Eigen::Vector4f color = Eigen::Map<const Eigen::Vector4f>(model_->mat_rgba + 4 * material);
+  color.head<3>().array() *= print->second.array();
+  return color;
+}
 
 bool Visible(const mjModel* model, int geom) {
   const int material = model->geom_matid[geom];
@@ -191,20 +225,21 @@ double GeomDistance(const mjModel* model, mjData* data, int a, int b, double lim
 
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
   VisualMesh visual;
+  ColorsOfGeoms colors(model);
   int printed = -1;
   const Eigen::Vector2f none = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (model->body_rootid[model->geom_bodyid[geom]] != root || !Visible(model, geom)) continue;
-    AppendGeom(model, data, geom, visual.mesh_W);
+    AppendGeom(model, data, geom, colors, visual);
     const int texture = TextureOf(model, geom);
     if (texture >= 0 && (printed < 0 || printed == texture)) {
-      if (printed < 0) visual.print = PrintOf(model, texture);
+      if (printed < 0) visual.colors.print = PrintOf(model, texture);
       printed = texture;
-      AppendUv(model, geom, visual.uv);
+      AppendUv(model, geom, visual.colors.uv);
     }
-    visual.uv.resize(visual.mesh_W.triangles.size(), {none, none, none});
+    visual.colors.uv.resize(visual.mesh_W.triangles.size(), {none, none, none});
   }
-  if (!visual.print) visual.uv.clear();
+  if (!visual.colors.print) visual.colors.uv.clear();
   return visual;
 }
 
@@ -215,10 +250,11 @@ int ContainerBody(const mjModel* model) {
 
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data) {
   VisualMesh visual;
+  ColorsOfGeoms colors(model);
   const int container = ContainerBody(model);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (model->geom_bodyid[geom] == container && Visible(model, geom)) {
-      AppendGeom(model, data, geom, visual.mesh_W);
+      AppendGeom(model, data, geom, colors, visual);
     }
   }
   visual.surface = SurfaceOf(model, "container");
@@ -228,6 +264,7 @@ VisualMesh VisualOfContainer(const mjModel* model, const mjData* data) {
 
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
   VisualMesh visual;
+  ColorsOfGeoms colors(model);
   const int container = ContainerBody(model);
   const int site = TryFind(model, mjOBJ_SITE, "scanner");
   const int scanner = site >= 0 ? model->site_bodyid[site] : 0;  // never leave out the world itself
@@ -235,7 +272,7 @@ VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
     const int body = model->geom_bodyid[geom];
     if (!Visible(model, geom) || IsObject(model, body) || body == container) continue;
     if (scanner > 0 && body == scanner) continue;
-    AppendGeom(model, data, geom, visual.mesh_W);
+    AppendGeom(model, data, geom, colors, visual);
   }
   visual.surface = SurfaceOf(model, "scene");
   return visual;

@@ -2,10 +2,26 @@
 
 #include <mujoco/mujoco.h>
 
+#include <Eigen/Core>
+#include <map>
+
 #include "geometry/shape.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sim::internal {
+
+/// Geoms in one color each.
+class ColorsOfGeoms {
+ public:
+  explicit ColorsOfGeoms(const mjModel* model) : model_(model) {}
+
+  /// Red, green, blue, opacity, 0..1; of what is printed on it, the mean.
+  Eigen::Vector4f Of(int geom);
+
+ private:
+  const mjModel* model_;
+  std::map<int, Eigen::Vector3f> prints_;  // by material
+};
 
 /// Whether the engine's viewers show a geom: groups 0 to 2, not transparent.
 bool Visible(const mjModel* model, int geom);
