@@ -50,11 +50,17 @@ std::vector<Matrix3d> WaysToLie(const KnownObject& object, const LibraryOptions&
 }  // namespace
 
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
-                            const LibraryOptions& options) {
+                            const LibraryOptions& options, geometry::MeshColors colors) {
+  const std::size_t triangles = mesh_B.triangles.size();
+  if ((colors.print && colors.uv.size() != triangles) ||
+      (!colors.plain.empty() && colors.plain.size() != triangles)) {
+    throw std::invalid_argument(fmt::format("{}: its colors are of another mesh", name));
+  }
   KnownObject object;
   object.name = std::move(name);
   object.title = std::move(title);
   object.mesh_B = std::move(mesh_B);
+  object.colors = std::move(colors);
   object.surface_B = internal::SampledSurface(object.mesh_B, options.spacing_m);
   if (object.surface_B.size() < 4) {
     throw std::invalid_argument(
@@ -85,9 +91,11 @@ std::vector<const geometry::TriangleMesh*> One(const geometry::TriangleMesh& mes
 PreparedObject::PreparedObject(const KnownObject& known, const LibraryOptions& options)
     : object(&known),
       rays(One(known.mesh_B)),
+      tones(known.colors),
       target(known.surface_B),
       hull_B(geometry::ConvexHull(known.mesh_B.vertices).vertices),
       axes_B(PrincipalAxes(known.surface_B.points)),
+      round(AxisOfRevolution(known.surface_B)),
       lying(WaysToLie(known, options)),
       pairs(known.surface_B, options.pair_spacing_m) {}
 

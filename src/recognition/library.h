@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh_colors.h"
 #include "geometry/point_cloud.h"
 #include "recognition/symmetry.h"
 
@@ -18,8 +18,9 @@ struct KnownObject {
   std::string title;               ///< as people call it
   geometry::TriangleMesh mesh_B;   ///< what is seen of it, in the frame of its body
   geometry::PointCloud surface_B;  ///< evenly sampled from the mesh, with outward normals
-  Symmetry symmetry;
-  double radius_m = 0.0;  ///< of the ball about symmetry.center_B that holds the mesh
+  geometry::MeshColors colors;     ///< of its triangles; empty: not known
+  Symmetry symmetry;               ///< of its shape, whatever its colors
+  double radius_m = 0.0;           ///< of the ball about symmetry.center_B that holds the mesh
 };
 
 struct LibraryOptions {
@@ -34,10 +35,11 @@ struct LibraryOptions {
 };
 
 /// Samples a mesh evenly and finds its symmetry.
+/// @param colors  of the mesh's triangles; may be empty
 /// @throws std::invalid_argument naming the object if the mesh is too small to be one (fewer than 4
-/// samples).
+/// samples), or the colors are of another one.
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
-                            const LibraryOptions& options = {});
+                            const LibraryOptions& options = {}, geometry::MeshColors colors = {});
 
 /// Known objects, made ready to be looked for. Immutable; a copy shares what is in it. In a process
 /// that forks it may be made before or after.

@@ -29,12 +29,13 @@ constexpr double kMuchWorse = 0.1;
 FoundObject Told(const PreparedObject& object, const Posed& posed, const Segment& segment,
                  const perception::Scene& scene, const RecognitionOptions& options) {
   geometry::Indices explained;
-  const Evidence evidence =
-      internal::Weigh(object, posed.X_CB, segment.rays, options.tolerance_m, &explained);
+  const Evidence evidence = internal::Weigh(object, posed.X_CB, segment.rays, options.tolerance_m,
+                                            options.color_tolerance, &explained);
   FoundObject found;
   found.object = object.object->name;
   found.X_CB = posed.X_CB;
   found.score = posed.score;
+  found.color = evidence.Color();
   const double visible = std::max(1.0, evidence.explained + evidence.violated);
   found.share_seen = evidence.explained / (visible + evidence.hidden);
   found.violations = evidence.violated / visible;
@@ -107,7 +108,9 @@ bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
          found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
          found.violations <= options.max_violations &&
          found.rms_m <= options.max_rms * options.tolerance_m &&
-         found.hugging <= options.max_hugging && found.share_seen >= options.min_share_seen;
+         found.hugging <= options.max_hugging &&
+         (options.color_weight == 0.0 || found.color >= options.min_color) &&
+         found.share_seen >= options.min_share_seen;
 }
 
 /// The object that a segment is; nullopt where none is good enough, or two are about as good.
@@ -119,8 +122,9 @@ std::optional<FoundObject> Identify(const geometry::Observation& observation,
   const Segment segment = internal::SegmentOf(observation, scene, own, options);
   const pcl_bridge::Cloud source(segment.source_C);
   const auto candidates = CandidatesAt(segment, source, library, options, seed);
-  if (candidates.empty() || candidates.front().Score() < options.min_score) return std::nullopt;
+  if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
+  if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
   FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
   std::vector<Posed> others(best.posed);
   std::ranges::copy(best.match.Moved(best.posed.front()), std::back_inserter(others));
@@ -216,7 +220,7 @@ bool StillFits(const FoundObject& found, const geometry::Observation& observatio
   });
   const Evidence evidence = internal::Weigh(
       **prepared, found.X_CB, internal::RaysAbout(observation, scene, own, options.beside_m),
-      options.tolerance_m);
+      options.tolerance_m, options.color_tolerance);
   const double visible = std::max(1.0, evidence.explained + evidence.violated);
   const double rms_m = std::sqrt(evidence.squares_m2 / std::max(1.0, evidence.explained));
   return evidence.explained >= static_cast<double>(options.min_samples) &&

@@ -57,6 +57,14 @@ struct RecognitionOptions {
   /// a part of it: the handle of a cup is perceived apart.
   double max_piece = 0.25;
   double piece_gap_m = 0.025;
+  /// Where the samples' colors and the model's are known: colors that agree nowhere take this share
+  /// off the score; 0: colors play no part.
+  double color_weight = 0.5;
+  /// Colors that differ by as much agree no more: in the shares of red and blue white and cream
+  /// differ by 0.1, orange and yellow by 0.2, red and white by 0.7.
+  double color_tolerance = 0.25;
+  /// Of an object that is named the colors agree by so much at least.
+  double min_color = 0.5;
   /// Deeper than this in the table no object stands.
   double max_sunk_m = 0.003;
 };
@@ -66,6 +74,9 @@ struct FoundObject {
   std::string object;  ///< KnownObject::name
   core::Pose X_CB = core::Pose::Identity();
   double score = 0.0;  ///< 0 to 1; Recognize
+  /// How well the colors of the samples that it explains agree with its own, 0 to 1; 1 where they
+  /// are not known.
+  double color = 1.0;
   /// Of the rays that meet the model's surface in this pose: measured where it is; the others went
   /// through it, or something before it stopped them.
   double share_seen = 0.0;
@@ -93,9 +104,16 @@ struct FoundObject {
 ///           / (explained + violations + u unexplained + l lost)
 ///
 /// with e across the surface, u = options.unexplained_weight, l = options.lost_weight, and lost the
-/// rays that should have met the surface and did not come back. What no model explains well enough,
-/// or two explain about as well, is not named. Single-threaded; the same arguments give the same
-/// result, and the order of the library plays no part.
+/// rays that should have met the surface and did not come back. Where samples and models have
+/// colors, the score is
+///
+///   score (1 - w (1 - c)),  c = mean over explained samples of 1 - min(1, (d / tolerance)^2)
+///
+/// with w = options.color_weight and d the distance of the sample's color from the model's there,
+/// in the shares of red and of blue; brightness counts less, and all samples' mean of it not at
+/// all. What no model explains well enough, or two explain about as well, is not named.
+/// Single-threaded; the same arguments give the same result, and the order of the library plays no
+/// part.
 /// @param scene  of this observation
 /// @param known  found for sure in earlier looks at the same scene (looks.h). Those that are not
 /// found again, for more points make two objects one segment, stay as long as the new views agree

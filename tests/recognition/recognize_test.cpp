@@ -1,9 +1,12 @@
 #include "recognition/recognize.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -248,6 +251,95 @@ TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
     EXPECT_LT(off.distance_m, 0.003) << k;
     EXPECT_LT(off.angle_rad, core::Deg(3.0)) << k;
   }
+}
+
+constexpr geometry::Rgb kRed{200, 30, 30}, kBlue{30, 60, 180}, kWhite{245, 245, 240};
+
+geometry::MeshColors Plain(const TriangleMesh& mesh, const geometry::Rgb& color) {
+  geometry::MeshColors colors;
+  colors.plain.assign(mesh.triangles.size(), color);
+  return colors;
+}
+
+/// Gives each sample a color, as it would be seen in half the light.
+void Paint(Looked& looked, const std::function<geometry::Rgb(const Vector3d&)>& color_at_W) {
+  geometry::View& view = looked.observation.views.front();
+  for (const Vector3d& p : view.image.points_C) {
+    view.colors.push_back(geometry::ColorOf(0.5 * geometry::LightOf(color_at_W(p))));
+  }
+}
+
+// Boxes of one shape that are printed in other colors: shape alone leaves the name open, and what
+// looks like neither is neither.
+TEST(Recognize, ColorsTellTwinsApart) {
+  const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
+  std::vector<KnownObject> twins;
+  twins.push_back(MakeKnownObject("red", "Red", mesh, {}, Plain(mesh, kRed)));
+  twins.push_back(MakeKnownObject("blue", "Blue", mesh, {}, Plain(mesh, kBlue)));
+  const Library library(std::move(twins));
+  const core::Pose X_WB = synthetic::Standing(0.4, {0.0, 0.0, 0.0675});
+  const auto names = [&](const std::optional<geometry::Rgb>& color, double weight) {
+    auto looked = LookAt({geometry::Transformed(mesh, X_WB)}, 1);
+    if (color) Paint(looked, [&](const Vector3d& p) { return p.z() > 0.002 ? *color : kWhite; });
+    RecognitionOptions options;
+    options.color_weight = weight;
+    core::Rng rng(1);
+    std::vector<std::string> all;
+    for (const auto& one : Recognize(looked.observation, looked.scene, library, options, rng)) {
+      all.push_back(one.object);
+    }
+    return all;
+  };
+  EXPECT_THAT(names(kRed, 0.5), testing::ElementsAre("red"));
+  EXPECT_THAT(names(kBlue, 0.5), testing::ElementsAre("blue"));
+  EXPECT_THAT(names(geometry::Rgb{40, 150, 60}, 0.5), testing::IsEmpty());
+  EXPECT_THAT(names(std::nullopt, 0.5), testing::IsEmpty());
+  EXPECT_THAT(names(kRed, 0.0), testing::IsEmpty());
+}
+
+// The print settles the turn of a mug whose handle is hidden, and that of a can is told, although
+// its shape has no turn.
+TEST(Recognize, ThePrintSettlesATurn) {
+  // The can's lid is as red as its one side, so that its ends differ.
+  const auto at = [](const Vector3d& p) {
+    return p.y() > 0.0 || std::abs(p.z() - 0.0575) < 0.002 ? kRed : kWhite;
+  };
+  const auto striped = [&](const TriangleMesh& mesh) {
+    geometry::MeshColors colors;
+    for (const auto& triangle : mesh.triangles) {
+      Vector3d middle = Vector3d::Zero();
+      for (const auto corner : triangle) middle += mesh.vertices[corner] / 3.0;
+      colors.plain.push_back(at(middle));
+    }
+    return colors;
+  };
+  for (const char* name : {"mug", "can"}) {
+    const TriangleMesh& mesh = Shelf().Find(name).mesh_B;
+    std::vector<KnownObject> one;
+    one.push_back(MakeKnownObject(name, name, mesh, {}, striped(mesh)));
+    const Library library(std::move(one));
+    const bool mug = std::string(name) == "mug";
+    for (const double turn : {2.8, 3.3}) {
+      const core::Pose X_WB = synthetic::Standing(turn, {0.0, 0.0, mug ? 0.0 : 0.0575});
+      // The handle is hidden from below, the lid seen from above.
+      const Vector3d sensor_W(0.9, 0.0, mug ? 0.3 : 0.7);
+      auto looked = LookAt({geometry::Transformed(mesh, X_WB)}, 2, sensor_W);
+      Paint(looked, [&](const Vector3d& p) { return at(X_WB.inverse() * p); });
+      const auto found = Find(looked, library);
+      ASSERT_EQ(found.size(), 1u) << name;
+      EXPECT_GT(found[0].color, 0.9) << name;
+      EXPECT_TRUE(found[0].alternatives_CB.empty()) << name;
+      const Eigen::AngleAxisd off((found[0].X_CB.linear().transpose() * X_WB.linear()).eval());
+      EXPECT_LT(off.angle(), core::Deg(4.0)) << name << " turned by " << turn;
+    }
+  }
+}
+
+TEST(Recognize, ColorsOfAnotherMeshAreRefused) {
+  const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
+  geometry::MeshColors colors = Plain(mesh, kRed);
+  colors.plain.pop_back();
+  EXPECT_THROW(MakeKnownObject("box", "Box", mesh, {}, colors), std::invalid_argument);
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {

@@ -69,6 +69,37 @@ void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& ra
   }
 }
 
+/// By how much the tones of explained samples are off.
+class ToneErrors {
+ public:
+  void Add(const Eigen::Vector3f& off, float weight) {
+    if (!off.allFinite()) return;
+    errors_.push_back({off, weight});
+    brightness_ += weight * off.z();
+    weight_ += weight;
+  }
+
+  /// The brightness of all together is the light's, not the object's.
+  void AddTo(Evidence& evidence, double tolerance) const {
+    if (errors_.empty()) return;
+    const float brighter = brightness_ / weight_;
+    const auto per_square = static_cast<float>(1.0 / (tolerance * tolerance));
+    for (const auto& [off, weight] : errors_) {
+      const float square = (off - Eigen::Vector3f(0.0f, 0.0f, brighter)).squaredNorm() * per_square;
+      evidence.colored += static_cast<double>(weight);
+      evidence.agreed += static_cast<double>(weight * std::max(0.0f, 1.0f - square));
+    }
+  }
+
+ private:
+  struct Error {
+    Eigen::Vector3f off;
+    float weight;
+  };
+  std::vector<Error> errors_;
+  float brightness_ = 0.0f, weight_ = 0.0f;
+};
+
 }  // namespace
 
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
@@ -87,6 +118,8 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
     if (!Meets(ball, origin, direction)) continue;
     rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
                     1.0f, static_cast<Part>(parts[i]), i});
+    const auto& colors = observation.views[sample.view].colors;
+    if (!colors.empty()) rays.back().tone = ToneOf(colors[sample.sample]);
   }
   for (const auto& view : observation.views) AddLost(view.image, ball, rays);
   return rays;
@@ -110,14 +143,18 @@ SampleRays Fewer(const SampleRays& rays, std::size_t count) {
   return fewer;
 }
 
-double Evidence::Score(const RecognitionOptions& options) const {
+double Evidence::ShapeScore(const RecognitionOptions& options) const {
   const double all =
       explained + violated + options.unexplained_weight * unexplained + options.lost_weight * lost;
   return all > 0.0 ? fit / all : 0.0;
 }
 
+double Evidence::Score(const RecognitionOptions& options) const {
+  return ShapeScore(options) * (1.0 - options.color_weight * (1.0 - Color()));
+}
+
 Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const SampleRays& rays,
-               double tolerance_m, geometry::Indices* explained) {
+               double tolerance_m, double color_tolerance, geometry::Indices* explained) {
   thread_local std::vector<geometry::Ray> asked;
   thread_local std::vector<geometry::Hit> hits;
   const Eigen::Isometry3f X_BC = X_CB.inverse().cast<float>();
@@ -128,6 +165,8 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
   }
   object.rays.FirstHits(asked, hits);
   Evidence evidence;
+  ToneErrors tones;
+  const bool has_tones = object.tones.known();
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const SampleRay& ray = rays[i];
     const double weight = static_cast<double>(ray.weight);
@@ -147,6 +186,7 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.fit += weight * (1.0 - share * share);
       evidence.explained += weight;
       evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
+      if (has_tones) tones.Add(ray.tone - object.tones.At(hits[i]), ray.weight);
       if (explained) explained->push_back(ray.point);
     } else if (off > 0.0f) {
       evidence.violated += weight;
@@ -156,6 +196,7 @@ Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const Sampl
       evidence.hidden += weight;
     }
   }
+  tones.AddTo(evidence, color_tolerance);
   return evidence;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "geometry/observation.h"
@@ -27,6 +28,8 @@ struct SampleRay {
   float weight = 1.0f;  ///< samples that it stands for
   Part part = Part::kGround;
   std::uint32_t point = 0;  ///< position in Scene::points_C; none for a lost one
+  /// Of its color (tone.h); NaN where that is not known.
+  Eigen::Vector3f tone = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 };
 using SampleRays = std::vector<SampleRay>;
 
@@ -46,11 +49,17 @@ struct Evidence {
   double hidden = 0.0;      ///< rays that something else before the surface stops
   double lost = 0.0;        ///< rays that meet the surface well, and of which nothing came back
   double squares_m2 = 0.0;  ///< sum of e^2 over explained ones
+  double colored = 0.0;     ///< explained ones whose color and the model's there are known
+  double agreed = 0.0;      ///< of them: 1 - (d / tolerance)^2, 0 at least
 
+  /// Of the shape alone.
+  double ShapeScore(const RecognitionOptions& options) const;
+  /// How well the colors agree; 1 where they are not known.
+  double Color() const { return colored > 0.0 ? agreed / colored : 1.0; }
   double Score(const RecognitionOptions& options) const;
 };
 /// @param explained  receives positions in Scene::points_C; may be null
 Evidence Weigh(const PreparedObject& object, const core::Pose& X_CB, const SampleRays& rays,
-               double tolerance_m, geometry::Indices* explained = nullptr);
+               double tolerance_m, double color_tolerance, geometry::Indices* explained = nullptr);
 
 }  // namespace rangegrasp::recognition::internal

@@ -14,6 +14,8 @@ struct Segment {
   SampleRays rays;               ///< all about it
   SampleRays coarse;
   SampleRays fine;
+  SampleRays few;                            ///< between the two
+  bool colored = false;                      ///< some rays have tones, and they count
   core::Pose X_TC = core::Pose::Identity();  ///< the table: z up, origin on it
   geometry::Points eyes_C;  ///< where the views stood that saw much of it; one or more
 };

@@ -32,11 +32,16 @@ constexpr double kSeenBy = 0.1;
 /// What is this near to the table stands on it; so many points of it are enough.
 constexpr double kContact_m = 0.002;
 constexpr std::size_t kMaxContact = 80;
-/// Poses of one object with scores this near are told apart by half the tolerance: by a rim of a
-/// millimetre.
-constexpr double kNear = 0.03;
+/// Poses of one object with scores this near, before they are refined, are refined and told apart
+/// by half the tolerance, by a rim of a millimetre, and by their colors.
+constexpr double kNear = 0.12;
 /// A pose is compared with those that are turned by so many steps about the model's axes.
 constexpr int kTurns = 18;
+/// What is round is turned about its axis by so many steps. A print is looked for by the same, then
+/// by smaller ones.
+constexpr int kRoundTurns = 36;
+constexpr double kPrintSteps_rad[] = {core::Deg(8.0), core::Deg(4.0), core::Deg(2.0)};
+constexpr std::size_t kFewRays = 600;  ///< it is weighed by
 
 core::Pose TableFrame(const geometry::Plane& plane) {
   const Eigen::Matrix3d R =
@@ -76,6 +81,23 @@ std::vector<Posed> Best(std::vector<Posed> posed, std::size_t count, const Symme
   return best;
 }
 
+core::Pose TurnAbout(const Eigen::Matrix3d& turn, const Eigen::Vector3d& about_B) {
+  return core::MakePose(turn, about_B - turn * about_B);
+}
+core::Pose TurnAbout(double angle_rad, const Eigen::Vector3d& axis_B,
+                     const Eigen::Vector3d& about_B) {
+  return TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
+}
+
+/// Along the principal axes.
+Eigen::Vector3d MiddleOfExtents(const PreparedObject& object) {
+  Eigen::AlignedBox3d extents;
+  for (const Eigen::Vector3d& corner : object.hull_B) {
+    extents.extend(object.axes_B.transpose() * corner);
+  }
+  return object.axes_B * extents.center();
+}
+
 }  // namespace
 
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
@@ -87,6 +109,11 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
+  segment.few = Fewer(segment.rays, kFewRays);
+  segment.colored =
+      options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
+        return !std::isnan(ray.tone.x());
+      });
   segment.X_TC = TableFrame(scene.table.plane);
   std::vector<std::size_t> seen(observation.views.size(), 0);
   for (const auto point : own) ++seen[scene.SampleOf(point).view];
@@ -123,26 +150,52 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
     one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
                         : Registered(one.X_CB, *source_);
     one.X_CB = Lifted(one.X_CB, std::max(0.0, Sunk(*object_, one.X_CB, *segment_)));
-    one.score = FineScore(one.X_CB);
+    one.score = ShapeScore(one.X_CB);
   }
   const std::size_t all = posed.size();
   return Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
 }
 
-void Match::AddTurned(std::vector<Posed>& posed) const {
-  if (posed.empty() || object_->object->symmetry.axis_B) return;
-  const core::Pose X_CB = posed.front().X_CB;
-  const Eigen::Vector3d& center_B = object_->object->symmetry.center_B;
-  const double least = Coarse(X_CB).score - options_->hopeless;
-  std::vector<Posed> turned;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int k = 1; k < kTurns; ++k) {
-      const Eigen::AngleAxisd turn(2.0 * core::kPi * k / kTurns, object_->axes_B.col(axis));
-      Posed one =
-          Coarse(X_CB * Eigen::Translation3d(center_B) * turn * Eigen::Translation3d(-center_B));
-      one.lies = posed.front().lies;
-      if (one.score >= least) turned.push_back(one);
+std::vector<core::Pose> Match::Turned(const core::Pose& X_CB) const {
+  const Symmetry& symmetry = object_->object->symmetry;
+  std::vector<core::Pose> turned;
+  const auto add = [&](double angle_rad, const Eigen::Vector3d& axis_B,
+                       const Eigen::Vector3d& about_B) {
+    turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
+  };
+  // Upside down it reaches from where it did to where it did, which its center of mass need not.
+  const Eigen::Vector3d middle_B = MiddleOfExtents(*object_);
+  if (symmetry.axis_B) {
+    if (symmetry.rotations.size() == 1) {
+      add(core::kPi, symmetry.axis_B->unitOrthogonal(), middle_B);
     }
+    return turned;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d axis_B = object_->axes_B.col(axis);
+    for (int k = 1; k < kTurns; ++k) {
+      add(2.0 * core::kPi * k / kTurns, axis_B, symmetry.center_B);
+    }
+    add(core::kPi, axis_B, middle_B);
+  }
+  if (object_->round) {
+    const auto& [point_B, direction_B] = *object_->round;
+    for (int k = 1; k < kRoundTurns; ++k) {
+      add(2.0 * core::kPi * k / kRoundTurns, direction_B, point_B);
+    }
+  }
+  return turned;
+}
+
+void Match::AddTurned(std::vector<Posed>& posed) const {
+  if (posed.empty()) return;
+  const Posed front = posed.front();
+  const double least = Coarse(front.X_CB).score - options_->hopeless;
+  std::vector<Posed> turned;
+  for (const core::Pose& X_CB : Turned(front.X_CB)) {
+    Posed one = Coarse(X_CB);
+    one.lies = front.lies;
+    if (one.score >= least) turned.push_back(one);
   }
   for (const Posed& one : Registered(std::move(turned))) posed.push_back(one);
   const std::size_t all = posed.size();
@@ -151,7 +204,6 @@ void Match::AddTurned(std::vector<Posed>& posed) const {
 
 std::vector<Posed> Match::Moved(const Posed& posed) const {
   std::vector<Posed> all;
-  const Eigen::Vector3d& center_B = object_->object->symmetry.center_B;
   for (int axis = 0; axis < 6; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       const Eigen::Vector3d along_B = object_->axes_B.col(axis % 3);
@@ -159,9 +211,7 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
       if (axis < 3) {
         move.translation() = sign * 1.01 * kDiffers_m * along_B;
       } else {
-        move = Eigen::Translation3d(center_B) *
-               Eigen::AngleAxisd(sign * 1.01 * kDiffers_rad, along_B) *
-               Eigen::Translation3d(-center_B);
+        move = TurnAbout(sign * 1.01 * kDiffers_rad, along_B, object_->object->symmetry.center_B);
       }
       const core::Pose X_CB = posed.X_CB * move;
       all.push_back({X_CB, FineScore(X_CB), posed.lies});
@@ -170,8 +220,54 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
   return all;
 }
 
+/// The pose, turned so that the colors agree best: by what lays the shape on itself, and by a few
+/// degrees about the principal axes, for a body that is nearly round was guessed in steps.
+core::Pose Match::Aimed(const core::Pose& X_CB) const {
+  const Symmetry& symmetry = object_->object->symmetry;
+  core::Pose best = X_CB;
+  double most = -1.0;
+  const auto consider = [&](const core::Pose& pose) {
+    if (!Stands(pose, options_->max_sunk_m)) return;
+    const double score = WeighRays(pose, segment_->few, options_->tolerance_m).Score(*options_);
+    if (score <= most) return;
+    most = score;
+    best = pose;
+  };
+  const int turns = symmetry.axis_B ? kRoundTurns : 1;
+  for (const Eigen::Matrix3d& rotation : symmetry.rotations) {
+    for (int k = 0; k < turns; ++k) {
+      const Eigen::AngleAxisd about(2.0 * core::kPi * k / turns,
+                                    symmetry.axis_B.value_or(Eigen::Vector3d::UnitZ()));
+      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B));
+    }
+  }
+  for (const double step_rad : kPrintSteps_rad) {
+    const core::Pose from = best;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double angle : {-step_rad, step_rad}) {
+        consider(from * TurnAbout(angle, object_->axes_B.col(axis), symmetry.center_B));
+      }
+    }
+    if (!object_->round) continue;
+    for (const double angle : {-step_rad, step_rad}) {
+      consider(from * TurnAbout(angle, object_->round->direction_B, object_->round->point_B));
+    }
+  }
+  return best;
+}
+
+void Match::Aim(std::vector<Posed>& posed) const {
+  const double least = posed.front().score - kNear;
+  for (Posed& one : posed) {
+    if (one.score >= least) one.X_CB = Aimed(one.X_CB);
+    one.score = FineScore(one.X_CB);
+  }
+  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+}
+
 void Match::Settle(std::vector<Posed>& posed) const {
   if (posed.empty()) return;
+  if (segment_->colored && object_->tones.known()) Aim(posed);
   const double least = posed.front().score - kNear;
   posed.front() = Refined(posed.front());
   double tightest = Tight(posed.front().X_CB);
@@ -185,36 +281,50 @@ void Match::Settle(std::vector<Posed>& posed) const {
   }
 }
 
-/// Climbs the score by small moves along and about the axes of the table.
+/// Climbs the score of the shape by small moves along and about the axes of the table: colors are
+/// seen a little beside their places.
 Posed Match::Refined(Posed posed) const {
   double step_m = kStep_m;
   double step_rad = kStep_rad;
+  posed.score = ShapeScore(posed.X_CB);
   for (int k = 0; k < kHalvings; ++k, step_m /= 2.0, step_rad /= 2.0) {
     for (int axis = 0; axis < 6; ++axis) {
       for (const double sign : {1.0, -1.0}) Climb(axis, sign * step_m, sign * step_rad, posed);
     }
   }
+  posed.score = FineScore(posed.X_CB);
   return posed;
 }
 
+Evidence Match::WeighRays(const core::Pose& X_CB, const SampleRays& rays,
+                          double tolerance_m) const {
+  return Weigh(*object_, X_CB, rays, tolerance_m, options_->color_tolerance);
+}
+
+bool Match::Stands(const core::Pose& X_CB, double max_sunk_m) const {
+  return Sunk(*object_, X_CB, *segment_) <= max_sunk_m;
+}
+
+/// Without colors: where a pose is so far off, prints are beside their places.
 Posed Match::Coarse(const core::Pose& X_CB) const {
-  const auto evidence = Weigh(*object_, X_CB, segment_->coarse, options_->coarse_tolerance_m);
-  return {X_CB, Penalised(evidence, X_CB, options_->coarse_tolerance_m)};
+  if (!Stands(X_CB, options_->coarse_tolerance_m)) return {X_CB, 0.0};
+  return {X_CB,
+          WeighRays(X_CB, segment_->coarse, options_->coarse_tolerance_m).ShapeScore(*options_)};
 }
 
 double Match::Tight(const core::Pose& X_CB) const {
-  return Penalised(Weigh(*object_, X_CB, segment_->fine, 0.5 * options_->tolerance_m), X_CB,
-                   options_->max_sunk_m);
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, 0.5 * options_->tolerance_m).Score(*options_);
+}
+
+double Match::ShapeScore(const core::Pose& X_CB) const {
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).ShapeScore(*options_);
 }
 
 double Match::FineScore(const core::Pose& X_CB) const {
-  return Penalised(Weigh(*object_, X_CB, segment_->fine, options_->tolerance_m), X_CB,
-                   options_->max_sunk_m);
-}
-
-double Match::Penalised(const Evidence& evidence, const core::Pose& X_CB, double max_sunk_m) const {
-  if (Sunk(*object_, X_CB, *segment_) > max_sunk_m) return 0.0;
-  return evidence.Score(*options_);
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).Score(*options_);
 }
 
 /// The source, and on the table what the object stands on: a round one would roll into the table
@@ -265,7 +375,7 @@ void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const 
            Eigen::Translation3d(-center);
   }
   const core::Pose moved = move * posed.X_CB;
-  const double score = FineScore(moved);
+  const double score = ShapeScore(moved);
   if (score > posed.score) posed = {moved, score, posed.lies};
 }
 

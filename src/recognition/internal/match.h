@@ -43,8 +43,9 @@ class Match {
   /// The same, registered, the best by the fine score first.
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
 
-  /// Adds what a pose may be taken for: turned about the model's principal axes, as far as the rays
-  /// leave it open. A body that is round but for a handle is guessed where its handle is not.
+  /// Adds what the best pose may be taken for, as far as the rays leave it open: turned about the
+  /// model's principal axes and the one that most of it is round about, and upside down. A body that
+  /// is round but for a handle is guessed where its handle is not.
   void AddTurned(std::vector<Posed>& posed) const;
 
   /// What the pose may be instead: moved along and turned about the principal axes by as much as
@@ -52,14 +53,21 @@ class Match {
   std::vector<Posed> Moved(const Posed& posed) const;
 
   /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
+  /// From here on the scores are those of shape and colors.
   void Settle(std::vector<Posed>& posed) const;
 
+  double ShapeScore(const core::Pose& X_CB) const;
+
  private:
+  std::vector<core::Pose> Turned(const core::Pose& X_CB) const;
+  void Aim(std::vector<Posed>& posed) const;
+  core::Pose Aimed(const core::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
   Posed Coarse(const core::Pose& X_CB) const;
   double Tight(const core::Pose& X_CB) const;
   double FineScore(const core::Pose& X_CB) const;
-  double Penalised(const Evidence& evidence, const core::Pose& X_CB, double max_sunk_m) const;
+  Evidence WeighRays(const core::Pose& X_CB, const SampleRays& rays, double tolerance_m) const;
+  bool Stands(const core::Pose& X_CB, double max_sunk_m) const;
   geometry::Points WithContact(const core::Pose& X_CB) const;
   core::Pose Lifted(const core::Pose& X_CB, double by_m) const;
   core::Pose Registered(const core::Pose& X_CB, const pcl_bridge::Cloud& source) const;

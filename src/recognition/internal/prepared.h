@@ -1,11 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geometry/ray_caster.h"
 #include "pcl_bridge/registration.h"
 #include "recognition/internal/pair_table.h"
+#include "recognition/internal/revolution.h"
+#include "recognition/internal/tone.h"
 #include "recognition/library.h"
 
 namespace rangegrasp::recognition::internal {
@@ -16,9 +19,11 @@ struct PreparedObject {
 
   const KnownObject* object;
   geometry::RayCaster rays;        ///< the mesh in B
+  MeshTones tones;                 ///< of the mesh
   pcl_bridge::PlaneTarget target;  ///< surface_B
   geometry::Points hull_B;         ///< corners of the hull
   Eigen::Matrix3d axes_B;          ///< principal ones, unit columns
+  std::optional<Axis> round;       ///< most of it is round about this
   /// Ways to lie on a table whose frame has z up: rotations R_TB that symmetry does not map onto
   /// each other.
   std::vector<Eigen::Matrix3d> lying;
