@@ -125,12 +125,15 @@ void AddSnapshot(CLI::App& app) {
   });
 }
 
-// What a label or state file holds, beside the cloud.
-std::vector<geometry::CloudField> TruthFields(const sensing::ScanTruth& truth) {
+// What stands beside the points: truth, and colors where the sensor sees them.
+std::vector<geometry::CloudField> FieldsOf(const geometry::View& view,
+                                           const sensing::ScanTruth& truth) {
   geometry::CloudField label{"label", truth.label};
   geometry::CloudField state{"state", {}};
   for (const auto s : truth.state) state.values.push_back(static_cast<std::uint32_t>(s));
-  return {label, state};
+  std::vector<geometry::CloudField> fields = {label, state};
+  if (!view.colors.empty()) fields.push_back(geometry::ColorField(view.colors));
+  return fields;
 }
 
 /// The image with nothing measured but the target.
@@ -200,7 +203,7 @@ void ScanInStereo(const Picked& picked, const grasping::StereoSensor& sensor,
   core::Stopwatch watch;
   const grasping::StereoLook look = sensor.Look(*picked.world, rng);
   const double seconds = watch.Seconds();
-  geometry::WriteCloud(arguments.out, look.made.view.image, TruthFields(look.truth));
+  geometry::WriteCloud(arguments.out, look.made.view.image, FieldsOf(look.made.view, look.truth));
   const auto folder = std::filesystem::path(arguments.out).replace_extension();
   image::WritePng(folder / "left.png", look.shot.photos.left);
   image::WritePng(folder / "right.png", look.shot.photos.right);
@@ -233,7 +236,8 @@ void AddScan(CLI::App& app) {
       "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
       "state (0 measured, 1 camera shadow, 2 "
       "dropout, "
-      "3 out of view).\n--picture draws the shadows that the objects throw on the table: laser "
+      "3 out of view), and rgb with `color: true`.\n--picture draws the shadows that the objects "
+      "throw on the table: laser "
       "red, "
       "camera yellow, both dark.\nOf a stereo camera, a folder beside the cloud holds left.png, "
       "right.png, rectified.png, "
@@ -261,7 +265,7 @@ void AddScan(CLI::App& app) {
     const double seconds = watch.Seconds();
     geometry::WriteCloud(arguments->out,
                          arguments->target_only ? TargetOnly(scan) : scan.view.image,
-                         TruthFields(scan.truth));
+                         FieldsOf(scan.view, scan.truth));
     if (!arguments->picture.empty()) {
       image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
     }

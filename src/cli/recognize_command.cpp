@@ -39,6 +39,7 @@ std::string JsonText(const std::vector<recognition::FoundObject>& found, std::si
     json["found"].push_back({{"object", one.object},
                              {"pose", Json(one.X_CB)},
                              {"score", one.score},
+                             {"color", one.color},
                              {"share_seen", one.share_seen},
                              {"violations", one.violations},
                              {"rms_m", one.rms_m},
@@ -73,6 +74,7 @@ void Run(const RecognizeArguments& arguments) {
   image.points_C = file.points;
   image.origins_C = {OriginOf(arguments, file)};
   auto observation = geometry::ObservationOf(std::move(image));
+  observation.views.front().colors = file.colors;
   observation.views.front().X_CV.translation() = observation.views.front().image.origins_C.front();
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);

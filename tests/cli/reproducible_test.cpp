@@ -49,7 +49,9 @@ std::vector<std::string> Short(const std::string& name) {
     return {"--objects", "spread", "--trials",
             "3",         "--set",  "objects=[spread, salt_cuboid, dextrose]"};
   }
-  if (name == "known_touching") return {"--objects", "spread", "--trials", "3"};
+  if (name == "known_touching" || name == "known_color") {
+    return {"--objects", "spread", "--trials", "3"};
+  }
   if (name == "bring") {
     return {"--objects", "spread,coffee_cup", "--trials", "2", "--set", "arrangement=single"};
   }

@@ -44,8 +44,8 @@ class Match {
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
 
   /// Adds what the best pose may be taken for, as far as the rays leave it open: turned about the
-  /// model's principal axes and the one that most of it is round about, and upside down. A body that
-  /// is round but for a handle is guessed where its handle is not.
+  /// model's principal axes and the one that most of it is round about, and upside down. A body
+  /// that is round but for a handle is guessed where its handle is not.
   void AddTurned(std::vector<Posed>& posed) const;
 
   /// What the pose may be instead: moved along and turned about the principal axes by as much as

@@ -289,8 +289,10 @@ class AttemptRun {
 // the same arrangements.
 sensing::LineScannerOptions ScannerOf(const Options& options) {
   const SensorFiles& files = options.sensor_files;
-  return files.laser.empty() ? sensing::LineScannerOptions()
-                             : sensing::ReadLineScanner(files.laser);
+  sensing::LineScannerOptions scanner;
+  if (!files.laser.empty()) scanner = sensing::ReadLineScanner(files.laser);
+  scanner.color = scanner.color || options.color;
+  return scanner;
 }
 
 std::unique_ptr<Sensor> StereoOf(const Cell& cell, const std::filesystem::path& camera) {
@@ -307,6 +309,7 @@ std::unique_ptr<Sensor> StereoOf(const Cell& cell, const std::filesystem::path& 
     setup.calibration = stereo::ReadStereoCalibration(options.stereo_calibration);
   }
   setup.reconstruct = options.stereo;
+  setup.color = options.color;
   setup.reconstruct.table_W = cell.TablePlane();
   setup.reconstruct.volume = {
       .X_WV = cell.robot.X_WWorkspace,

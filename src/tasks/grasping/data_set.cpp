@@ -26,11 +26,14 @@ ordered_json JsonOf(const core::Pose& X) {
   return numbers;
 }
 
-// Judge's truth beside the points that it is of.
-std::vector<geometry::CloudField> FieldsOf(const sensing::ScanTruth& truth) {
+// Judge's truth beside the points that it is of, and their colors where the sensor sees them.
+std::vector<geometry::CloudField> FieldsOf(const geometry::View& view,
+                                           const sensing::ScanTruth& truth) {
   geometry::CloudField state{"state", {}};
   for (const auto s : truth.state) state.values.push_back(static_cast<std::uint32_t>(s));
-  return {{"label", truth.label}, state};
+  std::vector<geometry::CloudField> fields = {{"label", truth.label}, state};
+  if (!view.colors.empty()) fields.push_back(geometry::ColorField(view.colors));
+  return fields;
 }
 
 ordered_json WriteClouds(const Sensed& sensed, const std::string& id,
@@ -40,7 +43,7 @@ ordered_json WriteClouds(const Sensed& sensed, const std::string& id,
     const geometry::View& view = sensed.observation.views[i];
     const std::string file =
         i == 0 ? fmt::format("clouds/{}.pcd", id) : fmt::format("clouds/{}_view{}.pcd", id, i + 1);
-    geometry::WriteCloud(folder / file, view.image, FieldsOf(sensed.truth[i]));
+    geometry::WriteCloud(folder / file, view.image, FieldsOf(view, sensed.truth[i]));
     const auto& states = sensed.truth[i].state;
     clouds.push_back(
         {{"file_name", file},

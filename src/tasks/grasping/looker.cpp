@@ -63,6 +63,7 @@ Looker::Looker(const Options& options, const robot::Robot& robot, std::uint64_t 
       robot_(robot),
       seed_(core::DeriveSeed(seed, "looks")),
       scanner_(sensing::ReadLineScanner(options.look.sensor)) {
+  scanner_.color = scanner_.color || options.color;
   if (!robot.X_HWristScanner) {
     throw core::InputError(options.scene.string() +
                            ": views from the wrist need a site \"wrist_scanner\" on the arm's last "

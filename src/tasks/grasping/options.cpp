@@ -325,6 +325,9 @@ Options ReadOptions(YamlMap& map) {
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutter(map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"),
               o.clutter);
+  map.Read("color", o.color,
+           "the sensors see colors, too, which tell known objects apart: line scanners as if their "
+           "files said so, of stereo the left picture's");
   map.Read(
       "views", o.views, 1, 10,
       "looks of a trial: the first with the sensor, others from the wrist, where they tell most");

@@ -127,6 +127,9 @@ struct Options {
   /// the error of what is perceived.
   double early_m = 0.006;
 
+  /// The sensors see colors, too: as if their files of line scanners said so, and of stereo's left
+  /// picture.
+  bool color = false;
   int views = 1;  ///< of a trial: the sensor's own, then from the wrist, each where it tells most
   LookOptions look;
   stereo::ReconstructOptions stereo;  ///< from a pair of pictures to a cloud

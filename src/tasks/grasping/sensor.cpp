@@ -1,5 +1,8 @@
 #include "tasks/grasping/sensor.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "image/offscreen_context.h"
 #include "sensing/line_scanner.h"
 
@@ -44,6 +47,19 @@ sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& 
   return truth;
 }
 
+std::vector<geometry::Rgb> ColorsAt(const std::vector<Eigen::Vector2f>& pixels,
+                                    const image::Image& picture) {
+  std::vector<geometry::Rgb> colors(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (!pixels[i].allFinite()) continue;
+    const int x = std::clamp(static_cast<int>(std::lround(pixels[i].x())), 0, picture.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(pixels[i].y())), 0, picture.height - 1);
+    const std::uint8_t* pixel = picture.At(x, y);
+    colors[i] = {pixel[0], pixel[1], pixel[2]};
+  }
+  return colors;
+}
+
 }  // namespace
 
 StereoSensor::StereoSensor(StereoSetup setup, const core::Pose& X_WScanner)
@@ -81,6 +97,9 @@ StereoLook StereoSensor::Look(const sim::World& world, core::Rng& rng) const {
   look.shot = camera_.Photograph(world, X_WScanner_, rng);
   look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(),
                                   setup_.reconstruct);
+  if (setup_.color) {
+    look.made.view.colors = ColorsAt(look.made.left_pixel, look.shot.photos.left);
+  }
   look.truth = TruthOf(world, look.shot.truth, look.made);
   return look;
 }

@@ -45,6 +45,7 @@ struct StereoSetup {
   /// Where there is one, it gives the calibration, when that is needed first.
   std::function<stereo::StereoCalibration()> calibrate;
   stereo::ReconstructOptions reconstruct;
+  bool color = false;  ///< samples have the left picture's colors
 };
 
 /// A pair of pictures and what became of it.

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -14,8 +15,10 @@ recognition::Library LibraryOf(std::span<const sim::ObjectModel> objects,
                                const recognition::LibraryOptions& options) {
   std::vector<recognition::KnownObject> known;
   for (const sim::ObjectModel& object : objects) {
+    geometry::ColoredMesh surface = sim::ObjectSurface(object);
     known.push_back(recognition::MakeKnownObject(object.name, sim::ObjectTitle(object),
-                                                 sim::ObjectSurface(object), options));
+                                                 std::move(surface.mesh), options,
+                                                 std::move(surface.colors)));
   }
   return recognition::Library(std::move(known), options);
 }

@@ -21,6 +21,9 @@ void ReadRecognitionKeys(core::YamlMap& map, Options& o) {
   keys.Read("margin", r.margin, 0.0, 1.0, "... and so much higher than any other object there");
   keys.Read("unexplained_weight", r.unexplained_weight, 0.0, 1.0,
             "of samples that a model leaves unexplained so much counts");
+  keys.Read("color_weight", r.color_weight, 0.0, 1.0,
+            "where the sensors see colors (color): colors that agree nowhere take this share off "
+            "the score");
   keys.Read("references", r.references, 0, 1000,
             "points of a segment whose pairs vote for poses; 0: none");
   keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");

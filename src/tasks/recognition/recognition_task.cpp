@@ -68,6 +68,7 @@ ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int tar
                      {"angle_rad", find.off.angle_rad},
                      {"alternatives", find.found->alternatives_CB.size()},
                      {"score", find.found->score},
+                     {"color", find.found->color},
                      {"share_seen", find.found->share_seen},
                      {"violations", find.found->violations},
                      {"hugging", find.found->hugging},
