@@ -224,36 +224,33 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
 /// degrees about the principal axes, for a body that is nearly round was guessed in steps.
 core::Pose Match::Aimed(const core::Pose& X_CB) const {
   const Symmetry& symmetry = object_->object->symmetry;
-  core::Pose best = X_CB;
-  double most = -1.0;
-  const auto consider = [&](const core::Pose& pose) {
+  Posed best{X_CB, -1.0};
+  const auto consider = [&](const core::Pose& pose, Posed& so_far) {
     if (!Stands(pose, options_->max_sunk_m)) return;
     const double score = WeighRays(pose, segment_->few, options_->tolerance_m).Score(*options_);
-    if (score <= most) return;
-    most = score;
-    best = pose;
+    if (score > so_far.score) so_far = {pose, score};
   };
   const int turns = symmetry.axis_B ? kRoundTurns : 1;
   for (const Eigen::Matrix3d& rotation : symmetry.rotations) {
     for (int k = 0; k < turns; ++k) {
       const Eigen::AngleAxisd about(2.0 * core::kPi * k / turns,
                                     symmetry.axis_B.value_or(Eigen::Vector3d::UnitZ()));
-      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B));
+      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B), best);
     }
   }
   for (const double step_rad : kPrintSteps_rad) {
-    const core::Pose from = best;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const double angle : {-step_rad, step_rad}) {
-        consider(from * TurnAbout(angle, object_->axes_B.col(axis), symmetry.center_B));
-      }
-    }
-    if (!object_->round) continue;
+    Posed next = best;
     for (const double angle : {-step_rad, step_rad}) {
-      consider(from * TurnAbout(angle, object_->round->direction_B, object_->round->point_B));
+      for (int axis = 0; axis < 3; ++axis) {
+        consider(best.X_CB * TurnAbout(angle, object_->axes_B.col(axis), symmetry.center_B), next);
+      }
+      if (!object_->round) continue;
+      const auto& [point_B, direction_B] = *object_->round;
+      consider(best.X_CB * TurnAbout(angle, direction_B, point_B), next);
     }
+    best = next;
   }
-  return best;
+  return best.X_CB;
 }
 
 void Match::Aim(std::vector<Posed>& posed) const {

@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 
 ordered_json JsonOf(const core::Pose& X) {
   ordered_json numbers = ordered_json::array();
-  const Eigen::Matrix4d m = X.matrix();
+  const Eigen::Matrix4d& m = X.matrix();
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) numbers.push_back(m(row, column));
   }
