@@ -24,12 +24,12 @@ if(EXISTS "${coacd}/lib_coacd.so")
   install(FILES "${coacd}/LICENSE" DESTINATION share/doc/rangegrasp/coacd COMPONENT Runtime)
 endif()
 
-# core/data_folder.h finds these; experiments name scenes and models relative to themselves.
+# base/data_folder.h finds these; experiments name scenes and models relative to themselves.
 install(DIRECTORY models scenes experiments examples DESTINATION share/rangegrasp COMPONENT Runtime)
 
-set(cli_folder "${PROJECT_BINARY_DIR}/src/cli")
-install(FILES "${cli_folder}/rangegrasp.1.gz" DESTINATION share/man/man1 COMPONENT Runtime)
-install(FILES "${cli_folder}/rangegrasp.bash" DESTINATION share/bash-completion/completions RENAME rangegrasp
+set(program_folder "${PROJECT_BINARY_DIR}/src")
+install(FILES "${program_folder}/rangegrasp.1.gz" DESTINATION share/man/man1 COMPONENT Runtime)
+install(FILES "${program_folder}/rangegrasp.bash" DESTINATION share/bash-completion/completions RENAME rangegrasp
   COMPONENT Runtime)
 
 file(ARCHIVE_CREATE OUTPUT "${PROJECT_BINARY_DIR}/changelog.gz" PATHS "${PROJECT_SOURCE_DIR}/packaging/changelog"
@@ -48,8 +48,9 @@ foreach(module ${modules})
   list(APPEND RANGEGRASP_INSTALLED_MODULES ${export_name})
   get_target_property(folder ${module} SOURCE_DIR)
   file(RELATIVE_PATH name "${PROJECT_SOURCE_DIR}/src" "${folder}")
+  string(REGEX REPLACE "^systems/" "" name "${name}")
   install(DIRECTORY "${folder}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/rangegrasp/${name}" COMPONENT Development
-    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE)
+    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE PATTERN command EXCLUDE)
 endforeach()
 install(EXPORT rangegraspTargets NAMESPACE rangegrasp:: DESTINATION "${RANGEGRASP_CMAKE_DIR}" COMPONENT Development)
 
@@ -57,5 +58,5 @@ configure_package_config_file(cmake/rangegraspConfig.cmake.in "${PROJECT_BINARY_
   INSTALL_DESTINATION "${RANGEGRASP_CMAKE_DIR}" PATH_VARS RANGEGRASP_LIBRARY_DIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/rangegraspConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/rangegraspConfig.cmake" "${PROJECT_BINARY_DIR}/rangegraspConfigVersion.cmake"
-    cmake/FindOpenCVParts.cmake
+    cmake/FindOSMesa.cmake cmake/FindOpenCVParts.cmake
   DESTINATION "${RANGEGRASP_CMAKE_DIR}" COMPONENT Development)

@@ -1,6 +1,6 @@
-# One module = one folder = one static library rangegrasp_<name>, alias rangegrasp::<name>.
+# One module = one folder with all its sources = one static library rangegrasp_<name>, alias rangegrasp::<name>.
 #
-#   rangegrasp_module(NAME core SOURCES a.cpp b.cpp PUBLIC Eigen3::Eigen PRIVATE foo SYSTEM_INCLUDES dir...)
+#   rangegrasp_module(NAME base [SOURCES generated.cpp] PUBLIC Eigen3::Eigen PRIVATE foo SYSTEM_INCLUDES dir...)
 #
 # Warnings are errors in our code; third-party headers come in as SYSTEM. cmake/RangegraspInstall.cmake installs every module
 # with its public headers: all but those in internal/.
@@ -52,13 +52,23 @@ function(rangegrasp_needed_to_link result)
   set(${result} ${libraries} PARENT_SCOPE)
 endfunction()
 
+# CGAL checks its own preconditions at run time unless told not to; in the triangulations that costs more
+# than the work itself. A Debug build keeps them.
+function(rangegrasp_without_cgal_checks target)
+  target_compile_definitions(${target} PRIVATE "$<$<NOT:$<CONFIG:Debug>>:CGAL_NDEBUG>")
+endfunction()
+
 function(rangegrasp_module)
   cmake_parse_arguments(M "" "NAME" "SOURCES;PUBLIC;PRIVATE;SYSTEM_INCLUDES" ${ARGN})
   set(target rangegrasp_${M_NAME})
-  add_library(${target} STATIC ${M_SOURCES})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  list(SORT sources)
+  add_library(${target} STATIC ${sources} ${M_SOURCES})
   add_library(rangegrasp::${M_NAME} ALIAS ${target})
-  target_include_directories(${target} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>"
-                                              "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/rangegrasp>")
+  foreach(root src src/systems)
+    target_include_directories(${target} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/${root}>")
+  endforeach()
+  target_include_directories(${target} PUBLIC "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/rangegrasp>")
   target_include_directories(${target} SYSTEM PRIVATE ${M_SYSTEM_INCLUDES})
   target_compile_features(${target} PUBLIC cxx_std_20)
   rangegrasp_needed_to_link(private_libraries ${M_PRIVATE})

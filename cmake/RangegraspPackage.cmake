@@ -36,7 +36,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 files by which CMake finds them: find_package(rangegrasp).")
 # What rangegraspConfig.cmake looks for; libmujoco is in the other package.
 set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev
-  libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libosmesa6-dev libpcl-dev libpng-dev libpugixml-dev libsqlite3-dev libtbb-dev libtiff-dev libyaml-cpp-dev pkg-config)
+  libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libosmesa6 libpcl-dev libpng-dev libpugixml-dev libspdlog-dev libsqlite3-dev libtbb-dev libtiff-dev libyaml-cpp-dev pkg-config)
 list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "rangegrasp (= ${PROJECT_VERSION}), ${development_packages}")
 

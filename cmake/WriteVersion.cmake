@@ -4,4 +4,4 @@ execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty=+ --abb
 if(failed)
   set(RANGEGRASP_COMMIT unknown)
 endif()
-configure_file("${SOURCE_DIR}/src/core/version.cpp.in" "${OUTPUT}" @ONLY)
+configure_file("${SOURCE_DIR}/src/base/version.cpp.in" "${OUTPUT}" @ONLY)

@@ -5,13 +5,13 @@
 #include <exception>
 #include <string>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::testing_support {
 
 /// What the error says that an action ends in; nothing if it ends well. Another error is a failure
 /// of the test.
-template <typename Error = core::InputError>
+template <typename Error = base::InputError>
 std::string MessageOf(const auto& action) {
   try {
     action();
@@ -24,7 +24,7 @@ std::string MessageOf(const auto& action) {
 }
 
 /// The same of an action that must end in an error: it is a failure of the test if it does not.
-template <typename Error = core::InputError>
+template <typename Error = base::InputError>
 std::string ErrorOf(const auto& action) {
   const std::string message = MessageOf<Error>(action);
   EXPECT_NE(message, "") << "no error";

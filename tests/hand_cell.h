@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/file.h"
+#include "base/file.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::testing_support {
@@ -15,20 +15,20 @@ inline std::filesystem::path WriteHandCell(const TempFolder& folder, const std::
   const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
     return text.replace(text.find(from), from.size(), to);
   };
-  std::string arm = core::ReadFile(source / "models/arm/lwa3.xml");
+  std::string arm = base::ReadFile(source / "models/arm/lwa3.xml");
   arm = replaced(arm, "../hand/sensorhand.xml", "hand.xml");
   arm = replaced(arm, "<frame xyaxes=\"0 1 0 0 0 1\">", "<frame>");
   arm = replaced(arm, "<frame pos=\"-0.010 0.075 -0.020\">", "<frame>");
   const std::string scene =
-      replaced(core::ReadFile(source / "scenes/tabletop.xml"), "../models/arm/lwa3.xml", "arm.xml");
-  core::WriteFile(folder / "hand.xml", hand_xml);
-  core::WriteFile(folder / "arm.xml", arm);
-  core::WriteFile(folder / "scene.xml", scene);
+      replaced(base::ReadFile(source / "scenes/tabletop.xml"), "../models/arm/lwa3.xml", "arm.xml");
+  base::WriteFile(folder / "hand.xml", hand_xml);
+  base::WriteFile(folder / "arm.xml", arm);
+  base::WriteFile(folder / "scene.xml", scene);
   return folder / "scene.xml";
 }
 
 inline std::string ExampleHand(const std::string& name) {
-  return core::ReadFile(std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "models/hand" /
+  return base::ReadFile(std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "models/hand" /
                         (name + ".xml"));
 }
 

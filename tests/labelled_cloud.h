@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/file.h"
+#include "base/file.h"
 #include "geometry/cloud_file.h"
 
 /// Clouds of a depth camera with labels, for evaluation alone: data/kinect in the folder that
@@ -45,7 +45,7 @@ inline std::string ExpandLzf(const std::string& in, std::size_t size) {
 /// The column `label`, which is the first: compressed columns stand one after the other.
 inline std::vector<std::uint32_t> ReadLabels(const std::filesystem::path& file,
                                              std::size_t points) {
-  const std::string text = core::ReadFile(file);
+  const std::string text = base::ReadFile(file);
   const std::string head = "DATA binary_compressed\n";
   const std::size_t start = text.find(head) + head.size() + 8;  // after the two sizes
   const std::string column = ExpandLzf(text.substr(start), 4 * points);

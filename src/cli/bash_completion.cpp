@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/words.h"
+#include "base/words.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -47,8 +47,8 @@ std::string ValueCases(const CommandHelp& command) {
     const std::string reply = option.choices.empty()
                                   ? ""
                                   : fmt::format("COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); ",
-                                                core::Join(option.choices, " "));
-    cases += fmt::format("    {}) {}return ;;\n", core::Join(patterns, "|"), reply);
+                                                base::Join(option.choices, " "));
+    cases += fmt::format("    {}) {}return ;;\n", base::Join(patterns, "|"), reply);
   }
   return cases;
 }
@@ -67,7 +67,7 @@ std::string WordCase(const CommandHelp& command) {
   }
   return fmt::format(
       "    \"{}\") if [[ $cur == -* ]]; then words=\"{}\"; else words=\"{}\"; fi ;;\n",
-      command.path, core::Join(flags, " "), core::Join(words, " "));
+      command.path, base::Join(flags, " "), base::Join(words, " "));
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ std::string BashCompletion(const CommandTree& tree) {
     values += ValueCases(command);
     words += WordCase(command);
   }
-  return fmt::format(kScript, fmt::arg("commands", core::Join(paths, "|")),
+  return fmt::format(kScript, fmt::arg("commands", base::Join(paths, "|")),
                      fmt::arg("values", values), fmt::arg("words", words));
 }
 

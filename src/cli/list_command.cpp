@@ -6,18 +6,14 @@
 #include <memory>
 #include <regex>
 
+#include "base/data_folder.h"
+#include "base/file.h"
+#include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "cli/seam_profile_file.h"
-#include "core/data_folder.h"
-#include "core/file.h"
-#include "core/words.h"
 #include "experiment/experiment.h"
-#include "sim/info.h"
-#include "sim/surfaces.h"
-#include "tasks/grasping/options.h"
-#include "tasks/kinds.h"
-#include "tasks/published_tables.h"
+#include "experiment/kinds.h"
+#include "experiment/published_tables.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -33,33 +29,10 @@ This page is made by `rangegrasp list keys` from the code that reads the files; 
 
 )";
 
-/// What can be listed, by the word for it.
-struct Listing {
-  std::string word;
-  std::string description;  ///< for --help, and the heading of the overview
-  std::string (*text)();
-  bool in_overview = true;
-};
-
-std::string Line(const std::string& name, const std::string& text) {
-  return fmt::format("{:<30} {}\n", name, text);
-}
-
-// Those files in a folder of what the program comes with that have the ending; their names without.
-std::vector<std::filesystem::path> Shipped(const char* folder, const char* ending) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(core::DataFolder() / folder)) {
-    if (entry.path().extension() == ending) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
 // The first sentence of the comment that an experiment begins with ("Fig. 5.2" does not end one).
 std::string SummaryOf(const std::filesystem::path& experiment) {
   std::string summary;
-  for (const std::string& line : core::Split(core::ReadFile(experiment), '\n')) {
+  for (const std::string& line : base::Split(base::ReadFile(experiment), '\n')) {
     if (!line.starts_with("# ")) break;
     summary += (summary.empty() ? "" : " ") + line.substr(2);
   }
@@ -71,78 +44,33 @@ std::string SummaryOf(const std::filesystem::path& experiment) {
 
 std::string Kinds() {
   std::string text;
-  for (const auto& kind : tasks::AllKinds()) text += Line(kind.name, kind.description);
+  for (const auto& kind : experiment::AllKinds()) text += ListingLine(kind.name, kind.description);
   return text;
 }
 
 std::string Experiments() {
   std::string text;
-  for (const std::string& name : core::ExperimentNames(core::DataFolder())) {
-    text += Line(name, SummaryOf(core::DataFolder() / "experiments" / (name + ".yaml")));
+  for (const std::string& name : base::ExperimentNames(base::DataFolder())) {
+    text += ListingLine(name, SummaryOf(base::DataFolder() / "experiments" / (name + ".yaml")));
   }
   return text;
 }
 
 std::string Tables() {
   std::string text;
-  for (const auto& table : tasks::PublishedTables()) text += Line(table.number, table.title);
+  for (const auto& table : experiment::PublishedTables())
+    text += ListingLine(table.number, table.title);
   return text;
 }
 
-std::string Objects() {
-  std::string text;
-  for (const auto& file : Shipped("models/objects", ".xml")) {
-    const std::string name = file.stem().string();
-    if (file.parent_path().filename() == name) {
-      text += Line(name, sim::ObjectTitle({name, file}));
-    }
-  }
-  return text;
-}
+std::string Keys() { return kKeysPage + experiment::KeysAsMarkdown(experiment::AllKinds()); }
 
-std::string Surfaces() {
-  std::string text;
-  for (const auto& surface : sim::ReadSurfaces(sim::ShippedSurfaces())) {
-    text += Line(surface.name, fmt::format("friction of the glove {:.2f} to {:.2f}",
-                                           surface.glove.low, surface.glove.high));
-  }
-  return text;
-}
-
-std::string Scenes() {
-  std::string text;
-  for (const auto& file : Shipped("scenes", ".xml")) text += file.stem().string() + "\n";
-  return text;
-}
-
-std::string Sensors() {
-  std::string text;
-  for (const auto& file : Shipped("models/sensors", ".yaml")) text += file.stem().string() + "\n";
-  return text;
-}
-
-std::string Additions() {
-  std::string text;
-  for (const auto& key : tasks::grasping::AdditionKeys()) text += Line(key.path, key.doc);
-  return text;
-}
-
-std::string Keys() { return kKeysPage + experiment::KeysAsMarkdown(tasks::AllKinds()); }
-
-const std::vector<Listing>& Listings() {
-  static const std::vector<Listing> listings = {
+std::vector<Listing>& Listings() {
+  static std::vector<Listing> listings = {
       {"kinds", "kinds of experiments", Kinds},
       {"experiments", "experiments that come with the program", Experiments},
       {"tables", "published tables, for `reproduce`", Tables},
-      {"objects", "objects", Objects},
-      {"surfaces", "kinds of surfaces", Surfaces},
-      {"scenes", "scenes", Scenes},
-      {"sensors", "sensors", Sensors},
-      {"additions", "keys of grasping experiments that go beyond the dissertation", Additions,
-       false},
-      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false},
-      {"formats", "every key of formats of profiles: the page docs/profile-formats.md",
-       ProfileKeysPage, false}};
+      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false}};
   return listings;
 }
 
@@ -158,6 +86,22 @@ std::string TextOf(const std::string& word) {
 }
 
 }  // namespace
+
+void AddListing(const Listing& listing) { Listings().push_back(listing); }
+
+std::string ListingLine(const std::string& name, const std::string& text) {
+  return fmt::format("{:<30} {}\n", name, text);
+}
+
+std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* ending) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(base::DataFolder() / folder)) {
+    if (entry.path().extension() == ending) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
 void AddListCommand(CLI::App& app) {
   auto* command = app.add_subcommand("list", "What there is: experiments, objects, keys, ...");

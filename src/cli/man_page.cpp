@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/words.h"
+#include "base/words.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -47,9 +47,9 @@ std::string Heading(const OptionHelp& option) {
   std::vector<std::string> names;
   for (const std::string& flag : option.flags) names.push_back(Bold(flag));
   if (names.empty()) names.push_back(Italic(option.name));
-  std::string heading = core::Join(names);
+  std::string heading = base::Join(names);
   if (!option.choices.empty()) {
-    heading += " " + Escaped(core::Join(option.choices, "|"));
+    heading += " " + Escaped(base::Join(option.choices, "|"));
   } else if (!option.value.empty() && !option.flags.empty()) {
     heading += " " + Italic(option.value);
   }

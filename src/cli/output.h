@@ -14,7 +14,7 @@ class App;
 namespace rangegrasp::cli {
 
 /// Writes text to stdout, or whole to a file where one is named.
-/// @throws core::RunError naming the target if it cannot be written whole.
+/// @throws base::RunError naming the target if it cannot be written whole.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
 /// Tables and lists to stdout: with colors where it is a terminal that shows them, as they are
@@ -26,10 +26,10 @@ void WriteTables(const experiment::Report& report, const experiment::Stamp& stam
 
 /// Before anything is computed for a file to be written.
 /// @param endings  what the command can write, e.g. {".pcd", ".ply"}
-/// @throws core::InputError naming the file and the endings.
+/// @throws base::InputError naming the file and the endings.
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings);
 
-/// "1280x960" -> {1280, 960}. @throws core::InputError.
+/// "1280x960" -> {1280, 960}. @throws base::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
 /// Adds `--format text|markdown|csv|json`, and `--json` for the last; `format` must live as long as

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "experiment/record.h"
 
 namespace rangegrasp::cli {
@@ -21,7 +21,7 @@ class ProgressBar {
  private:
   int before_, total_;
   std::string success_;
-  core::Stopwatch watch_;
+  base::Stopwatch watch_;
   std::map<std::string, int> outcomes_;
 };
 

@@ -2,14 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
-#include "core/error.h"
-#include "tasks/kinds.h"
+#include "base/error.h"
+#include "base/systems.h"
+#include "experiment/kinds.h"
 
 namespace rangegrasp::cli {
 
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder) {
   try {
-    auto e = experiment::OpenAgain(stamp, tasks::AllKinds());
+    auto e = experiment::OpenAgain(stamp, experiment::AllKinds());
     for (const auto& [name, value] : e.stamp.identity) {
       const auto was = stamp.identity.find(name);
       if (was != stamp.identity.end() && was->second != value) {
@@ -17,8 +18,10 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
       }
     }
     return e;
-  } catch (const core::InputError& error) {
-    throw core::InputError(folder + ": " + error.what());
+  } catch (const base::NotBuilt&) {
+    throw;  // who started the program may build it
+  } catch (const base::InputError& error) {
+    throw base::InputError(folder + ": " + error.what());
   }
 }
 

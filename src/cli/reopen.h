@@ -7,7 +7,7 @@
 namespace rangegrasp::cli {
 
 /// The experiment of a results folder, as it was run; what has changed since is told.
-/// @throws core::InputError naming the folder.
+/// @throws base::InputError naming the folder.
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder);
 
 }  // namespace rangegrasp::cli

@@ -4,18 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "base/error.h"
+#include "base/process/own_folder.h"
+#include "base/systems.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/reopen.h"
-#include "core/error.h"
 #include "experiment/compare.h"
 #include "experiment/experiment.h"
+#include "experiment/kinds.h"
 #include "experiment/merge.h"
 #include "experiment/results.h"
 #include "experiment/store.h"
-#include "process/own_folder.h"
-#include "tasks/grasping/video.h"
-#include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -39,7 +39,7 @@ void AddTable(CLI::App& app) {
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([a] {
     const auto results = experiment::ReadResults(a->folder);
-    const auto report = experiment::ReportOf(results, tasks::AllKinds());
+    const auto report = experiment::ReportOf(results, experiment::AllKinds());
     const auto format = TableFormatFrom(a->format);
     if (a->out.empty()) {
       WriteTables(report, results.stamp, format);
@@ -74,6 +74,16 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
   }
 }
 
+FilmJoiner& Joiner() {
+  static FilmJoiner joiner = nullptr;
+  return joiner;
+}
+
+void JoinFilms(const std::vector<std::filesystem::path>& films, const std::string& into) {
+  if (!Joiner()) base::CheckBuilt("option", "video");
+  Joiner()(films, into);
+}
+
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   const Store store = Store::Open(arguments.folder);
@@ -95,7 +105,7 @@ void ReplayAll(const TrialArguments& arguments) {
     }
     Replay(e, store, *which, options);
   }
-  if (!parts.empty()) tasks::grasping::JoinVideos(parts, arguments.video);
+  if (!parts.empty()) JoinFilms(parts, arguments.video);
   if (arguments.snapshots) spdlog::info("pictures in {}", options.folder.string());
 }
 
@@ -122,13 +132,13 @@ void AddTrial(CLI::App& app) {
 void Compare(const std::string& first, const std::string& second) {
   const auto one = experiment::ReadResults(first);
   const auto two = experiment::ReadResults(second);
-  const auto& kind = KindOf(one.stamp, tasks::AllKinds());
-  if (KindOf(two.stamp, tasks::AllKinds()).name != kind.name) {
-    throw core::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
+  const auto& kind = KindOf(one.stamp, experiment::AllKinds());
+  if (KindOf(two.stamp, experiment::AllKinds()).name != kind.name) {
+    throw base::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
   }
   const auto c = experiment::Compare(one.records, two.records, kind.success);
   if (c.pairs == 0) {
-    throw core::InputError(first + ", " + second + ": no case of the same id and seed in both");
+    throw base::InputError(first + ", " + second + ": no case of the same id and seed in both");
   }
   WriteTables(fmt::format(
       "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
@@ -159,7 +169,7 @@ void Merge(const std::vector<std::string>& folders, const std::string& out, bool
   const std::string missing =
       fmt::format("{} of the experiment's {} cases are in these folders; is a shard missing?",
                   merged.cases, merged.expected);
-  if (complete) throw core::RunError(out + ": not written: " + missing);
+  if (complete) throw base::RunError(out + ": not written: " + missing);
   spdlog::warn(missing);
 }
 
@@ -176,6 +186,8 @@ void AddMerge(CLI::App& app) {
 }
 
 }  // namespace
+
+void SetFilmJoiner(FilmJoiner joiner) { Joiner() = joiner; }
 
 void AddResultsCommands(CLI::App& app) {
   AddTable(app);

@@ -5,17 +5,17 @@
 #include <memory>
 #include <thread>
 
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/systems.h"
+#include "base/words.h"
 #include "cli/commands.h"
-#include "cli/make_report.h"
 #include "cli/output.h"
 #include "cli/run_into.h"
-#include "core/data_folder.h"
-#include "core/error.h"
-#include "core/number.h"
-#include "core/words.h"
 #include "experiment/experiment.h"
+#include "experiment/kinds.h"
 #include "experiment/results.h"
-#include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -35,37 +35,51 @@ struct RunArguments {
 };
 
 std::pair<int, int> ParseShard(const std::string& text) {
-  const auto parts = core::Split(text, '/');
-  const auto shard = core::NumberFrom<int>(parts.front());
-  const auto shards = core::NumberFrom<int>(parts.back());
+  const auto parts = base::Split(text, '/');
+  const auto shard = base::NumberFrom<int>(parts.front());
+  const auto shards = base::NumberFrom<int>(parts.back());
   if (parts.size() != 2 || !shard || !shards || *shard < 1 || *shard > *shards) {
-    throw core::InputError("--shard '" + text + "' must be I/N with 1 <= I <= N, e.g. 2/8");
+    throw base::InputError("--shard '" + text + "' must be I/N with 1 <= I <= N, e.g. 2/8");
   }
   return {*shard, *shards};
 }
 
+ReportMaker& Maker() {
+  static ReportMaker maker = nullptr;
+  return maker;
+}
+
 void Run(RunArguments arguments) {
-  if (!arguments.groups.empty()) arguments.changes.groups = core::Split(arguments.groups, ',');
+  if (arguments.report) GetReportMaker();  // before hours of trials
+  if (!arguments.groups.empty()) arguments.changes.groups = base::Split(arguments.groups, ',');
   const auto [shard, shards] = ParseShard(arguments.shard);
   const RunIntoOptions options{.jobs = arguments.jobs,
                                .shard = shard,
                                .shards = shards,
                                .resume = arguments.resume,
                                .overwrite = arguments.overwrite};
-  const std::filesystem::path file = core::FindExperiment(arguments.experiment);
+  const std::filesystem::path file = base::FindExperiment(arguments.experiment);
   CheckBeforeRun(file, arguments.changes);
   const Ran ran =
       RunExperiment(file, arguments.changes, SeedsFrom(arguments.seeds), arguments.out, options);
   const auto results = experiment::ReadResults(ran.folder);
-  WriteTables(experiment::ReportOf(results, tasks::AllKinds()), results.stamp,
+  WriteTables(experiment::ReportOf(results, experiment::AllKinds()), results.stamp,
               TableFormatFrom(arguments.format));
   if (arguments.report) {
-    MakeReport({.folders = {ran.folder}, .out = ran.folder / "report", .jobs = arguments.jobs});
+    GetReportMaker()(ran.folder, arguments.jobs);
   }
-  if (!ran.failed.empty()) throw core::RunError(ran.failed);
+  if (!ran.failed.empty()) throw base::RunError(ran.failed);
 }
 
 }  // namespace
+
+void SetReportMaker(ReportMaker maker) { Maker() = maker; }
+
+ReportMaker GetReportMaker() {
+  if (Maker()) return Maker();
+  base::CheckBuilt("command", "report");
+  throw base::InputError("--report: this program was built without reports");
+}
 
 void AddRunCommand(CLI::App& app) {
   auto* command = app.add_subcommand(

@@ -6,18 +6,18 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/error.h"
+#include "base/finding.h"
+#include "base/number.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
 #include "cli/output.h"
 #include "cli/progress_bar.h"
-#include "core/error.h"
-#include "core/finding.h"
-#include "core/number.h"
-#include "core/stopwatch.h"
-#include "core/words.h"
 #include "experiment/hopeless.h"
+#include "experiment/kinds.h"
 #include "experiment/results.h"
 #include "experiment/resume.h"
 #include "experiment/store.h"
-#include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -35,13 +35,13 @@ Store OpenForRun(const std::filesystem::path& folder, const RunIntoOptions& opti
   // What was killed or refused before its first case left nothing to go on with.
   if (store.Count() > 0) {
     if (!options.resume) {
-      throw core::InputError(folder.string() +
+      throw base::InputError(folder.string() +
                              ": holds results already; --resume goes on with them, "
                              "--overwrite starts anew, --out DIR writes elsewhere");
     }
     const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
     if (options.shards > 1 && before != e.stamp.identity.at("cases")) {
-      throw core::InputError(folder.string() + ": is a shard of " + before +
+      throw base::InputError(folder.string() + ": is a shard of " + before +
                              " cases; more trials would be shared out otherwise: run them without "
                              "--shard, or into new folders");
     }
@@ -112,10 +112,10 @@ std::string RunInto(const std::filesystem::path& folder, const Experiment& e,
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
   const auto before = Missing(cases, store).size();
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   std::string failed = RunTillHopeless(e, cases, store, options);
   const auto records = store.ReadAll();
-  const auto report = experiment::ReportOf({store.ReadStamp(), records}, tasks::AllKinds());
+  const auto report = experiment::ReportOf({store.ReadStamp(), records}, experiment::AllKinds());
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
   spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
                before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
@@ -123,24 +123,24 @@ std::string RunInto(const std::filesystem::path& folder, const Experiment& e,
   const auto crashes = experiment::CrashReasons(records);
   if (!crashes.empty()) {
     failed += (failed.empty() ? "" : "\n") +
-              fmt::format("cases crashed:\n  {}", core::Join(crashes, "\n  "));
+              fmt::format("cases crashed:\n  {}", base::Join(crashes, "\n  "));
   }
   return failed;
 }
 
 void CheckBeforeRun(const std::filesystem::path& file, const experiment::Changes& changes) {
-  const auto findings = experiment::CheckExperiment(file, tasks::AllKinds(), changes);
+  const auto findings = experiment::CheckExperiment(file, experiment::AllKinds(), changes);
   std::vector<std::string> errors;
-  for (const core::Finding& finding : findings) {
+  for (const base::Finding& finding : findings) {
     if (finding.error) {
-      errors.push_back(core::TextOf(finding));
+      errors.push_back(base::TextOf(finding));
     } else {
-      spdlog::warn(core::TextOf(finding));
+      spdlog::warn(base::TextOf(finding));
     }
   }
   if (errors.empty()) return;
-  throw core::InputError(
-      fmt::format("{}: this cannot work:\n{}", file.string(), core::Join(errors, "\n")));
+  throw base::InputError(
+      fmt::format("{}: this cannot work:\n{}", file.string(), base::Join(errors, "\n")));
 }
 
 Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
@@ -148,7 +148,7 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
                   const RunIntoOptions& options) {
   Ran ran;
   const auto open = [&] {
-    Experiment e = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
+    Experiment e = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
     ran.folder = out.empty() ? std::filesystem::path("results") / e.common.name : out;
     e.task->Hide(ran.folder);
     return e;
@@ -162,7 +162,7 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
     changes.seed = seed;
     const Experiment e = open();
     if (Store::Exists(ran.folder)) {
-      throw core::InputError(ran.folder.string() +
+      throw base::InputError(ran.folder.string() +
                              ": holds results of one seed; --out DIR writes those of several "
                              "elsewhere");
     }
@@ -176,10 +176,10 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
 std::vector<std::uint64_t> SeedsFrom(const std::string& text) {
   if (text.empty()) return {};
   std::vector<std::uint64_t> seeds;
-  for (const std::string& part : core::Split(text, ',')) {
-    const auto seed = core::NumberFrom<std::uint64_t>(part);
+  for (const std::string& part : base::Split(text, ',')) {
+    const auto seed = base::NumberFrom<std::uint64_t>(part);
     if (!seed || std::find(seeds.begin(), seeds.end(), *seed) != seeds.end()) {
-      throw core::InputError("--seeds '" + text +
+      throw base::InputError("--seeds '" + text +
                              "' must be different whole numbers with commas, e.g. 1,2,3");
     }
     seeds.push_back(*seed);

@@ -23,14 +23,14 @@ struct RunIntoOptions {
 };
 
 /// Looks for what a run would only find out trial after trial, and warns of what may be wrong.
-/// @throws core::InputError with all errors.
+/// @throws base::InputError with all errors.
 void CheckBeforeRun(const std::filesystem::path& file, const experiment::Changes& changes);
 
 /// One experiment of one seed into its folder: store, experiment.yaml, the report's files. The
 /// first cases of each group are run before all others, and these only if not all of the first fail
 /// in the same way. A run that is resumed after that goes on.
 /// @return what has failed of the run as a whole; empty if nothing.
-/// @throws core::InputError if the folder holds another run's results, or results at all and they
+/// @throws base::InputError if the folder holds another run's results, or results at all and they
 /// are neither to be resumed nor overwritten.
 std::string RunInto(const std::filesystem::path& folder, const experiment::Experiment& e,
                     const RunIntoOptions& options);
@@ -48,7 +48,7 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
                   const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
                   const RunIntoOptions& options);
 
-/// "1,2,3"; none of an empty text. @throws core::InputError.
+/// "1,2,3"; none of an empty text. @throws base::InputError.
 std::vector<std::uint64_t> SeedsFrom(const std::string& text);
 
 }  // namespace rangegrasp::cli

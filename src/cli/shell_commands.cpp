@@ -1,13 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "base/data_folder.h"
+#include "base/version.h"
+#include "base/words.h"
 #include "cli/bash_completion.h"
 #include "cli/commands.h"
 #include "cli/man_page.h"
 #include "cli/output.h"
-#include "core/data_folder.h"
-#include "core/version.h"
-#include "core/words.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -17,7 +17,7 @@ std::vector<std::string> ChoicesIn(const std::string& type) {
   const auto begin = type.find('{');
   const auto end = type.find('}');
   if (begin == std::string::npos || end == std::string::npos) return {};
-  return core::Split(type.substr(begin + 1, end - begin - 1), ',');
+  return base::Split(type.substr(begin + 1, end - begin - 1), ',');
 }
 
 OptionHelp Describe(const CLI::Option& option) {
@@ -71,12 +71,12 @@ void AddShellCommands(CLI::App& app) {
   completion->callback([&app, what] {
     WriteResult(*what == "bash"
                     ? BashCompletion(TreeOf(app))
-                    : core::Join(core::ExperimentNames(core::DataFolder()), "\n") + "\n");
+                    : base::Join(base::ExperimentNames(base::DataFolder()), "\n") + "\n");
   });
 
   // For the installation; nobody calls it by hand.
   auto* man = app.add_subcommand("man", "Print the manual page.")->group("");
-  man->callback([&app] { WriteResult(ManPage(TreeOf(app), core::Version())); });
+  man->callback([&app] { WriteResult(ManPage(TreeOf(app), base::Version())); });
 }
 
 }  // namespace rangegrasp::cli

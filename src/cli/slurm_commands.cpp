@@ -9,17 +9,17 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "core/data_folder.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/words.h"
 #include "experiment/experiment.h"
+#include "experiment/kinds.h"
 #include "experiment/runner.h"
 #include "experiment/slurm.h"
 #include "experiment/store.h"
-#include "tasks/kinds.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -45,7 +45,7 @@ Printed Call(const std::vector<std::string>& words) {
   std::string command;
   for (const std::string& word : words) command += experiment::ShellQuoted(word) + " ";
   FILE* const pipe = popen(command.c_str(), "r");
-  if (!pipe) throw core::RunError(words.front() + ": could not be started");
+  if (!pipe) throw base::RunError(words.front() + ": could not be started");
   Printed printed;
   char buffer[4096];
   for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof(buffer), pipe)) > 0;) {
@@ -63,7 +63,7 @@ Queue QueueOf(const std::string& job_name) {
   const Printed printed =
       Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"});
   if (printed.code != 0) {
-    throw core::RunError("squeue ended with code " + std::to_string(printed.code) +
+    throw base::RunError("squeue ended with code " + std::to_string(printed.code) +
                          ": does Slurm run here?");
   }
   return experiment::ParseQueue(printed.out);
@@ -74,7 +74,7 @@ std::string Sbatch(std::vector<std::string> words) {
   words.insert(words.begin(), {"sbatch", "--parsable"});
   const Printed printed = Call(words);
   if (printed.code != 0) {
-    throw core::RunError("sbatch ended with code " + std::to_string(printed.code) +
+    throw base::RunError("sbatch ended with code " + std::to_string(printed.code) +
                          "; nothing more was submitted");
   }
   const std::string id = printed.out.substr(0, printed.out.find_first_of(";\n"));
@@ -98,7 +98,7 @@ experiment::Changes ChangesOf(const Submission& submission) {
     if (option == "--set") changes.set.push_back(value);
     if (option == "--trials") changes.trials = std::stoi(value);
     if (option == "--seed") changes.seed = std::stoull(value);
-    if (option == "--objects") changes.groups = core::Split(value, ',');
+    if (option == "--objects") changes.groups = base::Split(value, ',');
   }
   return changes;
 }
@@ -107,14 +107,14 @@ experiment::Changes ChangesOf(const Submission& submission) {
 std::size_t CasesIn(const std::filesystem::path& folder) {
   try {
     return static_cast<std::size_t>(Store::Open(folder).Count());
-  } catch (const core::InputError&) {
+  } catch (const base::InputError&) {
     return 0;
   }
 }
 
 std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
-  const auto e =
-      experiment::OpenExperiment(submission.experiment, tasks::AllKinds(), ChangesOf(submission));
+  const auto e = experiment::OpenExperiment(submission.experiment, experiment::AllKinds(),
+                                            ChangesOf(submission));
   std::vector<Shard> shards;
   for (int task = 1; task <= submission.tasks; ++task) {
     Shard shard{task, 0, ShardOf(e.cases, task, submission.tasks).size(), ""};
@@ -131,7 +131,7 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
 void CheckSame(const Submission& submission) {
   if (!experiment::HasSubmission(submission.folder)) {
     if (!Store::Exists(submission.folder)) return;
-    throw core::InputError(submission.folder.string() +
+    throw base::InputError(submission.folder.string() +
                            ": holds results already; --out DIR names another folder");
   }
   const Submission before = experiment::ReadSubmission(submission.folder);
@@ -139,10 +139,10 @@ void CheckSame(const Submission& submission) {
       before.tasks == submission.tasks) {
     return;
   }
-  throw core::InputError(fmt::format(
+  throw base::InputError(fmt::format(
       "{}: was submitted as {} {} --tasks {}; the same again submits what is missing, --out DIR "
       "names another folder",
-      submission.folder.string(), before.experiment.string(), core::Join(before.run, " "),
+      submission.folder.string(), before.experiment.string(), base::Join(before.run, " "),
       before.tasks));
 }
 
@@ -150,7 +150,7 @@ Submission SubmissionFrom(const SubmitArguments& arguments) {
   const auto& changes = arguments.changes;
   Submission submission;
   submission.experiment = std::filesystem::weakly_canonical(
-      std::filesystem::absolute(core::FindExperiment(arguments.experiment)));
+      std::filesystem::absolute(base::FindExperiment(arguments.experiment)));
   submission.tasks = arguments.tasks;
   const auto add = [&](const char* option, const std::string& value) {
     submission.run.insert(submission.run.end(), {option, value});
@@ -159,8 +159,8 @@ Submission SubmissionFrom(const SubmitArguments& arguments) {
   if (changes.seed) add("--seed", std::to_string(*changes.seed));
   if (!arguments.groups.empty()) add("--objects", arguments.groups);
   for (const std::string& set : changes.set) add("--set", set);
-  const auto e =
-      experiment::OpenExperiment(submission.experiment, tasks::AllKinds(), ChangesOf(submission));
+  const auto e = experiment::OpenExperiment(submission.experiment, experiment::AllKinds(),
+                                            ChangesOf(submission));
   const std::filesystem::path folder =
       arguments.out.empty() ? "results/" + e.common.name : arguments.out;
   submission.folder = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
@@ -170,8 +170,8 @@ Submission SubmissionFrom(const SubmitArguments& arguments) {
 void WriteScripts(const Submission& submission) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   experiment::WriteSubmission(submission);
-  core::WriteFile(submission.ArrayScript(), ArrayScriptText(submission, program));
-  core::WriteFile(submission.MergeScript(), MergeScriptText(submission, program));
+  base::WriteFile(submission.ArrayScript(), ArrayScriptText(submission, program));
+  base::WriteFile(submission.MergeScript(), MergeScriptText(submission, program));
 }
 
 void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sbatch) {
@@ -179,7 +179,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
   CheckSame(submission);
   WriteScripts(submission);
   if (!HasSlurm()) {
-    throw core::InputError(fmt::format(
+    throw base::InputError(fmt::format(
         "no sbatch on the PATH: this is no machine of a Slurm cluster. What would have been "
         "submitted stands in {}: `sbatch --array=1-{} {}`, then {}",
         submission.ArrayScript().parent_path().string(), submission.tasks,
@@ -206,7 +206,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
   // One that waits for an earlier array would look before the new one has ended.
   for (const std::string& id : QueueOf(submission.MergeJobName()).job_ids) Call({"scancel", id});
   std::vector<std::string> words = sbatch;
-  if (!after.empty()) words.push_back("--dependency=afterany:" + core::Join(after, ":"));
+  if (!after.empty()) words.push_back("--dependency=afterany:" + base::Join(after, ":"));
   words.insert(words.end(), {"--output=" + submission.MergeLogFile().string(),
                              submission.MergeScript().string()});
   spdlog::info("job {}: joins them in {}; `rangegrasp status {}` tells how far it is",
@@ -217,7 +217,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
 std::string LastLine(const std::filesystem::path& log) {
   if (!std::filesystem::exists(log)) return "";
   std::string last;
-  for (const std::string& line : core::Split(core::ReadFile(log), '\n')) {
+  for (const std::string& line : base::Split(base::ReadFile(log), '\n')) {
     if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
   }
   return last;

@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace rangegrasp::cli {
 
@@ -29,7 +29,7 @@ class StepLine {
   void Tick(const std::stop_token& stop);
 
   std::string title_, step_;
-  core::Stopwatch watch_;
+  base::Stopwatch watch_;
   std::mutex mutex_;
   std::condition_variable_any ends_;
   std::jthread thread_;  ///< last: it sees all others

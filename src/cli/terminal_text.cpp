@@ -7,7 +7,7 @@
 #include <regex>
 #include <string_view>
 
-#include "core/words.h"
+#include "base/words.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -48,7 +48,7 @@ bool StdoutShowsColors() {
 }
 
 std::string ForTerminal(const std::string& text) {
-  const auto lines = core::Split(text, '\n');
+  const auto lines = base::Split(text, '\n');
   const auto at = [&](std::size_t i) { return i < lines.size() ? lines[i] : std::string(); };
   std::string shown;
   for (std::size_t i = 0; i < lines.size(); ++i) {

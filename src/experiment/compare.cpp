@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 #include "experiment/statistics.h"
 
 namespace rangegrasp::experiment {
@@ -68,7 +68,7 @@ std::vector<StageTime> StageTimes(const std::vector<Record>& records) {
   for (const std::string& stage : order) {
     const auto& all = by_stage[stage];
     times.push_back(
-        {stage, core::InterpolatedQuantileOf(all, 0.5), core::InterpolatedQuantileOf(all, 0.95)});
+        {stage, base::InterpolatedQuantileOf(all, 0.5), base::InterpolatedQuantileOf(all, 0.95)});
   }
   return times;
 }

@@ -6,15 +6,16 @@
 #include <regex>
 #include <set>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/hash.h"
-#include "core/version.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/systems.h"
+#include "base/version.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
-using core::YamlMap;
+using base::YamlMap;
 
 // A case may take a day; a second is less than any takes to start.
 constexpr double kMinLimit_s = 1.0;
@@ -33,9 +34,16 @@ std::vector<std::string> NamesOf(std::span<const TaskKind> kinds) {
   return names;
 }
 
+const TaskKind& KindOfWord(const YamlMap& map, const std::string& word,
+                           std::span<const TaskKind> kinds) {
+  if (const TaskKind* kind = FindKind(word, kinds)) return *kind;
+  base::CheckBuilt("task", word, map.file().string() + ": ");
+  map.Fail("task", base::MustBeOneOf(word, NamesOf(kinds)));
+}
+
 std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
   std::string word = "grasping";
-  map.Read("task", word, "the kind of experiment: " + core::Join(NamesOf(kinds)));
+  map.Read("task", word, "the kind of experiment: " + base::Join(NamesOf(kinds)));
   return word;
 }
 
@@ -43,16 +51,16 @@ std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
 // line: the hash leaves them out, so that runs that differ in nothing else can be recognised.
 std::string HashOf(const std::string& text, const std::vector<std::string>& set,
                    const TaskKind& kind) {
-  std::uint64_t hash = core::Fnv1a("");
+  std::uint64_t hash = base::Fnv1a("");
   const auto add = [&](const std::string& line, const std::string& after) {
     for (const std::string& key : {std::string("seed"), kind.trials_key}) {
       if (line.starts_with(key + after)) return;
     }
-    hash = core::Fnv1a(line + "\n", hash);
+    hash = base::Fnv1a(line + "\n", hash);
   };
-  for (const std::string& line : core::Split(text, '\n')) add(line, ":");
+  for (const std::string& line : base::Split(text, '\n')) add(line, ":");
   for (const std::string& one : set) add(one, "=");
-  return core::Hex(hash);
+  return base::Hex(hash);
 }
 
 std::vector<std::string> GroupsOf(const std::vector<Case>& cases) {
@@ -69,9 +77,9 @@ void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::p
   const auto known = GroupsOf(cases);
   for (const std::string& group : wanted) {
     if (std::find(known.begin(), known.end(), group) != known.end()) continue;
-    throw core::InputError("--objects: '" + group + "' is not in " + file.string() +
-                           "; nearest: '" + core::NearestWord(group, known) + "'; there are " +
-                           core::Join(known));
+    throw base::InputError("--objects: '" + group + "' is not in " + file.string() +
+                           "; nearest: '" + base::NearestWord(group, known) + "'; there are " +
+                           base::Join(known));
   }
   std::erase_if(cases, [&](const Case& c) {
     return std::find(wanted.begin(), wanted.end(), c.group) == wanted.end();
@@ -82,7 +90,7 @@ void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file)
   std::set<std::string> seen;
   for (const Case& c : cases) {
     if (!seen.insert(c.id).second) {
-      throw core::InputError(file.string() + ": case '" + c.id + "' stands twice");
+      throw base::InputError(file.string() + ": case '" + c.id + "' stands twice");
     }
   }
 }
@@ -91,10 +99,8 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
                 std::span<const TaskKind> kinds, const std::vector<std::string>& set,
                 const std::vector<std::string>& groups) {
   YamlMap map = YamlMap::FromText(text, file, set);
-  const std::string word = TaskWord(map, kinds);
   Experiment e;
-  e.kind = FindKind(word, kinds);
-  if (!e.kind) map.Fail("task", core::MustBeOneOf(word, NamesOf(kinds)));
+  e.kind = &KindOfWord(map, TaskWord(map, kinds), kinds);
   e.common.file = file;
   e.common.name = file.stem().string();
   ReadCommon(map, e.common);
@@ -108,11 +114,11 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
                       {"experiment_hash", HashOf(text, set, *e.kind)},
                       {"seed", fmt::format("{}", e.common.seed)},
                       {"cases", fmt::format("{}", e.cases.size())},
-                      {"groups", core::Join(GroupsOf(e.cases), ",")}};
-  e.stamp.build = {{"version", core::Version()}, {"commit", core::Commit()}};
+                      {"groups", base::Join(GroupsOf(e.cases), ",")}};
+  e.stamp.build = {{"version", base::Version()}, {"commit", base::Commit()}};
   e.stamp.data = {{"experiment_file", std::filesystem::absolute(file).lexically_normal().string()},
                   {"experiment_text", text},
-                  {"set", core::Join(set, "\n")}};
+                  {"set", base::Join(set, "\n")}};
   e.task->AddTo(e.stamp);
   return e;
 }
@@ -134,21 +140,19 @@ void ReadCommon(YamlMap& map, Common& common) {
       "objects, all fail in the same way; 0: never");
 }
 
-std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,
+std::vector<base::Finding> CheckExperiment(const std::filesystem::path& file,
                                            std::span<const TaskKind> kinds,
                                            const Changes& changes) {
-  YamlMap map = YamlMap::FromText(core::ReadFile(file), file, changes.set);
-  const std::string word = TaskWord(map, kinds);
-  const TaskKind* kind = FindKind(word, kinds);
-  if (!kind) map.Fail("task", core::MustBeOneOf(word, NamesOf(kinds)));
+  YamlMap map = YamlMap::FromText(base::ReadFile(file), file, changes.set);
+  const TaskKind& kind = KindOfWord(map, TaskWord(map, kinds), kinds);
   Common common;
   ReadCommon(map, common);
-  return kind->check ? kind->check(map) : std::vector<core::Finding>();
+  return kind.check ? kind.check(map) : std::vector<base::Finding>();
 }
 
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
                           const Changes& changes) {
-  const std::string text = core::ReadFile(file);
+  const std::string text = base::ReadFile(file);
   YamlMap map = YamlMap::FromText(text, file, changes.set);
   const TaskKind* kind = FindKind(TaskWord(map, kinds), kinds);
   std::vector<std::string> set = changes.set;
@@ -156,7 +160,7 @@ Experiment OpenExperiment(const std::filesystem::path& file, std::span<const Tas
     set.push_back(fmt::format("{}={}", kind->trials_key, *changes.trials));
   if (kind && changes.seed) {
     if (!kind->uses_seed) {
-      throw core::InputError("--seed: nothing is drawn in an experiment of task '" + kind->name +
+      throw base::InputError("--seed: nothing is drawn in an experiment of task '" + kind->name +
                              "', so that there is no use for it");
     }
     set.push_back(fmt::format("seed={}", *changes.seed));
@@ -167,8 +171,8 @@ Experiment OpenExperiment(const std::filesystem::path& file, std::span<const Tas
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
   const std::string& set = Need(stamp.data, "set");
   return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"), kinds,
-              set.empty() ? std::vector<std::string>() : core::Split(set, '\n'),
-              core::Split(Need(stamp.identity, "groups"), ','));
+              set.empty() ? std::vector<std::string>() : base::Split(set, '\n'),
+              base::Split(Need(stamp.identity, "groups"), ','));
 }
 
 std::string FileAsRun(const Stamp& stamp) {
@@ -176,7 +180,7 @@ std::string FileAsRun(const Stamp& stamp) {
   std::string text = fmt::format("# The file of a run; its relative paths are those of {}.\n",
                                  file.parent_path().string());
   const std::string& set = Need(stamp.data, "set");
-  for (const std::string& one : set.empty() ? std::vector<std::string>() : core::Split(set, '\n')) {
+  for (const std::string& one : set.empty() ? std::vector<std::string>() : base::Split(set, '\n')) {
     text += "# On the command line: --set " + one + "\n";
   }
   return text + Need(stamp.data, "experiment_text");
@@ -186,9 +190,10 @@ const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds) {
   const std::string& word = Need(stamp.identity, "task");
   const TaskKind* kind = FindKind(word, kinds);
   if (kind) return *kind;
-  throw core::InputError("the results are of task '" + word +
+  base::CheckBuilt("task", word, "the results: ");
+  throw base::InputError("the results are of task '" + word +
                          "', which this program does not know; " + "it knows " +
-                         core::Join(NamesOf(kinds)));
+                         base::Join(NamesOf(kinds)));
 }
 
 const Case& CaseOf(const Experiment& experiment, const std::string& id) {
@@ -197,8 +202,8 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
     if (c.id == id) return c;
     ids.push_back(c.id);
   }
-  throw core::InputError("no trial '" + id + "' in experiment " + experiment.common.name +
-                         "; nearest: '" + core::NearestWord(id, ids) + "'");
+  throw base::InputError("no trial '" + id + "' in experiment " + experiment.common.name +
+                         "; nearest: '" + base::NearestWord(id, ids) + "'");
 }
 
 Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
@@ -214,9 +219,9 @@ Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
   return report;
 }
 
-std::string KeyTable(const std::vector<core::KeyDoc>& keys) {
+std::string KeyTable(const std::vector<base::KeyDoc>& keys) {
   std::string text = "| key | means | default | values |\n| --- | --- | --- | --- |\n";
-  for (const core::KeyDoc& key : keys) {
+  for (const base::KeyDoc& key : keys) {
     const std::string values = key.type == "mapping" ? "keys below"
                                : key.range.empty()   ? key.type
                                                      : key.range;

@@ -21,8 +21,8 @@ struct Changes {
   std::vector<std::string> groups = {};  ///< only their cases; empty: all
 };
 
-/// Reads the keys that every kind of experiment has, but for `task`. @throws core::InputError
-void ReadCommon(core::YamlMap& map, Common& common);
+/// Reads the keys that every kind of experiment has, but for `task`. @throws base::InputError
+void ReadCommon(base::YamlMap& map, Common& common);
 
 /// An experiment that is ready to run.
 struct Experiment {
@@ -34,35 +34,35 @@ struct Experiment {
 };
 
 /// Reads an experiment file with what the command line changes of it, and makes everything ready.
-/// @throws core::InputError naming file, line, key, value and the nearest valid word.
+/// @throws base::InputError naming file, line, key, value and the nearest valid word.
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
                           const Changes& changes);
 
 /// What is wrong with the models of an experiment; empty if its kind has none.
-/// @throws core::InputError as OpenExperiment for what is wrong with the file itself.
-std::vector<core::Finding> CheckExperiment(const std::filesystem::path& file,
+/// @throws base::InputError as OpenExperiment for what is wrong with the file itself.
+std::vector<base::Finding> CheckExperiment(const std::filesystem::path& file,
                                            std::span<const TaskKind> kinds, const Changes& changes);
 
 /// The experiment that a store's stamp tells of, from the text that it keeps; relative paths are
 /// those of the experiment file's folder.
-/// @throws core::InputError also if the stamp is not whole.
+/// @throws base::InputError also if the stamp is not whole.
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
 
 /// The experiment file that a stamp keeps, as it was run: what the command line changed stands in
-/// comments before it. @throws core::InputError if the stamp is not whole.
+/// comments before it. @throws base::InputError if the stamp is not whole.
 std::string FileAsRun(const Stamp& stamp);
 
-/// The kind that made a store. @throws core::InputError if there is none of its name.
+/// The kind that made a store. @throws base::InputError if there is none of its name.
 const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds);
 
 /// The tables of a results folder; they say how many cases are missing.
 Report ReportOf(const Results& results, std::span<const TaskKind> kinds);
 
-/// The case of an id. @throws core::InputError naming the nearest one.
+/// The case of an id. @throws base::InputError naming the nearest one.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);
 
 /// Keys as a table in Markdown.
-std::string KeyTable(const std::vector<core::KeyDoc>& keys);
+std::string KeyTable(const std::vector<base::KeyDoc>& keys);
 
 /// The keys of every experiment file and those of each kind, as a Markdown page made from the code
 /// that reads them.

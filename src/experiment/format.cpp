@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/number.h"
+#include "base/number.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -12,7 +12,7 @@ using nlohmann::ordered_json;
 // A cell as JSON: a number where it is one, null where nothing was counted.
 ordered_json CellJson(const std::string& cell) {
   if (cell == "-" || cell.empty()) return nullptr;
-  const auto number = core::NumberFrom<double>(cell);
+  const auto number = base::NumberFrom<double>(cell);
   return number ? ordered_json(*number) : ordered_json(cell);
 }
 

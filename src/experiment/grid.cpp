@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "core/csv.h"
-#include "core/words.h"
+#include "base/csv.h"
+#include "base/words.h"
 #include "experiment/statistics.h"
 
 namespace rangegrasp::experiment {
@@ -60,8 +60,8 @@ std::string MarkdownOf(const Grid& grid) {
 }
 
 std::string CsvOf(const Grid& grid) {
-  std::string text = core::CsvLine(grid.header);
-  for (const auto& row : grid.rows) text += core::CsvLine(row);
+  std::string text = base::CsvLine(grid.header);
+  for (const auto& row : grid.rows) text += base::CsvLine(row);
   return text;
 }
 
@@ -74,7 +74,7 @@ std::string PercentText(int k, int n, int digits) {
 std::string CountsText(const std::map<std::string, int>& counts) {
   std::vector<std::string> words;
   for (const auto& [word, count] : counts) words.push_back(fmt::format("{} {}", word, count));
-  return core::Join(words);
+  return base::Join(words);
 }
 
 std::string IntervalText(int k, int n) {

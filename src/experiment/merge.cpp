@@ -4,7 +4,7 @@
 
 #include <queue>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::experiment {
@@ -42,7 +42,7 @@ void AllowManyFiles() {
 Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
              bool complete) {
   if (Store::Exists(out)) {
-    throw core::InputError(out.string() + ": holds results already; name a new folder");
+    throw base::InputError(out.string() + ": holds results already; name a new folder");
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
@@ -71,7 +71,7 @@ Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesy
     Source& source = *sources[top];
     Record record = std::move(source.next);
     if (record.which.id == last_id) {
-      throw core::InputError(source.store.file().parent_path().string() + ": case " + last_id +
+      throw base::InputError(source.store.file().parent_path().string() + ": case " + last_id +
                              " is in another of the folders too");
     }
     last_id = record.which.id;

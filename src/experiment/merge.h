@@ -13,7 +13,7 @@ struct Merged {
 /// Joins the results of shards into a folder without results, all of them or nothing. Memory does
 /// not grow with the number of cases. What is joined may be joined with more.
 /// @param complete  whether to write nothing where cases are missing: see what is returned
-/// @throws core::InputError naming the folder: it holds results already, a shard is of another run,
+/// @throws base::InputError naming the folder: it holds results already, a shard is of another run,
 /// or a case is in two of them.
 Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
              bool complete = false);

@@ -4,7 +4,7 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::experiment {
 
@@ -25,7 +25,7 @@ std::string ToJson(const Record& record) {
     for (const auto& [stage, seconds] : result.seconds) json["seconds"][stage] = seconds;
     return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   } catch (const ordered_json::parse_error& e) {
-    throw core::RunError("case " + which.id + ": its record is damaged: " + e.what());
+    throw base::RunError("case " + which.id + ": its record is damaged: " + e.what());
   }
 }
 

@@ -40,12 +40,12 @@ struct Record {
 };
 
 /// As one JSON object for people and programs; `params` and `data` stand in it as objects, bytes
-/// that are no UTF-8 are replaced. @throws core::RunError if they are no JSON.
+/// that are no UTF-8 are replaced. @throws base::RunError if they are no JSON.
 std::string ToJson(const Record& record);
 
 /// A row a record, with the same names as in JSON: "id", "params.index", "data.log.lift_height_m",
 /// "seconds.scan"; a column for each name that any of them has, empty where a record has none.
-/// @throws core::RunError as ToJson.
+/// @throws base::RunError as ToJson.
 Grid FlatGridOf(const std::vector<Record>& records);
 
 /// Whether two records say the same but for their times.

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/words.h"
+#include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -35,7 +35,7 @@ Section SummaryOf(const Reproduction& all) {
     const bool there = table.done > 0;
     row.push_back(there ? fmt::format("{}", table.done) : "-");
     row.push_back(there ? fmt::format("{}", table.judged.rows.size()) : "-");
-    for (const Verdict verdict : core::ValuesOf<Verdict>()) {
+    for (const Verdict verdict : base::ValuesOf<Verdict>()) {
       row.push_back(there ? fmt::format("{}", CountOf(table, verdict)) : "-");
     }
     section.grid.rows.push_back(std::move(row));
@@ -44,7 +44,7 @@ Section SummaryOf(const Reproduction& all) {
 }
 
 std::string VerdictText(const Reproduction& all, const Judged& row) {
-  const std::string word(core::Word(row.verdict));
+  const std::string word(base::Word(row.verdict));
   return all.is_short && row.verdict != Verdict::kNoFigure ? word + " (weak)" : word;
 }
 
@@ -88,7 +88,7 @@ Grid CsvGridOf(const Reproduction& all) {
            figure.own ? fmt::format("{}", *figure.own) : "", row.counts,
            row.p ? fmt::format("{}", *row.p) : "",
            table.judged.threshold > 0.0 ? fmt::format("{}", table.judged.threshold) : "",
-           std::string(core::Word(row.verdict)), all.is_short ? "1" : "0"});
+           std::string(base::Word(row.verdict)), all.is_short ? "1" : "0"});
     }
   }
   return grid;
@@ -107,7 +107,7 @@ ordered_json JsonOf(const Judged& row) {
           {"reproduced", Json(row.figure.own)},
           {"compared", row.counts},
           {"p", Json(row.p)},
-          {"verdict", core::Word(row.verdict)}};
+          {"verdict", base::Word(row.verdict)}};
 }
 
 ordered_json JsonOf(const ReproducedTable& table) {
@@ -137,13 +137,13 @@ std::vector<std::string> TestNotes(const Reproduction& all) {
   }
   std::vector<std::string> notes;
   for (const auto& [test, numbers] : tests) {
-    notes.push_back(fmt::format("{} ({})", test, core::Join(numbers)));
+    notes.push_back(fmt::format("{} ({})", test, base::Join(numbers)));
   }
   if (!thresholds.empty()) {
     notes.push_back(
         "a verdict is better or worse where p is below 0.05 over the number of the table's "
         "tests: " +
-        core::Join(thresholds));
+        base::Join(thresholds));
   }
   return notes;
 }

@@ -5,9 +5,9 @@
 #include <map>
 #include <optional>
 
-#include "core/error.h"
-#include "core/number.h"
-#include "core/words.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/words.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::experiment {
@@ -18,13 +18,13 @@ constexpr std::string_view kSeedPrefix = "seed-";
 std::optional<std::uint64_t> SeedOf(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();
   if (!name.starts_with(kSeedPrefix) || !Store::Exists(folder)) return std::nullopt;
-  return core::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
+  return base::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
 }
 
 // Takes over the order of the other's groups, if they are the same.
 void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
   const auto sorted = [](const std::string& groups) {
-    auto names = core::Split(groups, ',');
+    auto names = base::Split(groups, ',');
     std::ranges::sort(names);
     return names;
   };

@@ -19,10 +19,10 @@ struct Results {
 std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed);
 
 /// The stores of a results folder: itself, or those of its seeds in ascending order.
-/// @throws core::InputError if it holds neither.
+/// @throws base::InputError if it holds neither.
 std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);
 
-/// All that a results folder holds. @throws core::InputError also if its seeds' runs are not of the
+/// All that a results folder holds. @throws base::InputError also if its seeds' runs are not of the
 /// same experiment.
 Results ReadResults(const std::filesystem::path& folder);
 

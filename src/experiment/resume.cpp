@@ -4,7 +4,7 @@
 
 #include <unordered_map>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -27,7 +27,7 @@ std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case
   for (Record& record : records) {
     const auto found = by_id.find(record.which.id);
     if (found == by_id.end() || found->second->seed != record.which.seed) {
-      throw core::InputError(fmt::format(
+      throw base::InputError(fmt::format(
           "{}: holds the case {}, which is not one of these {} cases; as many trials as it was "
           "begun with, or more, go on with it",
           where, record.which.id, cases.size()));

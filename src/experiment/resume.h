@@ -15,7 +15,7 @@ namespace rangegrasp::experiment {
 /// @param cases  all of its cases, whatever the shard
 /// @return the stamp to write: `now`, but with the commit that began the run; a commit that differs
 /// from it is added to "resumed_with".
-/// @throws core::InputError naming the folder if it is another run's, or holds a case that is not
+/// @throws base::InputError naming the folder if it is another run's, or holds a case that is not
 /// among `cases`; nothing is changed then.
 Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases);
 

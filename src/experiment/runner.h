@@ -26,7 +26,7 @@ std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
 /// hang costs one case), and writes each to the store as it ends. Results do not depend on the
 /// number of jobs or on the order. This process must be single-threaded.
 /// @param run  called in the process of a case.
-/// @throws core::RunError if the store cannot be written or no process be made; what was finished
+/// @throws base::RunError if the store cannot be written or no process be made; what was finished
 /// is kept.
 void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
               Store& store, const RunOptions& options, const Progress& progress);

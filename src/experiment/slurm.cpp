@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/hash.h"
-#include "core/number.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/number.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -33,7 +33,7 @@ std::filesystem::path Submission::ArrayScript() const { return SlurmFolder(folde
 std::filesystem::path Submission::MergeScript() const { return SlurmFolder(folder) / "merge.sh"; }
 
 std::string Submission::JobName() const {
-  return "rangegrasp-" + core::Hex(core::Fnv1a(folder.string()));
+  return "rangegrasp-" + base::Hex(base::Fnv1a(folder.string()));
 }
 
 std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program) {
@@ -73,7 +73,7 @@ void WriteSubmission(const Submission& submission) {
   const nlohmann::ordered_json json = {{"experiment", submission.experiment.string()},
                                        {"run", submission.run},
                                        {"tasks", submission.tasks}};
-  core::WriteFile(SlurmFolder(submission.folder) / kFile, json.dump(2) + "\n");
+  base::WriteFile(SlurmFolder(submission.folder) / kFile, json.dump(2) + "\n");
 }
 
 bool HasSubmission(const std::filesystem::path& folder) {
@@ -83,17 +83,17 @@ bool HasSubmission(const std::filesystem::path& folder) {
 Submission ReadSubmission(const std::filesystem::path& folder) {
   const auto file = SlurmFolder(folder) / kFile;
   if (!HasSubmission(folder)) {
-    throw core::InputError(folder.string() + ": nothing was submitted here (no slurm/" + kFile +
+    throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" + kFile +
                            "); give the folder that `submit` named");
   }
   Submission submission;
   try {
-    const auto json = nlohmann::json::parse(core::ReadFile(file));
+    const auto json = nlohmann::json::parse(base::ReadFile(file));
     submission.experiment = json.at("experiment").get<std::string>();
     submission.run = json.at("run").get<std::vector<std::string>>();
     submission.tasks = json.at("tasks");
   } catch (const nlohmann::json::exception& e) {
-    throw core::InputError(file.string() + ": " + e.what());
+    throw base::InputError(file.string() + ": " + e.what());
   }
   submission.folder = std::filesystem::weakly_canonical(folder);
   return submission;
@@ -104,7 +104,7 @@ Queue ParseQueue(const std::string& printed) {
   std::istringstream lines(printed);
   std::string job, task, state;
   while (lines >> job >> task >> state) {
-    if (const auto number = core::NumberFrom<int>(task)) queue.state_of_task[*number] = state;
+    if (const auto number = base::NumberFrom<int>(task)) queue.state_of_task[*number] = state;
     if (std::find(queue.job_ids.begin(), queue.job_ids.end(), job) == queue.job_ids.end()) {
       queue.job_ids.push_back(job);
     }

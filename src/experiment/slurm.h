@@ -33,7 +33,7 @@ std::string ArrayScriptText(const Submission& submission, const std::filesystem:
 std::string MergeScriptText(const Submission& submission, const std::filesystem::path& program);
 
 /// Keeps a submission in its folder, and finds it there again.
-/// @throws core::InputError naming the folder if there is none, or what is wrong with its file.
+/// @throws base::InputError naming the folder if there is none, or what is wrong with its file.
 void WriteSubmission(const Submission& submission);
 bool HasSubmission(const std::filesystem::path& folder);
 Submission ReadSubmission(const std::filesystem::path& folder);

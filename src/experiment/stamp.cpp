@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -26,7 +26,7 @@ void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& w
     const std::string was = ValueOr(stored.identity, name, "");
     const std::string is = ValueOr(wanted.identity, name, "");
     if (was == is) continue;
-    throw core::InputError(
+    throw base::InputError(
         fmt::format("{}: was made with another {} ('{}', not '{}'); use another --out, or "
                     "--overwrite",
                     where, name, was, is));
@@ -36,7 +36,7 @@ void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& w
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name) {
   const auto found = part.find(name);
   if (found == part.end()) {
-    throw core::InputError("the results have no stamp '" + name +
+    throw base::InputError("the results have no stamp '" + name +
                            "' (a run that was killed at its start?); run the experiment again");
   }
   return found->second;

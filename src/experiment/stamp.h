@@ -23,12 +23,12 @@ inline constexpr const char* kTitlePrefix = "title.";
 /// That, or the group itself where it has none.
 std::string TitleOf(const Stamp& stamp, const std::string& group);
 
-/// @throws core::InputError that begins with `where` and names the first value of `identity` in
+/// @throws base::InputError that begins with `where` and names the first value of `identity` in
 /// which they differ.
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where);
 
 /// A value that the tables cannot do without.
-/// @throws core::InputError if the stamp has none (a run that was killed at its start).
+/// @throws base::InputError if the stamp has none (a run that was killed at its start).
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
 /// "laser_single: rangegrasp 0.1.0 (0123abcd), seed 1, ..." for below a table.

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -48,7 +48,7 @@ struct Store::Impl {
   ~Impl() { sqlite3_close(db); }
 
   [[noreturn]] void Fail() const {
-    throw core::RunError(file.string() + ": " + sqlite3_errmsg(db) +
+    throw base::RunError(file.string() + ": " + sqlite3_errmsg(db) +
                          " (is the disk full, or the folder not writable?)");
   }
   void Run(const char* sql) const {
@@ -136,19 +136,19 @@ Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    throw core::InputError(folder.string() +
+    throw base::InputError(folder.string() +
                            ": the output folder cannot be made: " + error.message());
   }
   auto impl = std::make_unique<Impl>();
   impl->file = folder / name;
   if (sqlite3_open(impl->file.c_str(), &impl->db) != SQLITE_OK) {
-    throw core::InputError(impl->file.string() +
+    throw base::InputError(impl->file.string() +
                            ": cannot be written: " + sqlite3_errmsg(impl->db));
   }
   sqlite3_busy_timeout(impl->db, kBusy_ms);
   for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
     if (sqlite3_exec(impl->db, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
-    throw core::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->db) +
+    throw base::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->db) +
                            " (a writable folder with free space is needed)");
   }
   return Store(std::move(impl));
@@ -156,14 +156,14 @@ Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
 
 Store Store::Open(const std::filesystem::path& folder) {
   if (!Exists(folder)) {
-    throw core::InputError(folder.string() + ": no results here (no results.sqlite); " +
+    throw base::InputError(folder.string() + ": no results here (no results.sqlite); " +
                            "give the folder that `run` wrote");
   }
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
   if (sqlite3_open_v2(impl->file.c_str(), &impl->db, SQLITE_OPEN_READONLY, nullptr) != SQLITE_OK ||
       !Statement(impl->db, "SELECT COUNT(*) FROM cases").ok()) {
-    throw core::InputError(impl->file.string() +
+    throw base::InputError(impl->file.string() +
                            ": no results can be read: " + sqlite3_errmsg(impl->db));
   }
   return Store(std::move(impl));
@@ -190,7 +190,7 @@ void Store::Impl::Transaction(const std::function<void()>& write) const {
   try {
     write();
     Run("COMMIT");
-  } catch (const core::RunError&) {
+  } catch (const base::RunError&) {
     sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
     throw;
   }

@@ -16,13 +16,13 @@ namespace rangegrasp::experiment {
 /// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
 /// moment loses nothing that it had finished. One process writes; others may read meanwhile.
 /// Errors of the database (a full disk, a folder that cannot be written, no database) are
-/// core::RunError or, where the file itself is not what it should be, core::InputError; both name
+/// base::RunError or, where the file itself is not what it should be, base::InputError; both name
 /// the file.
 class Store {
  public:
   /// Opens for writing, creating folder and file where they are absent.
   static Store Create(const std::filesystem::path& folder);
-  /// Opens for reading. @throws core::InputError if there are no results in the folder.
+  /// Opens for reading. @throws base::InputError if there are no results in the folder.
   static Store Open(const std::filesystem::path& folder);
   /// Whether the folder holds results.
   static bool Exists(const std::filesystem::path& folder);

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/finding.h"
-#include "core/yaml_map.h"
+#include "base/finding.h"
+#include "base/yaml_map.h"
 #include "experiment/chart.h"
 #include "experiment/record.h"
 #include "experiment/report.h"
@@ -34,7 +34,7 @@ class Task {
   /// All cases in a fixed order.
   virtual std::vector<Case> Cases() const = 0;
   /// What takes long and is done once before cases are run, beside what all cases share: a case
-  /// that finds it undone does it for itself. @throws core::InputError
+  /// that finds it undone does it for itself. @throws base::InputError
   virtual void Prepare() const {}
   /// Results lie in this folder: a program that a case starts must not see them, for they hold the
   /// truth.
@@ -43,7 +43,7 @@ class Task {
   /// counts as kCrashed.
   virtual Result Run(const Case& which) const = 0;
   /// Runs it again and leaves what a person wants to see of it in a folder.
-  /// @throws core::InputError for an option that the task has no use for.
+  /// @throws base::InputError for an option that the task has no use for.
   virtual Result Replay(const Case& which, const ReplayOptions& options) const = 0;
   /// Adds what the task's results depend on (to identity: hashes of its models) and what its tables
   /// need (to data). The engine has put in experiment, its hash and text, seed, version and commit.
@@ -72,15 +72,15 @@ struct TaskKind {
   /// not of kinds whose cases tell something even where none of them is a success.
   bool stops_when_hopeless = false;
   /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
-  /// @throws core::InputError
-  std::unique_ptr<Task> (*read)(core::YamlMap& map, const Common& common) = nullptr;
+  /// @throws base::InputError
+  std::unique_ptr<Task> (*read)(base::YamlMap& map, const Common& common) = nullptr;
   /// Looks for what is wrong with the models that the keys name, before they are read for a run;
-  /// null: there is nothing to look at. @throws core::InputError for keys that cannot be read.
-  std::vector<core::Finding> (*check)(core::YamlMap& map) = nullptr;
+  /// null: there is nothing to look at. @throws base::InputError for keys that cannot be read.
+  std::vector<base::Finding> (*check)(base::YamlMap& map) = nullptr;
   /// Reads the same keys and nothing else, for the documentation.
-  void (*read_keys)(core::YamlMap& map) = nullptr;
+  void (*read_keys)(base::YamlMap& map) = nullptr;
   /// The tables of records of this kind, in the order of their cases; some may be missing.
-  /// @throws core::InputError if a published table in the stamp is none.
+  /// @throws base::InputError if a published table in the stamp is none.
   Report (*report)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
   /// What a report draws beside what it draws of records of any kind; null: nothing.
   std::vector<Chart> (*charts)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;

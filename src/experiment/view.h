@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
-#include "draw/plot.h"
+#include "base/draw/plot.h"
+#include "base/frames.h"
 #include "geometry/mesh.h"
 #include "geometry/point_cloud.h"
 
@@ -48,7 +48,7 @@ struct View {
     std::string layer;
     geometry::TriangleMesh mesh_B;
     Color color;
-    std::vector<core::Pose> X_WB;  ///< one a frame
+    std::vector<base::Pose> X_WB;  ///< one a frame
   };
   struct Force {
     Eigen::Vector3d point_W;

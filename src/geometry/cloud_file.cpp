@@ -7,8 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "base/error.h"
+#include "base/file.h"
 #include "geometry/internal/cloud_format.h"
 #include "geometry/internal/pcd.h"
 #include "geometry/internal/ply.h"
@@ -97,17 +97,17 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
   if (!(unit_m > 0.0) || !std::isfinite(unit_m)) {
     throw std::invalid_argument("ReadCloud: unit_m must be a finite number > 0");
   }
-  const std::string bytes = core::ReadNonEmptyFile(file);
+  const std::string bytes = base::ReadNonEmptyFile(file);
   const bool ply = internal::IsPly(bytes);
-  if (!ply && core::EndingOf(file) == ".ply") {
-    throw core::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
+  if (!ply && base::EndingOf(file) == ".ply") {
+    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
   }
   CloudFile cloud = ply ? internal::ReadPlyCloud(file, bytes) : internal::ReadPcd(file, bytes);
   Normalize(cloud, unit_m);
   const bool any = std::any_of(cloud.points.begin(), cloud.points.end(),
                                [](const Eigen::Vector3d& p) { return p.allFinite(); });
   if (!any) {
-    throw core::InputError(
+    throw base::InputError(
         fmt::format("{}: none of its {} points is finite", file.string(), cloud.points.size()));
   }
   return cloud;
@@ -124,8 +124,8 @@ CloudField ColorField(const std::vector<Rgb>& colors) {
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
                 const std::vector<CloudField>& fields) {
   CheckFields(image, fields);
-  core::WriteFile(
-      file, core::EndingOf(file) == ".ply" ? PlyBytes(image, fields) : PcdBytes(image, fields));
+  base::WriteFile(
+      file, base::EndingOf(file) == ".ply" ? PlyBytes(image, fields) : PcdBytes(image, fields));
 }
 
 }  // namespace rangegrasp::geometry

@@ -28,7 +28,7 @@ struct CloudFile {
 /// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), told
 /// apart by their first line. x, y and z must be float or double. `unit_m` is the file's unit in
 /// metres (0.001 for mm).
-/// @throws core::InputError naming the file, the line or key, the value and what would be right:
+/// @throws base::InputError naming the file, the line or key, the value and what would be right:
 ///         missing, a folder, not readable, truncated, no x/y/z, no points, no finite point, ...
 /// @throws std::invalid_argument if unit_m is not a finite number > 0.
 CloudFile ReadCloud(const std::filesystem::path& file, double unit_m = 1.0);
@@ -43,7 +43,7 @@ CloudField ColorField(const std::vector<Rgb>& colors);
 
 /// Writes binary PCD (organised as the image is, with the sensor's mean place as its viewpoint) or,
 /// by the ending .ply, binary PLY of the measured points alone. Coordinates are single precision.
-/// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws base::RunError naming the file if it cannot be written whole.
 /// @throws std::invalid_argument if a column's length is not the image's.
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
                 const std::vector<CloudField>& fields = {});

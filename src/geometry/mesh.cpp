@@ -2,7 +2,7 @@
 
 namespace rangegrasp::geometry {
 
-TriangleMesh Transformed(const TriangleMesh& mesh_B, const core::Pose& X_AB) {
+TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB) {
   TriangleMesh mesh_A = mesh_B;
   for (Eigen::Vector3d& p : mesh_A.vertices) p = X_AB * p;
   return mesh_A;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
@@ -17,7 +17,7 @@ struct TriangleMesh {
 };
 
 /// The mesh moved from frame B to frame A.
-TriangleMesh Transformed(const TriangleMesh& mesh_B, const core::Pose& X_AB);
+TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB);
 
 /// Appends `other` to `mesh`.
 void Append(const TriangleMesh& other, TriangleMesh& mesh);

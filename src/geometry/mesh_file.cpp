@@ -12,8 +12,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "base/error.h"
+#include "base/file.h"
 #include "geometry/internal/cloud_format.h"
 #include "geometry/internal/obj.h"
 #include "geometry/internal/off.h"
@@ -22,8 +22,8 @@
 namespace rangegrasp::geometry {
 namespace {
 
-core::Pose ToPose(const aiMatrix4x4& m) {
-  core::Pose pose = core::Pose::Identity();
+base::Pose ToPose(const aiMatrix4x4& m) {
+  base::Pose pose = base::Pose::Identity();
   pose.matrix() << static_cast<double>(m.a1), static_cast<double>(m.a2), static_cast<double>(m.a3),
       static_cast<double>(m.a4), static_cast<double>(m.b1), static_cast<double>(m.b2),
       static_cast<double>(m.b3), static_cast<double>(m.b4), static_cast<double>(m.c1),
@@ -82,9 +82,9 @@ void AppendUv(const aiMesh& source, std::vector<std::array<Eigen::Vector2d, 3>>&
   }
 }
 
-void Collect(const aiScene& scene, const aiNode& node, const core::Pose& X_WP,
+void Collect(const aiScene& scene, const aiNode& node, const base::Pose& X_WP,
              TexturedMesh& result) {
-  const core::Pose X_WN = X_WP * ToPose(node.mTransformation);
+  const base::Pose X_WN = X_WP * ToPose(node.mTransformation);
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
     Append(Transformed(ToMesh(mesh), X_WN), result.mesh);
@@ -100,13 +100,13 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D& p = mesh.mVertices[i];
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    throw core::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
+    throw base::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
   }
   for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
     const aiFace& face = mesh.mFaces[i];
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       if (face.mIndices[k] < mesh.mNumVertices) continue;
-      throw core::InputError(fmt::format("{}: a face names vertex {}; there are {}", file.string(),
+      throw base::InputError(fmt::format("{}: a face names vertex {}; there are {}", file.string(),
                                          face.mIndices[k], mesh.mNumVertices));
     }
   }
@@ -125,7 +125,7 @@ void CheckStl(const std::filesystem::path& file, std::string& bytes) {
   }
   const std::size_t needed = kBegin_bytes + kFacet_bytes * std::size_t{facets};
   if (facets == 0 || needed > bytes.size()) {
-    throw core::InputError(
+    throw base::InputError(
         fmt::format("{}: is neither text nor binary STL: {} facets are declared, {} bytes follow",
                     file.string(), facets, bytes.size() - std::min(bytes.size(), kBegin_bytes)));
   }
@@ -141,7 +141,7 @@ void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
     const std::size_t left = bytes.size() - at;
     if (left >= kChunkHeader_bytes) std::memcpy(&length, bytes.data() + at, sizeof(length));
     if (left < kChunkHeader_bytes || length > left - kChunkHeader_bytes) {
-      throw core::InputError(fmt::format("{}: a chunk of {} bytes is declared, {} follow",
+      throw base::InputError(fmt::format("{}: a chunk of {} bytes is declared, {} follow",
                                          file.string(), length, left));
     }
     at += kChunkHeader_bytes + length;
@@ -151,10 +151,10 @@ void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
 // What has polygons and double precision as text, which assimp would cut and narrow.
 std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& file,
                                                   const std::string& bytes) {
-  const std::string ending = core::EndingOf(file);
+  const std::string ending = base::EndingOf(file);
   if (internal::IsPly(bytes)) return internal::ReadPlyPolygons(file, bytes);
   if (ending == ".ply") {
-    throw core::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
+    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
   }
   if (ending == ".off") return internal::ReadOff(file, bytes);
   if (ending == ".obj") return internal::ReadObj(file, bytes);
@@ -162,11 +162,11 @@ std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& f
 }
 
 TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
-  if (core::EndingOf(file) == ".stl") CheckStl(file, bytes);
+  if (base::EndingOf(file) == ".stl") CheckStl(file, bytes);
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
   // assimp 5.2 ends the program where an archive is damaged.
-  if (core::EndingOf(file) == ".3mf") {
-    throw core::InputError(file.string() + ": 3MF is not read; save it as STL, OBJ or glTF");
+  if (base::EndingOf(file) == ".3mf") {
+    throw base::InputError(file.string() + ": 3MF is not read; save it as STL, OBJ or glTF");
   }
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
@@ -177,12 +177,12 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
   const auto check = [&](const aiScene* scene) {
     if (scene != nullptr && scene->mRootNode != nullptr) return scene;
-    throw core::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
+    throw base::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
                                        file.string(), importer.GetErrorString()));
   };
   // The text form of glTF names files beside it.
   const aiScene* scene =
-      check(core::EndingOf(file) == ".gltf"
+      check(base::EndingOf(file) == ".gltf"
                 ? importer.ReadFile(file.string(), 0)
                 : importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, ending.c_str()));
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) Check(file, *scene->mMeshes[m]);
@@ -196,8 +196,8 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
     coordinates = coordinates || scene->mMeshes[m]->HasTextureCoords(0);
   }
   TexturedMesh result;
-  Collect(*scene, *scene->mRootNode, core::Pose::Identity(), result);
-  if (result.mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
+  Collect(*scene, *scene->mRootNode, base::Pose::Identity(), result);
+  if (result.mesh.triangles.empty()) throw base::InputError(file.string() + ": has no triangles");
   if (!coordinates) result.uv.clear();
   return result;
 }
@@ -205,20 +205,20 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
 }  // namespace
 
 bool PlyHoldsMesh(const std::filesystem::path& file) {
-  const std::string bytes = core::ReadNonEmptyFile(file);
+  const std::string bytes = base::ReadNonEmptyFile(file);
   return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
 }
 
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) {
-  std::string bytes = core::ReadNonEmptyFile(file);
+  std::string bytes = base::ReadNonEmptyFile(file);
   // Also tells what is wrong with the file, with its line.
   const auto polygons = ReadPolygons(file, bytes);
-  if (core::EndingOf(file) != ".off") return Read(file, std::move(bytes), true);
+  if (base::EndingOf(file) != ".off") return Read(file, std::move(bytes), true);
   return {internal::ToPolygonMesh(file, *polygons).mesh, {}};
 }
 
 PolygonMesh ReadPolygonMesh(const std::filesystem::path& file) {
-  std::string bytes = core::ReadNonEmptyFile(file);
+  std::string bytes = base::ReadNonEmptyFile(file);
   if (const auto polygons = ReadPolygons(file, bytes)) {
     return internal::ToPolygonMesh(file, *polygons);
   }
@@ -243,7 +243,7 @@ void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh) {
     }
     internal::AppendRaw(std::uint16_t{0}, bytes);
   }
-  core::WriteFile(file, bytes);
+  base::WriteFile(file, bytes);
 }
 
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
@@ -267,7 +267,7 @@ void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh
       internal::AppendRaw(static_cast<std::int32_t>(vertex), bytes);
     }
   }
-  core::WriteFile(file, bytes);
+  base::WriteFile(file, bytes);
 }
 
 }  // namespace rangegrasp::geometry

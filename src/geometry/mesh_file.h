@@ -19,7 +19,7 @@ struct PolygonMesh {
 /// Reads OFF, OBJ, PLY (in double precision), STL or glTF (assimp, in single precision; their
 /// triangles are the polygons). Polygons are cut into triangles where they stand, equal vertices
 /// joined, unused ones left out.
-/// @throws core::InputError naming the file and what is wrong with it.
+/// @throws base::InputError naming the file and what is wrong with it.
 PolygonMesh ReadPolygonMesh(const std::filesystem::path& file);
 /// Its triangles alone.
 TriangleMesh ReadMesh(const std::filesystem::path& file);
@@ -34,15 +34,15 @@ struct TexturedMesh {
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
 /// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for what is no PLY.
-/// @throws core::InputError if its header is broken or the file cannot be read.
+/// @throws base::InputError if its header is broken or the file cannot be read.
 bool PlyHoldsMesh(const std::filesystem::path& file);
 
 /// Binary STL, coordinates in single precision.
-/// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws base::RunError naming the file if it cannot be written whole.
 void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh);
 
 /// A mesh with one colour a vertex (r, g, b in 0..255), as binary PLY.
-/// @throws core::RunError naming the file if it cannot be written whole.
+/// @throws base::RunError naming the file if it cannot be written whole.
 /// @throws std::invalid_argument if there is not one colour a vertex.
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors);

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/color.h"
 #include "geometry/range_image.h"
 
@@ -16,7 +16,7 @@ struct View {
   /// Organised samples in the order of the scan, in the observation's frame C (in a trial W), by
   /// the calibration that the robot knows.
   RangeImage image;
-  core::Pose X_CV = core::Pose::Identity();  ///< the sensor's frame, as calibrated
+  base::Pose X_CV = base::Pose::Identity();  ///< the sensor's frame, as calibrated
   /// Standard deviation of the measured point along its ray [m], one a sample (NaN where nothing
   /// was measured), by the sensor's own model; empty where it is not known.
   std::vector<float> noise_m;

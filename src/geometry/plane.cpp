@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/count_to_beat.h"
+#include "base/count_to_beat.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -41,7 +41,7 @@ Indices Inliers(PointSpan points, const Plane& plane, double distance_m) {
 }
 
 /// Three different positions below n >= 3.
-std::array<std::size_t, 3> DrawThree(std::size_t n, core::Rng& rng) {
+std::array<std::size_t, 3> DrawThree(std::size_t n, base::Rng& rng) {
   const std::size_t a = rng.Index(n);
   std::size_t b = rng.Index(n - 1);
   if (b >= a) ++b;
@@ -94,7 +94,7 @@ bool IsFlat(PointSpan points) {
 }
 
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,
-                                       core::Rng& rng) {
+                                       base::Rng& rng) {
   if (options.draws < 1) throw std::invalid_argument("FitPlaneRansac: draws must be >= 1");
   if (!(options.inlier_distance_m > 0.0)) {
     throw std::invalid_argument("FitPlaneRansac: inlier_distance_m must be > 0");
@@ -106,7 +106,7 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
     const auto [a, b, c] = DrawThree(points.size(), rng);
     const auto plane = PlaneThrough(points[a], points[b], points[c]);
     if (!plane) continue;
-    const std::size_t count = core::CountToBeat(points, best_count, [&](const Eigen::Vector3d& p) {
+    const std::size_t count = base::CountToBeat(points, best_count, [&](const Eigen::Vector3d& p) {
       return std::abs(plane->Distance(p)) <= options.inlier_distance_m;
     });
     if (count > best_count) {

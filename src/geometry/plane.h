@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
@@ -40,6 +40,6 @@ struct PlaneFit {
 /// 100 hypotheses of three points each; the one with the most points within the distance wins and
 /// is refitted (sections 4.2.1, 5.1.1). @return nullopt if no hypothesis was possible.
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,
-                                       core::Rng& rng);
+                                       base::Rng& rng);
 
 }  // namespace rangegrasp::geometry

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 
 namespace rangegrasp::geometry {
 
@@ -49,7 +49,7 @@ double MedianSpacing(const RangeImage& image) {
       if (neighbors > 0) distances.push_back(sum / neighbors);
     }
   }
-  return distances.empty() ? 0.0 : core::MedianOf(std::move(distances));
+  return distances.empty() ? 0.0 : base::MedianOf(std::move(distances));
 }
 
 }  // namespace rangegrasp::geometry

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -33,7 +33,7 @@ void CheckMesh(const TriangleMesh& mesh, std::size_t index) {
 void* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t stride,
                 std::size_t count) {
   void* data = rtcSetNewGeometryBuffer(geometry, type, 0, format, stride, count);
-  if (data == nullptr) throw core::RunError("Embree: no memory for a mesh");
+  if (data == nullptr) throw base::RunError("Embree: no memory for a mesh");
   return data;
 }
 
@@ -96,7 +96,7 @@ struct RayCaster::Embree {
     // "threads=1" alone lets TBB start a worker, which a fork would lose. For the life of the
     // process: lifting the limit starts the worker too, and nothing else here uses TBB.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-    if (device == nullptr) throw core::RunError("Embree: no device could be made");
+    if (device == nullptr) throw base::RunError("Embree: no device could be made");
     scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
@@ -120,7 +120,7 @@ struct RayCaster::Embree {
   void Commit() {
     rtcCommitScene(scene);
     if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-      throw core::RunError("Embree: the scene could not be built");
+      throw base::RunError("Embree: the scene could not be built");
     }
   }
 };

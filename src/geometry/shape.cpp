@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/hull.h"
 
 namespace rangegrasp::geometry {
@@ -23,7 +23,7 @@ TriangleMesh Revolve(double bottom_z, const std::vector<Ring>& rings, double top
   mesh.vertices.emplace_back(0.0, 0.0, bottom_z);
   for (const Ring& ring : rings) {
     for (int i = 0; i < segments; ++i) {
-      const double angle = 2.0 * core::kPi * i / segments;
+      const double angle = 2.0 * base::kPi * i / segments;
       mesh.vertices.emplace_back(ring.radius * std::cos(angle), ring.radius * std::sin(angle),
                                  ring.z);
     }
@@ -51,12 +51,12 @@ TriangleMesh RoundedTube(double radius, double half_length, int segments) {
   std::vector<Ring> rings;
   const int quarter = std::max(1, segments / 4);
   for (int i = 1; i <= quarter; ++i) {
-    const double angle = core::kPi / 2.0 * (i - quarter) / quarter;
+    const double angle = base::kPi / 2.0 * (i - quarter) / quarter;
     rings.push_back({radius * std::cos(angle), radius * std::sin(angle) - half_length});
   }
   const int first_above = half_length > 0.0 ? 0 : 1;
   for (int i = first_above; i < quarter; ++i) {
-    const double angle = core::kPi / 2.0 * i / quarter;
+    const double angle = base::kPi / 2.0 * i / quarter;
     rings.push_back({radius * std::cos(angle), radius * std::sin(angle) + half_length});
   }
   return Revolve(-radius - half_length, rings, radius + half_length, segments);

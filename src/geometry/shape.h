@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/mesh.h"
 
 namespace rangegrasp::geometry {
@@ -14,7 +14,7 @@ namespace rangegrasp::geometry {
 struct Shape {
   enum class Kind { kSphere, kCapsule, kCylinder, kBox, kEllipsoid, kConvex, kMesh };
   Kind kind = Kind::kSphere;
-  core::Pose X_BS = core::Pose::Identity();
+  base::Pose X_BS = base::Pose::Identity();
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< [m]
   TriangleMesh mesh;  ///< kConvex (its hull counts) and kMesh (a surface); in the shape's frame
   std::string name;

@@ -37,8 +37,8 @@ double Support(const Shape& shape, const Vector3d& d) {
   return reach;
 }
 
-double Support(const Shape& shape, const core::Pose& X_AB, const Vector3d& direction_A) {
-  const core::Pose X_AS = X_AB * shape.X_BS;
+double Support(const Shape& shape, const base::Pose& X_AB, const Vector3d& direction_A) {
+  const base::Pose X_AS = X_AB * shape.X_BS;
   return Support(shape, X_AS.linear().transpose() * direction_A) +
          direction_A.dot(X_AS.translation());
 }

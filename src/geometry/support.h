@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/shape.h"
 
 namespace rangegrasp::geometry {
@@ -10,7 +10,7 @@ namespace rangegrasp::geometry {
 double Support(const Shape& shape, const Eigen::Vector3d& direction_S);
 
 /// The same for a shape whose body is at X_AB, from A's origin along a unit direction of A [m].
-double Support(const Shape& shape, const core::Pose& X_AB, const Eigen::Vector3d& direction_A);
+double Support(const Shape& shape, const base::Pose& X_AB, const Eigen::Vector3d& direction_A);
 
 /// A shape that holds all points within margin_m of the given one, and hardly more: exact for
 /// spheres and capsules; boxes, cylinders and ellipsoids grow by it along their axes; the vertices

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/additions.h"
+#include "base/additions.h"
 
 namespace rangegrasp::grasp {
 
@@ -32,7 +32,7 @@ struct GraspAdditions {
   /// part of what is too wide.
   bool crowded = true;
 };
-constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
+constexpr std::array<base::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
   using A = GraspAdditions;
   return {{
       {"centering", &A::centering,
@@ -53,6 +53,6 @@ constexpr std::array<core::Addition<GraspAdditions>, 9> AdditionsOf(const GraspA
        "more power grasps where neighbors leave few: from all round, leaning, less deep"},
   }};
 }
-static_assert(core::AllAdditionsListed<GraspAdditions>());
+static_assert(base::AllAdditionsListed<GraspAdditions>());
 
 }  // namespace rangegrasp::grasp

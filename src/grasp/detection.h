@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/mesh.h"
 #include "geometry/observation.h"
 #include "geometry/plane.h"
@@ -30,7 +30,7 @@ struct DetectedObject {
 
 struct DetectedGrasp {
   std::size_t object = 0;                    ///< position in Detection::objects
-  core::Pose X_CH = core::Pose::Identity();  ///< the hand's root body
+  base::Pose X_CH = base::Pose::Identity();  ///< the hand's root body
   double opening_m = 0.0;                    ///< gap of the pads before closing
   double width_m = 0.0;                      ///< what the pads are expected to close on
   /// By how much the faces that are gripped lean away from facing each other; 0 if not known.

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "grasp/grasp_options.h"
 #include "perception/scene.h"
 #include "robot/hand_model.h"
@@ -24,8 +24,8 @@ constexpr std::array<std::string_view, 4> WordsOf(GraspType) {
 /// R_CH = R_CG Ry(-pitch) R_HG^T.
 struct Grasp {
   GraspType type = GraspType::kPower;
-  core::Pose X_CG = core::Pose::Identity();
-  core::Pose X_CH = core::Pose::Identity();  ///< the hand's root body, with the pitch applied
+  base::Pose X_CG = base::Pose::Identity();
+  base::Pose X_CH = base::Pose::Identity();  ///< the hand's root body, with the pitch applied
   double pitch_rad = 0.0;  ///< rotation about y_G; positive: the thumb's tip further down
   double opening_m = 0.0;  ///< gap of the pads before closing
   double width_m = 0.0;    ///< what the pads are expected to close on

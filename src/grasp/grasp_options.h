@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "grasp/additions.h"
 
 /// Lengths are for a hand of a person's size and objects that it can hold; where no source is
@@ -91,11 +91,11 @@ struct ChoosingOptions {
 /// Cylindrical grasps round a rotation axis (section 5.2).
 struct CylindricalOptions {
   double pitch_rad = 0.2182;                 ///< 12.5 deg: measured, cylinders hold best
-  double second_pitch_rad = core::Deg(5.0);  ///< the other pitch tried is this much flatter
+  double second_pitch_rad = base::Deg(5.0);  ///< the other pitch tried is this much flatter
   int yaw_steps = 24;                        ///< round the axis, and of the rim: 15 deg apart
   double opening_m = 0.020;                  ///< wider than the diameter, before closing
   /// An axis that leans more cannot be approached along from above.
-  double max_tilt_rad = core::Deg(45.0);
+  double max_tilt_rad = base::Deg(45.0);
 };
 
 /// Grasps of the wall of an open object, or across the rim of a closed one (section 5.2).
@@ -125,7 +125,7 @@ struct RimOptions {
 /// Power grasps of any other object (section 5.2).
 struct PowerOptions {
   double pitch_rad = 0.1396;  ///< 8 deg: measured, boxes hold at 0 to 15, bottles at 5 to 8
-  std::array<double, 3> pitches_rad{0.0, core::Deg(4.0), core::Deg(13.0)};  ///< the others tried
+  std::array<double, 3> pitches_rad{0.0, base::Deg(4.0), base::Deg(13.0)};  ///< the others tried
   std::size_t max_fine_directions = 6;  ///< the most promising ones are searched finely
   /// Offsets of the hand along the object, and how far the pads stay from its ends.
   std::array<double, 4> offsets_m{0.010, -0.010, 0.025, -0.025};
@@ -134,27 +134,27 @@ struct PowerOptions {
   int narrow_steps = 90;          ///< directions compared for the narrowest: 2 deg apart
   double same_width_m = 0.0005;   ///< widths no further apart are a tie: a scan's noise
   /// Closing directions are also tried turned by these, where none is within distinct_rad yet.
-  std::array<double, 3> turns_rad{0.0, core::Deg(15.0), core::Deg(-15.0)};
-  double distinct_rad = core::Deg(6.0);
+  std::array<double, 3> turns_rad{0.0, base::Deg(15.0), base::Deg(-15.0)};
+  double distinct_rad = base::Deg(6.0);
   /// With crowded: closing directions all round, and at each so many depths from the shallowest
   /// that holds to the centre of mass.
   int crowded_turns = 12;
   int crowded_depths = 3;
   /// Approaches that lean by these, from so many sides.
-  std::array<double, 2> crowded_leans_rad{core::Deg(20.0), core::Deg(40.0)};
+  std::array<double, 2> crowded_leans_rad{base::Deg(20.0), base::Deg(40.0)};
   int crowded_sides = 8;
   std::array<double, 3> crowded_offsets_m{0.0, 0.03, -0.03};  ///< along the object
   /// A top surface that leans by this much is approached against its normal, too; more than the
   /// second, it is a side.
-  double min_tilt_rad = core::Deg(8.0);
-  double max_tilt_rad = core::Deg(45.0);
+  double min_tilt_rad = base::Deg(8.0);
+  double max_tilt_rad = base::Deg(45.0);
 };
 
 /// Power grasps from the side (section 7.2).
 struct LateralOptions {
   /// Level, where the wrist has room above the table, and less so, where most arms reach better.
-  std::array<double, 2> downwards_rad{0.0, core::Deg(20.0)};
-  double turn_rad = core::Deg(15.0);  ///< between approaches
+  std::array<double, 2> downwards_rad{0.0, base::Deg(20.0)};
+  double turn_rad = base::Deg(15.0);  ///< between approaches
   int turns_each_way = 6;             ///< from the arm's direction: further round it has to reach
   double height_step_m = 0.015;
   int heights = 4;  ///< of the pads, from the centre of mass up

@@ -85,25 +85,25 @@ Grid GridOver(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper, double
 HandProfiles::HandProfiles(const robot::HandModel& hand) : hand_(hand) {
   robot::CheckStates(hand);
   for (geometry::Shape shape : hand.states[0].shapes) {
-    shape.X_BS = core::Pose::Identity();
+    shape.X_BS = base::Pose::Identity();
     meshes_.push_back(geometry::Tessellate(shape, kSides));
   }
 }
 
-core::Pose HandProfiles::X_TH(const robot::HandModel& hand, double pitch_rad) {
+base::Pose HandProfiles::X_TH(const robot::HandModel& hand, double pitch_rad) {
   return Eigen::AngleAxisd(-pitch_rad, Vector3d::UnitY()) * hand.X_HG_tip.inverse();
 }
 
 geometry::Points HandProfiles::Vertices_T(double pitch_rad, std::size_t state,
                                           std::size_t shape) const {
-  const core::Pose X_TS = X_TH(hand_, pitch_rad) * hand_.states[state].shapes[shape].X_BS;
+  const base::Pose X_TS = X_TH(hand_, pitch_rad) * hand_.states[state].shapes[shape].X_BS;
   geometry::Points vertices = meshes_[shape].vertices;
   for (Vector3d& p : vertices) p = X_TS * p;
   return vertices;
 }
 
 Grid HandProfiles::InnerGrid(double pitch_rad) const {
-  const core::Pose X = X_TH(hand_, pitch_rad);
+  const base::Pose X = X_TH(hand_, pitch_rad);
   Eigen::Vector2d lower(kFar, kFar);
   Eigen::Vector2d upper(-kFar, -kFar);
   for (const robot::HandModel::State& s : hand_.states) {
@@ -182,7 +182,7 @@ Vector3d HandProfiles::ToolCenter_T(double pitch_rad, std::size_t state, bool po
 
 double HandProfiles::Extent(double pitch_rad, std::size_t state,
                             const Vector3d& direction_T) const {
-  const core::Pose X = X_TH(hand_, pitch_rad);
+  const base::Pose X = X_TH(hand_, pitch_rad);
   double extent = -kFar;
   for (const geometry::Shape& shape : hand_.states[state].shapes) {
     extent = std::max(extent, geometry::Support(shape, X, direction_T));

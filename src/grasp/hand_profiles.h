@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/shape.h"
 #include "robot/hand_model.h"
 
@@ -54,7 +54,7 @@ class HandProfiles {
   explicit HandProfiles(const robot::HandModel& hand);
 
   const robot::HandModel& hand() const { return hand_; }
-  static core::Pose X_TH(const robot::HandModel& hand, double pitch_rad);
+  static base::Pose X_TH(const robot::HandModel& hand, double pitch_rad);
 
   const Inner& InnerSide(double pitch_rad, std::size_t state);
   const Lower& LowerSide(double pitch_rad, std::size_t state);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/quantile.h"
-#include "core/units.h"
+#include "base/quantile.h"
+#include "base/units.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -34,7 +34,7 @@ struct Bar {
 /// Where the handle is farthest out: single samples beside it do not count.
 Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
              const HandleOptions& options) {
-  const double end = core::QuantileOf(Along(handle.points_C, out), 0.98);
+  const double end = base::QuantileOf(Along(handle.points_C, out), 0.98);
   geometry::Points bar;
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : handle.points_C) {
@@ -44,8 +44,8 @@ Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
   }
   mean /= static_cast<double>(bar.size());
   const auto along = Along(bar, across);
-  const double low = core::QuantileOf(along, 0.05);
-  const double high = core::QuantileOf(along, 0.95);
+  const double low = base::QuantileOf(along, 0.05);
+  const double high = base::QuantileOf(along, 0.95);
   return {mean + (0.5 * (low + high) - across.dot(mean)) * across,
           std::max(options.min_width_m, high - low)};
 }
@@ -53,7 +53,7 @@ Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
 Proposal Way(const Bar& bar, const Vector3d& approach, const Vector3d& closing, double score) {
   Eigen::Matrix3d R_CG;
   R_CG << closing, approach.cross(closing), approach;
-  return {core::MakePose(R_CG, bar.middle_C), bar.width_m, approach, score};
+  return {base::MakePose(R_CG, bar.middle_C), bar.width_m, approach, score};
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& 
   const Vector3d out = (from_body - across.dot(from_body) * across).normalized();
   const Bar bar = OuterBar(handle, out, across, options);
   std::vector<Proposal> ways;
-  const int steps = static_cast<int>(std::lround(core::kPi / options.step_rad));
+  const int steps = static_cast<int>(std::lround(base::kPi / options.step_rad));
   for (int k = -steps; k < steps; ++k) {
     const Vector3d approach = Eigen::AngleAxisd(k * options.step_rad, across) * -out;
     const double down = -approach.dot(up_C);

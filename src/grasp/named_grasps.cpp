@@ -6,20 +6,20 @@
 #include <array>
 #include <cmath>
 
-#include "core/number.h"
-#include "core/units.h"
-#include "core/yaml_map.h"
+#include "base/number.h"
+#include "base/units.h"
+#include "base/yaml_map.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
-using core::YamlMap;
+using base::YamlMap;
 using Eigen::Vector3d;
 
 /// Of approach and closing, which the file may give a little askew.
-constexpr double kSquare_rad = core::Deg(5.0);
+constexpr double kSquare_rad = base::Deg(5.0);
 /// An object that leans further is not upright: its contents are out.
-constexpr double kUpright_rad = core::Deg(30.0);
+constexpr double kUpright_rad = base::Deg(30.0);
 /// Steps of its turns that a file may ask for.
 constexpr int kMaxAngles = 360;
 
@@ -31,7 +31,7 @@ std::array<double, n> Numbers(YamlMap& map, const std::string& key, std::array<d
   if (!map.Has(key)) return numbers;
   if (texts.size() != n) map.Fail(key, fmt::format("holds {} numbers, not {}", texts.size(), n));
   for (std::size_t i = 0; i < n; ++i) {
-    const auto number = core::NumberFrom<double>(texts[i]);
+    const auto number = base::NumberFrom<double>(texts[i]);
     if (!number || !std::isfinite(*number)) {
       map.Fail(key, fmt::format("'{}' is no number", texts[i]));
     }
@@ -54,11 +54,11 @@ Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwi
 }
 
 /// Frame G from the approach and the closing direction, as far as they are square.
-core::Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
+base::Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
   const Vector3d x = (closing - closing.dot(approach) * approach).normalized();
   Eigen::Matrix3d R;
   R << x, approach.cross(x), approach;
-  return core::MakePose(R, at);
+  return base::MakePose(R, at);
 }
 
 /// In how many ways one grasp can be taken.
@@ -69,17 +69,17 @@ struct Ways {
   bool either_way = false;        ///< thumb and fingers changed over
 };
 
-std::vector<Proposal> Expand(const core::Pose& X_OG, double width_m, const Ways& given) {
+std::vector<Proposal> Expand(const base::Pose& X_OG, double width_m, const Ways& given) {
   const Vector3d closing_O = X_OG.linear().col(0);
   std::vector<Proposal> ways;
   for (const double lean : given.leans_rad) {
     for (const double turn : given.turns_rad) {
       for (int half = 0; half < (given.either_way ? 2 : 1); ++half) {
-        core::Pose X_leaning = X_OG;
+        base::Pose X_leaning = X_OG;
         X_leaning.linear() = Eigen::AngleAxisd(lean, closing_O) * X_OG.linear();
         Proposal way;
         way.X_CG = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
-                   Eigen::AngleAxisd(half * core::kPi, Vector3d::UnitZ());
+                   Eigen::AngleAxisd(half * base::kPi, Vector3d::UnitZ());
         way.width_m = width_m;
         way.approach_C = way.X_CG.linear().col(2);
         way.score = 1.0;
@@ -100,7 +100,7 @@ std::vector<double> Angles(YamlMap& map, const std::string& key, const std::stri
   }
   std::vector<double> turns_rad;
   for (int i = 0; from + i * step <= to + 1e-9; ++i) {
-    turns_rad.push_back(core::Deg(from + i * step));
+    turns_rad.push_back(base::Deg(from + i * step));
   }
   return turns_rad;
 }
@@ -112,7 +112,7 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
   map.Read("upright", grasp.upright, "only where the object is upright, which it then stays");
   for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
   const Vector3d at =
-      core::kMm * Vector(map, "at_mm", Vector3d::Zero(), "middle between the pads, x, y, z");
+      base::kMm * Vector(map, "at_mm", Vector3d::Zero(), "middle between the pads, x, y, z");
   const Vector3d approach = Direction(map, "approach", -Vector3d::UnitZ(), "way of the hand");
   const Vector3d closing =
       Direction(map, "closing", Vector3d::UnitX(), "from the fingers' pads to the thumb's");
@@ -120,7 +120,7 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
     map.Fail("closing", "is not square to `approach`");
   }
   double width_m = 0.0;
-  map.ReadScaled("width_mm", width_m, core::kMm, 0.1, 1000.0, "what the pads close on");
+  map.ReadScaled("width_mm", width_m, base::kMm, 0.1, 1000.0, "what the pads close on");
   Ways ways;
   ways.axis_O = Direction(map, "about", Vector3d::UnitZ(), "axis of `turns_deg`");
   ways.turns_rad = Angles(map, "turns_deg",
@@ -141,7 +141,7 @@ Eigen::AlignedBox3d BoxFrom(YamlMap map) {
   const Vector3d to = Vector(map, "to_mm", Vector3d::Zero(), "largest x, y, z");
   if (!(to.array() > from.array()).all()) map.Fail("to_mm", "is not larger than `from_mm`");
   map.Finish();
-  return {core::kMm * from, core::kMm * to};
+  return {base::kMm * from, base::kMm * to};
 }
 
 }  // namespace
@@ -165,7 +165,7 @@ NamedGrasps ReadNamedGrasps(const std::filesystem::path& file) {
   return known;
 }
 
-bool IsUpright(const NamedGrasps& known, const core::Pose& X_CO, const Vector3d& up_C) {
+bool IsUpright(const NamedGrasps& known, const base::Pose& X_CO, const Vector3d& up_C) {
   return (X_CO.linear() * known.up_O).dot(up_C) >= std::cos(kUpright_rad);
 }
 
@@ -174,7 +174,7 @@ bool IsFor(const NamedGrasp& grasp, const std::string& use) {
 }
 
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
-                                          const core::Pose& X_CO, const perception::Scene& scene,
+                                          const base::Pose& X_CO, const perception::Scene& scene,
                                           std::size_t object, const robot::HandModel& hand,
                                           const GraspOptions& options,
                                           std::span<const geometry::TriangleMesh> obstacles_C) {
@@ -198,9 +198,9 @@ std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::s
   return placed;
 }
 
-bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const core::Pose& X_CO,
+bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const base::Pose& X_CO,
                      const robot::HandModel& hand) {
-  const core::Pose X_OH = X_CO.inverse() * grasp.X_CH;
+  const base::Pose X_OH = X_CO.inverse() * grasp.X_CH;
   const robot::HandModel::State& held = hand.AtGap(grasp.width_m);
   return std::ranges::any_of(held.shapes, [&](const geometry::Shape& shape) {
     const geometry::TriangleMesh mesh_H = geometry::Tessellate(shape);

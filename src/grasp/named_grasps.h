@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "grasp/grasp.h"
 #include "grasp/proposals.h"
 
@@ -30,11 +30,11 @@ struct NamedGrasps {
 };
 
 /// Reads an object's grasps (docs/known-objects.md has the keys); none where there is no file.
-/// @throws core::InputError naming file, line and key.
+/// @throws base::InputError naming file, line and key.
 NamedGrasps ReadNamedGrasps(const std::filesystem::path& file);
 
 /// Whether the object is upright, as far as one that is carried level is.
-bool IsUpright(const NamedGrasps& known, const core::Pose& X_CO, const Eigen::Vector3d& up_C);
+bool IsUpright(const NamedGrasps& known, const base::Pose& X_CO, const Eigen::Vector3d& up_C);
 
 /// Whether a grasp is for a use; all are where the use is empty.
 bool IsFor(const NamedGrasp& grasp, const std::string& use);
@@ -53,14 +53,14 @@ struct PlacedGrasp {
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object.
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
-                                          const core::Pose& X_CO, const perception::Scene& scene,
+                                          const base::Pose& X_CO, const perception::Scene& scene,
                                           std::size_t object, const robot::HandModel& hand,
                                           const GraspOptions& options,
                                           std::span<const geometry::TriangleMesh> obstacles_C);
 
 /// Whether a hand that holds the object so reaches into what is to be kept free: a shape of its
 /// fingers or its palm meets a box.
-bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const core::Pose& X_CO,
+bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const base::Pose& X_CO,
                      const robot::HandModel& hand);
 
 }  // namespace rangegrasp::grasp

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "collision/hand_collider.h"
 #include "grasp/internal/choosing.h"
 #include "grasp/internal/object_surfaces.h"
+#include "robot/collision/hand_collider.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -18,7 +18,7 @@ std::size_t OpenState(double width_m, double room_m, const HandModel& hand,
 }
 
 /// About thumb and fingers, along the axes of G.
-Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const core::Pose& X_GH) {
+Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const base::Pose& X_GH) {
   Eigen::AlignedBox3d box_G;
   for (std::size_t i = 0; i < state.shapes.size(); ++i) {
     if (!state.is_finger[i]) continue;
@@ -33,8 +33,8 @@ Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const core::Pose& X
 
 Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOptions& options) {
   const HandModel::State& held = hand.AtGap(proposal.width_m);
-  const core::Pose X_HG =
-      core::MakePose(hand.X_HG_tip.linear(), 0.5 * (held.thumb_pad_H + held.finger_pad_H));
+  const base::Pose X_HG =
+      base::MakePose(hand.X_HG_tip.linear(), 0.5 * (held.thumb_pad_H + held.finger_pad_H));
   const std::size_t open = OpenState(proposal.width_m, options.placing.opening_m, hand, options);
   Grasp grasp;
   grasp.X_CG = proposal.X_CG;
@@ -48,7 +48,7 @@ Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOpti
 
 geometry::Indices BetweenFingers(const Grasp& grasp, const HandModel& hand,
                                  geometry::PointSpan points_C) {
-  const core::Pose X_GC = grasp.X_CG.inverse();
+  const base::Pose X_GC = grasp.X_CG.inverse();
   const auto box_G = FingerBox(hand.AtGap(grasp.opening_m), X_GC * grasp.X_CH);
   geometry::Indices between;
   for (std::uint32_t i = 0; i < points_C.size(); ++i) {

@@ -11,7 +11,7 @@ namespace rangegrasp::grasp {
 struct Proposal {
   /// Frame G (core/frames.h): its origin is midway between the pads when they have closed on
   /// width_m.
-  core::Pose X_CG = core::Pose::Identity();
+  base::Pose X_CG = base::Pose::Identity();
   double width_m = 0.0;                        ///< what the pads are expected to close on
   Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the hand's way to the grasp
   double score = 0.0;                          ///< higher is better

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/kd_tree.h"
 
 namespace rangegrasp::grasp {
@@ -18,7 +18,7 @@ constexpr Eigen::Index kMinNeighbors = 6;
 /// [m^2] points on a line have no second principal axis: less than this in it is rounding.
 constexpr double kMinSpread_m2 = 1e-12;
 
-double WrappedAngle(double a) { return std::remainder(a, 2.0 * core::kPi); }
+double WrappedAngle(double a) { return std::remainder(a, 2.0 * base::kPi); }
 
 }  // namespace
 
@@ -106,7 +106,7 @@ std::vector<double> RimCurvature(const perception::Scene& scene,
     for (const auto& neighbor : found) neighbors.push_back(points[neighbor.index]);
     const auto curvature = GaussianCurvature(neighbors, p);
     if (!curvature) continue;
-    const double turn = polar(p).angle_rad / (2.0 * core::kPi);
+    const double turn = polar(p).angle_rad / (2.0 * base::kPi);
     const auto k = static_cast<std::size_t>(
                        std::lround((turn - std::floor(turn)) * static_cast<double>(sectors))) %
                    sectors;
@@ -136,7 +136,7 @@ void MeasureWall(const std::vector<Polar>& wall, double rim_radius_m, const RimO
   double outer = 0.0;
   for (const Polar& p : wall) {
     const double apart = std::abs(p.angle_rad - sector.angle_rad);
-    if (std::min(apart, std::abs(2.0 * core::kPi - apart)) > options.sector_rad) continue;
+    if (std::min(apart, std::abs(2.0 * base::kPi - apart)) > options.sector_rad) continue;
     inner = std::min(inner, p.radius_m);
     outer = std::max(outer, p.radius_m);
   }
@@ -157,7 +157,7 @@ std::vector<RimSector> DescribeRim(const perception::Scene& scene,
   std::vector<RimSector> rim(n);
   std::vector<double> angles(n);
   for (std::size_t k = 0; k < n; ++k) {
-    angles[k] = 2.0 * core::kPi * static_cast<double>(k) / static_cast<double>(sectors);
+    angles[k] = 2.0 * base::kPi * static_cast<double>(k) / static_cast<double>(sectors);
     rim[k].angle_rad = angles[k];
     MeasureWall(wall, object.axis->radius_m, options, rim[k]);
   }

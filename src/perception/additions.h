@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/additions.h"
+#include "base/additions.h"
 
 /// What perception does beyond the dissertation; every switch off is the method as published
 /// (core/additions.h). The reason for each stands beside it in docs/attribution.md.
@@ -19,7 +19,7 @@ struct PreprocessAdditions {
   /// faces seen at a grazing angle, it grows to max_widening times its radius.
   bool widened_normals = true;
 };
-constexpr std::array<core::Addition<PreprocessAdditions>, 5> AdditionsOf(
+constexpr std::array<base::Addition<PreprocessAdditions>, 5> AdditionsOf(
     const PreprocessAdditions*) {
   using A = PreprocessAdditions;
   return {{
@@ -36,13 +36,13 @@ constexpr std::array<core::Addition<PreprocessAdditions>, 5> AdditionsOf(
        "with neighborhood_normals: from further off where those points all lie on one line"},
   }};
 }
-static_assert(core::AllAdditionsListed<PreprocessAdditions>());
+static_assert(base::AllAdditionsListed<PreprocessAdditions>());
 
 struct SegmentAdditions {
   bool bounded_alpha = true;
   bool drop_small_segments = true;
 };
-constexpr std::array<core::Addition<SegmentAdditions>, 2> AdditionsOf(const SegmentAdditions*) {
+constexpr std::array<base::Addition<SegmentAdditions>, 2> AdditionsOf(const SegmentAdditions*) {
   using A = SegmentAdditions;
   return {{
       {"bounded_alpha", &A::bounded_alpha,
@@ -50,7 +50,7 @@ constexpr std::array<core::Addition<SegmentAdditions>, 2> AdditionsOf(const Segm
       {"drop_small_segments", &A::drop_small_segments, "segments of less than 40 points are noise"},
   }};
 }
-static_assert(core::AllAdditionsListed<SegmentAdditions>());
+static_assert(base::AllAdditionsListed<SegmentAdditions>());
 
 struct FeatureAdditions {
   /// Where the highest part curves about a lying axis, take the strip along its ridge: every plane
@@ -104,7 +104,7 @@ struct FeatureAdditions {
   /// near rim of a container and its far wall.
   bool open_strays = true;
 };
-constexpr std::array<core::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<base::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
@@ -140,6 +140,6 @@ constexpr std::array<core::Addition<FeatureAdditions>, 19> AdditionsOf(const Fea
        "open_stray_share of the points may lie in the sphere of an open object; off: none"},
   }};
 }
-static_assert(core::AllAdditionsListed<FeatureAdditions>());
+static_assert(base::AllAdditionsListed<FeatureAdditions>());
 
 }  // namespace rangegrasp::perception

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/units.h"
+#include "base/units.h"
 #include "perception/additions.h"
 #include "perception/sampling.h"
 
@@ -90,7 +90,7 @@ struct AxisOptions {
   /// Thickness of the section planes: two rows of points.
   AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
-  double min_arc_rad = core::Deg(115.0);
+  double min_arc_rad = base::Deg(115.0);
   /// The same (240 deg) for a rim with bridged gaps, whose straight sides count for few points.
   double min_bridged_arc_rad = 4.2;
   /// The same for the body of one that lies (90 deg): half of it at most is seen, and the outline's
@@ -103,7 +103,7 @@ struct AxisOptions {
   AdaptiveLength max_sunk_m{0.006, {.noises = 3.0, .gaps = 1.3}};
   /// The same for the body about an axis from its rim: the narrow side of a bottle is round, too,
   /// but not so far. A round one's seen side has 110 deg and more.
-  double min_body_arc_rad = core::Deg(90.0);
+  double min_body_arc_rad = base::Deg(90.0);
   int min_body_points = 20;  ///< fewer say nothing about the body
   /// Normals nearer to the axis than this cosine (45 deg) are of caps, floors and lips.
   double max_along_axis = 0.7;
@@ -111,7 +111,7 @@ struct AxisOptions {
   /// leaves room for noise and turns the ends of ellipses away.
   double max_tangential = 0.34;
   /// Within what a small rim leaves uncertain, an object that stands is upright.
-  double upright_rad = core::Deg(5.0);
+  double upright_rad = base::Deg(5.0);
 
   // Refinement by the body.
   int refine_rounds = 5;       ///< of Gauss-Newton; each costs one pass over the body
@@ -122,10 +122,10 @@ struct AxisOptions {
 
   // The axis from the body where the top is a thin ring, or a lid whose own rim gives no circle.
   /// How far round such a ring's wall has to be seen, in the mean over its sections: eleven bins.
-  double min_ring_arc_rad = core::Deg(105.0);
+  double min_ring_arc_rad = base::Deg(105.0);
   /// How far round the circle the rim of such a lid goes: half a disc's goes 180 deg and a bin or
   /// two at its corners.
-  double min_lid_arc_rad = core::Deg(205.0);
+  double min_lid_arc_rad = base::Deg(205.0);
   /// Of the lid's rim from the body's circle: it is rounded.
   AdaptiveLength lid_distance_m{0.006, {.noises = 3.0, .gaps = 1.3}};
   double ring_share = 0.35;   ///< a top is a thin ring if it fills less than this of its circle
@@ -209,7 +209,7 @@ struct ContainerOptions {
   int min_end_points = 4;  ///< that lie within wall_m of a sheet's end; fewer are mixed points
   /// More of the box's area at the height of its rim is a lid.
   double max_lid = 0.5;
-  double direction_step_rad = core::Deg(2.0);  ///< of the histogram of the walls' directions
+  double direction_step_rad = base::Deg(2.0);  ///< of the histogram of the walls' directions
   int max_directions = 3;                      ///< of its maxima that are tried
   int turn_rounds = 2;                         ///< in which a direction is made better
 };

@@ -119,7 +119,7 @@ Plane TurnedLike(const Plane& plane, const Plane& other) {
 /// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
 /// The normal keeps its side.
 std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
-                             core::Rng& rng) {
+                             base::Rng& rng) {
   const auto fit = geometry::FitPlaneRansac(
       Near(Thinned(points, options.table.ranking_points), plane, options.preselection_m),
       {options.plane_draws, options.plane_distance_m}, rng);
@@ -165,7 +165,7 @@ Points Peel(const Points& points, const TriangleMesh& hull) {
 
 /// Section 5.1.1: the deepest plane of the hull.
 std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sensor_origin,
-                                   const PreprocessOptions& options, core::Rng& rng) {
+                                   const PreprocessOptions& options, base::Rng& rng) {
   Points rest = Thinned(points, options.table.hull_points);
   const int peelings = options.robust_table ? options.table.peelings : 0;
   for (int peeling = 0; peeling <= peelings; ++peeling) {
@@ -185,7 +185,7 @@ std::optional<Plane> PlaneUnderAll(PointSpan points, const Eigen::Vector3d& sens
 
 /// Section 4.2.1: the plane with the most points, whatever lies beneath it.
 std::optional<Plane> DominantPlane(PointSpan points, const Eigen::Vector3d& sensor_origin,
-                                   const PreprocessOptions& options, core::Rng& rng) {
+                                   const PreprocessOptions& options, base::Rng& rng) {
   Points rest(points.begin(), points.end());
   for (int i = 0; i < options.table.dominant_planes; ++i) {
     const auto fit =
@@ -232,7 +232,7 @@ std::optional<Plane> FlatCloud(PointSpan points, const Eigen::Vector3d& sensor_o
 }  // namespace
 
 std::optional<Table> FindTable(PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
-                               const PreprocessOptions& options, core::Rng& rng) {
+                               const PreprocessOptions& options, base::Rng& rng) {
   Check(options);
   auto plane = FlatCloud(points_C, sensor_origin_C, options);
   if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "geometry/point_cloud.h"
 #include "perception/preprocess_options.h"
 #include "perception/scene.h"
@@ -26,7 +26,7 @@ namespace rangegrasp::perception {
 /// @return nullopt if no plane was found.
 /// @throws std::invalid_argument if an option is out of range.
 std::optional<Table> FindTable(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
-                               const PreprocessOptions& options, core::Rng& rng);
+                               const PreprocessOptions& options, base::Rng& rng);
 
 /// The table of a plane: all points less than table_clearance_m above it.
 Table TableOn(const geometry::Plane& plane, geometry::PointSpan points_C,

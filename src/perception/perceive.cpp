@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "core/error.h"
-#include "core/quantile.h"
-#include "core/stopwatch.h"
+#include "base/error.h"
+#include "base/quantile.h"
+#include "base/stopwatch.h"
 #include "geometry/alpha_shape.h"
 #include "geometry/kd_tree.h"
 #include "geometry/normals.h"
@@ -36,7 +36,7 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
 }
 
 /// What there was instead of a table.
-std::string NoTable(geometry::PointSpan points, const PreprocessOptions& options, core::Rng& rng) {
+std::string NoTable(geometry::PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
   const auto best =
       geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
   return fmt::format("no table (best plane: {} points of {})", best ? best->inliers.size() : 0,
@@ -133,7 +133,7 @@ std::optional<double> StatedNoise(const geometry::Observation& observation,
     }
   }
   if (noises_m.empty()) return std::nullopt;
-  return core::MedianOf(std::move(noises_m));
+  return base::MedianOf(std::move(noises_m));
 }
 
 /// One view of all that was measured from each place.
@@ -207,11 +207,11 @@ struct Begun {
 };
 
 Begun Begin(const geometry::Observation& observation, const PerceptionOptions& given,
-            core::Rng& rng, const std::optional<Workspace>& workspace) {
-  core::Stopwatch watch;
+            base::Rng& rng, const std::optional<Workspace>& workspace) {
+  base::Stopwatch watch;
   internal::MeasuredPoints measured = internal::Gather(observation, workspace);
   if (measured.points_C.size() < kMinPoints) {
-    throw core::InputError(fmt::format("a scan needs at least {} points, this one has {}",
+    throw base::InputError(fmt::format("a scan needs at least {} points, this one has {}",
                                        kMinPoints, measured.points_C.size()));
   }
   Begun begun{{}, given, std::move(measured.places_C), std::move(measured.place_of), {}};
@@ -229,7 +229,7 @@ Begun Begin(const geometry::Observation& observation, const PerceptionOptions& g
   // All sensors stand on one side of the table, and so does their middle.
   auto table =
       FindTable(scene.points_C, geometry::Centroid(begun.places_C), options.preprocess, rng);
-  if (!table) throw core::InputError(NoTable(scene.points_C, options.preprocess, rng));
+  if (!table) throw base::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
   if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
   begun.above = AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
@@ -240,7 +240,7 @@ Begun Begin(const geometry::Observation& observation, const PerceptionOptions& g
 }  // namespace
 
 Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
-                    core::Rng& rng, const std::optional<Workspace>& workspace) {
+                    base::Rng& rng, const std::optional<Workspace>& workspace) {
   Begun begun = Begin(observation, options, rng, workspace);
   begun.scene.source = std::move(begun.above);
   begun.scene.cloud.points = geometry::Select(begun.scene.points_C, begun.scene.source);
@@ -248,11 +248,11 @@ Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOp
 }
 
 Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& given,
-               core::Rng& rng, const std::optional<Workspace>& workspace) {
+               base::Rng& rng, const std::optional<Workspace>& workspace) {
   Begun begun = Begin(observation, given, rng, workspace);
   Scene scene = std::move(begun.scene);
   PerceptionOptions& options = begun.options;
-  core::Stopwatch watch;
+  base::Stopwatch watch;
 
   FilterPoints(begun.above, options.preprocess, scene);
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
@@ -284,7 +284,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
 }
 
 Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
-               const PerceptionOptions& options, core::Rng& rng) {
+               const PerceptionOptions& options, base::Rng& rng) {
   const geometry::RangeImage image{.profiles = 1,
                                    .samples = static_cast<int>(points_C.size()),
                                    .points_C = {points_C.begin(), points_C.end()},

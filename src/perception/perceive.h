@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "core/frames.h"
-#include "core/rng.h"
+#include "base/frames.h"
+#include "base/rng.h"
 #include "geometry/observation.h"
 #include "perception/feature_options.h"
 #include "perception/preprocess_options.h"
@@ -34,7 +34,7 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 /// out (the arm, its pedestal and the table's rim stand there).
 class Workspace {
  public:
-  Workspace(const core::Pose& X_CWorkspace, double radius_m)
+  Workspace(const base::Pose& X_CWorkspace, double radius_m)
       : X_WorkspaceC_(X_CWorkspace.inverse()), radius_m_(radius_m) {}
 
   /// Whether p is no further than that, at any height.
@@ -43,29 +43,29 @@ class Workspace {
   }
 
  private:
-  core::Pose X_WorkspaceC_;
+  base::Pose X_WorkspaceC_;
   double radius_m_;
 };
 
 /// Chapter 5.1 from what sensors measured to objects: table, filters, normals, segments, top
 /// surfaces, rims, merging, completion. The samples of several views are one cloud; normals turn to
 /// the place that their point was seen from, and space is free if it was seen through from any.
-/// @throws core::InputError if there are fewer than 100 points or no table plane can be found.
+/// @throws base::InputError if there are fewer than 100 points or no table plane can be found.
 /// @throws std::invalid_argument if a view has neither one origin nor one a profile.
 Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& options,
-               core::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
+               base::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
 
 /// What comes before any object, for what finds objects in another way: the points, their sampling,
 /// the table; the cloud is what lies above the table, neither filtered nor smoothed, without
 /// normals. @throws as Perceive
 Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
-                    core::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
+                    base::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
 
 /// Perceive of a plain cloud, e.g. a recorded one, seen from one place; Scene::samples are
 /// positions in it.
 /// @param points_C  n points [m]; those that are not finite are left out
 /// @param sensor_origin_C  [m]
 Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
-               const PerceptionOptions& options, core::Rng& rng);
+               const PerceptionOptions& options, base::Rng& rng);
 
 }  // namespace rangegrasp::perception

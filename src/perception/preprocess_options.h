@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "perception/additions.h"
 #include "perception/sampling.h"
 
@@ -13,11 +13,11 @@ namespace rangegrasp::perception {
 /// program's own.
 struct TableSearchOptions {
   /// How far the table's normal may be from a given up direction: a hand-held estimate's error.
-  double max_tilt_rad = core::Deg(15.0);
+  double max_tilt_rad = base::Deg(15.0);
   /// Two faces of the hull are one plane if their normals agree this well, and the center of one
   /// lies this near the other, as a share of the preselection. Larger: a slope over stray points
   /// hides the table's own face; smaller: more candidates to rank.
-  double same_plane_rad = core::Deg(1.0);
+  double same_plane_rad = base::Deg(1.0);
   double same_plane_share = 0.2;
   /// The hull is built over about this many of the points, evenly taken; all later steps that
   /// decide look at all. More: slower, and more strays that bend the hull; fewer: a hull that lies

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -97,7 +97,7 @@ double NearestInPlane(const Plane& plane, const Neighborhood& round, double inne
     }
     nearest.push_back(std::sqrt(squared));
   }
-  return nearest.empty() ? 0.0 : core::MedianOf(std::move(nearest));
+  return nearest.empty() ? 0.0 : base::MedianOf(std::move(nearest));
 }
 
 double ResidualDeviation(const Plane& plane, const Points& points) {
@@ -129,10 +129,10 @@ Sampling MeasureSampling(PointSpan points, const SamplingOptions& options) {
   }
   if (noises.empty() || nearest.empty()) return {};
   Sampling sampling;
-  const double area_m2 = core::MedianOf(std::move(areas));
-  sampling.noise_m = core::MedianOf(std::move(noises));
+  const double area_m2 = base::MedianOf(std::move(areas));
+  sampling.noise_m = base::MedianOf(std::move(noises));
   sampling.spacing_m = std::sqrt(area_m2);
-  sampling.gap_m = std::max(sampling.spacing_m, area_m2 / core::MedianOf(std::move(nearest)));
+  sampling.gap_m = std::max(sampling.spacing_m, area_m2 / base::MedianOf(std::move(nearest)));
   return sampling;
 }
 
@@ -157,7 +157,7 @@ NoisyPlane FitNoisy(const Plane& table, PointSpan points, double band_m,
       if (depth_m >= 0.0) depths.push_back(depth_m);
     }
     const double before_m = fit.noise_m;
-    fit.noise_m = core::MedianOf(std::move(depths)) / kMedianOfNormal;
+    fit.noise_m = base::MedianOf(std::move(depths)) / kMedianOfNormal;
     band_m = kBand * fit.noise_m;
     if (std::abs(fit.noise_m - before_m) <= options.settled * fit.noise_m) break;
   }

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/point_cloud.h"
 #include "perception/additions.h"
 #include "perception/sampling.h"
@@ -39,10 +39,10 @@ struct ConvexityOptions {
   int min_seed_points = 4;
   /// Patches whose normals differ by less are of one surface, concave or not: noise. What both of
   /// them bend by themselves does not count: the inside of a bowl is one surface.
-  double concavity_rad = core::Deg(14.0);
+  double concavity_rad = base::Deg(14.0);
   /// From here on a concave border speaks against with its full weight: the more it bends, the less
   /// it is noise or a rounded inside.
-  double concave_rad = core::Deg(40.0);
+  double concave_rad = base::Deg(40.0);
   /// Of a link over a concave border, to that of one over a convex or smooth border. Larger: fewer
   /// leaks; smaller: fewer dents that cut.
   double concave_weight = 4.0;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/shape.h"
 
 namespace rangegrasp::robot {
@@ -29,8 +29,8 @@ struct HandModel {
   };
   std::vector<State> states;  ///< ascending closing, 24 of them
   /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
-  core::Pose X_HG_tip = core::Pose::Identity();
-  core::Pose X_HG_power = core::Pose::Identity();  ///< the same of the power grasp
+  base::Pose X_HG_tip = base::Pose::Identity();
+  base::Pose X_HG_power = base::Pose::Identity();  ///< the same of the power grasp
   /// Held level, its approach straight: a hand without a pitch at which it was measured to hold
   /// best.
   bool level = false;

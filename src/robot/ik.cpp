@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "robot/internal/ik_solver.h"
 
 namespace rangegrasp::robot {
@@ -14,16 +14,16 @@ namespace {
 void Unwind(const Eigen::VectorXd& seed, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
             Eigen::VectorXd& q) {
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const double turned = q[i] + 2.0 * core::kPi * std::round((seed[i] - q[i]) / (2.0 * core::kPi));
+    const double turned = q[i] + 2.0 * base::kPi * std::round((seed[i] - q[i]) / (2.0 * base::kPi));
     if (turned >= lower[i] && turned <= upper[i]) q[i] = turned;
   }
 }
 
 }  // namespace
 
-std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const core::Pose& X_WH,
+std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
                                      const Eigen::VectorXd& seed, const IkOptions& options,
-                                     core::Rng& rng) {
+                                     base::Rng& rng) {
   const Eigen::VectorXd lower = robot.lower.array() + options.limit_margin_rad;
   const Eigen::VectorXd upper = robot.upper.array() - options.limit_margin_rad;
   const internal::IkTolerance tolerance{options.position_tolerance_m,

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "robot/robot.h"
 
 namespace rangegrasp::robot {
@@ -22,8 +22,8 @@ struct IkOptions {
 /// can.
 /// @return all distinct solutions found up to max_solutions, nearest to the seed first; empty if
 /// none.
-std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const core::Pose& X_WH,
+std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
                                      const Eigen::VectorXd& seed, const IkOptions& options,
-                                     core::Rng& rng);
+                                     base::Rng& rng);
 
 }  // namespace rangegrasp::robot

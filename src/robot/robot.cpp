@@ -6,8 +6,8 @@ namespace rangegrasp::robot {
 namespace {
 
 /// Moves X_WP on to the link: X_WB at joint position angle.
-core::Pose Advance(const core::Pose& X_WP, const Link& link, double angle) {
-  core::Pose X_WB = X_WP * link.X_PB;
+base::Pose Advance(const base::Pose& X_WP, const Link& link, double angle) {
+  base::Pose X_WB = X_WP * link.X_PB;
   if (link.joint < 0) return X_WB;
   const Eigen::Vector3d anchor_W = X_WB * link.anchor_B;
   X_WB.linear() = X_WB.linear() * Eigen::AngleAxisd(angle, link.axis_B).toRotationMatrix();
@@ -21,26 +21,26 @@ double JointAngle(const Link& link, const Eigen::VectorXd& q) {
 
 }  // namespace
 
-std::vector<core::Pose> Robot::LinkPoses(const Eigen::VectorXd& q) const {
-  std::vector<core::Pose> poses_W;
+std::vector<base::Pose> Robot::LinkPoses(const Eigen::VectorXd& q) const {
+  std::vector<base::Pose> poses_W;
   poses_W.reserve(links_.size());
   for (const Link& link : links_) {
-    const core::Pose X_WP =
-        link.parent < 0 ? core::Pose::Identity() : poses_W[static_cast<std::size_t>(link.parent)];
+    const base::Pose X_WP =
+        link.parent < 0 ? base::Pose::Identity() : poses_W[static_cast<std::size_t>(link.parent)];
     poses_W.push_back(Advance(X_WP, link, JointAngle(link, q)));
   }
   return poses_W;
 }
 
-core::Pose Robot::HandPose(const Eigen::VectorXd& q) const {
-  core::Pose X_WB = core::Pose::Identity();
+base::Pose Robot::HandPose(const Eigen::VectorXd& q) const {
+  base::Pose X_WB = base::Pose::Identity();
   for (const Link& link : links_) X_WB = Advance(X_WB, link, JointAngle(link, q));
   return X_WB * X_FH;
 }
 
-core::Pose Robot::HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const {
+base::Pose Robot::HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const {
   J_WH.resize(6, dof());
-  core::Pose X_WB = core::Pose::Identity();
+  base::Pose X_WB = base::Pose::Identity();
   // The upper half holds the anchors until the hand's position is known.
   for (const Link& link : links_) {
     X_WB = Advance(X_WB, link, JointAngle(link, q));
@@ -48,7 +48,7 @@ core::Pose Robot::HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd&
     J_WH.col(link.joint).head<3>() = X_WB * link.anchor_B;
     J_WH.col(link.joint).tail<3>() = X_WB.linear() * link.axis_B;
   }
-  const core::Pose X_WH = X_WB * X_FH;
+  const base::Pose X_WH = X_WB * X_FH;
   for (Eigen::Index i = 0; i < J_WH.cols(); ++i) {
     const Eigen::Vector3d arm_W = X_WH.translation() - J_WH.col(i).head<3>();
     const Eigen::Vector3d axis_W = J_WH.col(i).tail<3>();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/shape.h"
 #include "robot/hand_model.h"
 
@@ -20,8 +20,8 @@ constexpr double kRotationRadius_m = 0.25;
 struct Link {
   std::string name;
   int parent = -1;  ///< position in Robot::links(), -1: W (of the base, links()[0], alone)
-  core::Pose X_PB =
-      core::Pose::Identity();  ///< in the parent's frame (base: in W), at joint position 0
+  base::Pose X_PB =
+      base::Pose::Identity();  ///< in the parent's frame (base: in W), at joint position 0
   int joint = -1;              ///< the joint that moves this link, -1: fixed to its parent
   Eigen::Vector3d axis_B;      ///< the joint's axis through anchor_B
   Eigen::Vector3d anchor_B;
@@ -35,7 +35,7 @@ struct Link {
 /// holds the site "container", an open box for objects.
 class Robot {
  public:
-  /// @throws core::InputError naming the file and the missing tuple, joint, site ...
+  /// @throws base::InputError naming the file and the missing tuple, joint, site ...
   static Robot Load(const std::filesystem::path& scene_mjcf);
 
   int dof() const { return static_cast<int>(lower.size()); }
@@ -45,13 +45,13 @@ class Robot {
   const std::vector<geometry::Shape>& workcell() const { return workcell_; }
 
   /// Poses of all links in W at joint positions q [rad].
-  std::vector<core::Pose> LinkPoses(const Eigen::VectorXd& q) const;
+  std::vector<base::Pose> LinkPoses(const Eigen::VectorXd& q) const;
   /// The hand's root body in W.
-  core::Pose HandPose(const Eigen::VectorXd& q) const;
+  base::Pose HandPose(const Eigen::VectorXd& q) const;
   /// 6 x dof: linear [m/rad] then angular velocity of the hand's root body, in W.
   Eigen::MatrixXd HandJacobian(const Eigen::VectorXd& q) const;
   /// Both in one sweep along the chain; J_WH is resized only where its size is wrong.
-  core::Pose HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const;
+  base::Pose HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const;
 
   /// Pairs of links (positions in links(); links().size() stands for the hand) that may hit each
   /// other: all but what is rigidly joined, neighbours across one joint and the pairs that the MJCF
@@ -65,13 +65,13 @@ class Robot {
   Eigen::VectorXd lower, upper;  ///< [rad]; of a continuous joint a turn to either side of zero
   Eigen::VectorXd velocity, acceleration;          ///< [rad/s], [rad/s^2] the published limits
   Eigen::VectorXd home;                            ///< [rad]
-  core::Pose X_FH = core::Pose::Identity();        ///< hand's root body in the last link
-  core::Pose X_WScanner = core::Pose::Identity();  ///< site "scanner"
+  base::Pose X_FH = base::Pose::Identity();        ///< hand's root body in the last link
+  base::Pose X_WScanner = base::Pose::Identity();  ///< site "scanner"
   /// Site "wrist_scanner", of a sensor that moves with the hand's root body; nullopt if there is
   /// none.
-  std::optional<core::Pose> X_HWristScanner;
-  core::Pose X_WDelivery = core::Pose::Identity();  ///< site "delivery"
-  core::Pose X_WWorkspace = core::Pose::Identity();
+  std::optional<base::Pose> X_HWristScanner;
+  base::Pose X_WDelivery = base::Pose::Identity();  ///< site "delivery"
+  base::Pose X_WWorkspace = base::Pose::Identity();
   double workspace_radius_m = 0.0;
 
  private:

@@ -29,14 +29,14 @@ Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q, doub
 
 std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
                                                         const Eigen::VectorXd& q_start,
-                                                        const std::vector<core::Pose>& poses_WH,
+                                                        const std::vector<base::Pose>& poses_WH,
                                                         const FollowOptions& options) {
   const internal::IkTolerance tolerance{options.position_tolerance_m,
                                         options.rotation_tolerance_rad, options.iterations};
   std::vector<Eigen::VectorXd> path;
   path.reserve(poses_WH.size());
   Eigen::VectorXd q = q_start;
-  for (const core::Pose& X_WH : poses_WH) {
+  for (const base::Pose& X_WH : poses_WH) {
     Eigen::VectorXd next = (q + NullSpaceStep(robot, q, options.null_space_step_rad))
                                .cwiseMax(robot.lower)
                                .cwiseMin(robot.upper);
@@ -50,18 +50,18 @@ std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
 
 std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
                                                          const Eigen::VectorXd& q_start,
-                                                         const core::Pose& X_WH, double step_m) {
-  const core::Pose X_start = robot.HandPose(q_start);
+                                                         const base::Pose& X_WH, double step_m) {
+  const base::Pose X_start = robot.HandPose(q_start);
   const Eigen::Quaterniond from(X_start.linear());
   const Eigen::Quaterniond to(X_WH.linear());
   const Eigen::Vector3d way = X_WH.translation() - X_start.translation();
   const double length = std::max(way.norm(), kRotationRadius_m * from.angularDistance(to));
   const int steps = std::max(1, static_cast<int>(std::ceil(length / step_m)));
-  std::vector<core::Pose> poses;
+  std::vector<base::Pose> poses;
   for (int i = 1; i <= steps; ++i) {
     const double t = static_cast<double>(i) / steps;
     poses.push_back(
-        core::MakePose(from.slerp(t, to).toRotationMatrix(), X_start.translation() + t * way));
+        base::MakePose(from.slerp(t, to).toRotationMatrix(), X_start.translation() + t * way));
   }
   auto path = FollowPoses(robot, q_start, poses);
   if (path) path->insert(path->begin(), q_start);

@@ -26,7 +26,7 @@ struct FollowOptions {
 /// jump.
 std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
                                                         const Eigen::VectorXd& q_start,
-                                                        const std::vector<core::Pose>& poses_WH,
+                                                        const std::vector<base::Pose>& poses_WH,
                                                         const FollowOptions& options = {});
 
 /// Moves the hand on a straight line in W (rotation by slerp) from X_WH(q_start) to X_WH, by steps
@@ -35,7 +35,7 @@ std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
 /// or jumps.
 std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
                                                          const Eigen::VectorXd& q_start,
-                                                         const core::Pose& X_WH,
+                                                         const base::Pose& X_WH,
                                                          double step_m = 0.01);
 
 }  // namespace rangegrasp::robot

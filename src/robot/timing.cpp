@@ -190,10 +190,10 @@ void Check(const std::vector<Eigen::VectorXd>& path, const TimingOptions& option
 
 }  // namespace
 
-core::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
+base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
                                        const TimingOptions& options) {
   Check(path, options);
-  core::JointTrajectory trajectory;
+  base::JointTrajectory trajectory;
   trajectory.period_s = options.period_s;
   const std::vector<PathPiece> pieces = internal::RoundCorners(path, options.corner_rad);
   if (pieces.empty()) {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/trajectory.h"
+#include "base/trajectory.h"
 #include "robot/robot.h"
 
 namespace rangegrasp::robot {
@@ -23,7 +23,7 @@ struct TimingOptions {
 /// corner_rad + acceleration * smoothing_s^2 / 24.
 /// @param path  at least one joint vector; straight joint lines in between.
 /// @throws std::invalid_argument if the path is empty or an option is out of range.
-core::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
+base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
                                        const TimingOptions& options);
 
 }  // namespace rangegrasp::robot

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/rigid_error.h"
+#include "base/rigid_error.h"
 #include "sensing/internal/camera_model.h"
 #include "sensing/internal/illumination.h"
 #include "sensing/internal/reflection.h"
@@ -41,8 +41,8 @@ double LineWeight(double across) { return std::exp(-8.0 * across * across); }
 
 class Sweep {
  public:
-  Sweep(std::span<const sim::VisualMesh> meshes, const core::Pose& X_WS,
-        const LineScannerOptions& options, core::Rng& rng)
+  Sweep(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
+        const LineScannerOptions& options, base::Rng& rng)
       : meshes_(meshes),
         X_WS_(X_WS),
         options_(options),
@@ -60,7 +60,7 @@ class Sweep {
   std::size_t Profiles() const { return static_cast<std::size_t>(options_.profiles); }
   double Slope(double sample) const { return first_slope_ + slope_step_ * sample; }
 
-  core::Pose CalibrationError() const;
+  base::Pose CalibrationError() const;
   Eigen::Vector3d PatchShift() const;
   Scan EmptyScan() const;
   std::vector<ProfilePose> JitteredPoses() const;
@@ -79,12 +79,12 @@ class Sweep {
   void SeeColors(std::span<const ProfilePose> poses, geometry::View& view);
 
   std::span<const sim::VisualMesh> meshes_;
-  const core::Pose& X_WS_;
+  const base::Pose& X_WS_;
   const LineScannerOptions& options_;
   CameraModel camera_;
   internal::Illumination illumination_;
   std::uint64_t noise_seed_;
-  core::Pose X_WS_known_;  // as calibrated
+  base::Pose X_WS_known_;  // as calibrated
   Eigen::Vector3d patch_shift_ = PatchShift();
   double first_slope_;
   double slope_step_;
@@ -92,13 +92,13 @@ class Sweep {
   std::vector<std::uint8_t> edge_;
 };
 
-core::Pose Sweep::CalibrationError() const {
-  core::Rng rng(core::DeriveSeed(noise_seed_, "calibration"));
-  return core::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
+base::Pose Sweep::CalibrationError() const {
+  base::Rng rng(base::DeriveSeed(noise_seed_, "calibration"));
+  return base::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
 }
 
 Eigen::Vector3d Sweep::PatchShift() const {
-  core::Rng rng(core::DeriveSeed(noise_seed_, "patches"));
+  base::Rng rng(base::DeriveSeed(noise_seed_, "patches"));
   const double x = rng.Uniform();
   const double y = rng.Uniform();
   const double z = rng.Uniform();
@@ -123,7 +123,7 @@ Scan Sweep::EmptyScan() const {
 }
 
 std::vector<ProfilePose> Sweep::JitteredPoses() const {
-  core::Rng jitter(core::DeriveSeed(noise_seed_, "pan"));
+  base::Rng jitter(base::DeriveSeed(noise_seed_, "pan"));
   std::vector<ProfilePose> poses(Profiles());
   for (int profile = 0; profile < options_.profiles; ++profile) {
     const double pan_rad =
@@ -225,7 +225,7 @@ Spot Sweep::Merge(std::span<const Spot> parts, const Spot& main) const {
 
 bool Sweep::IsPatchLost(const Spot& spot, double loss) const {
   if (loss <= 0.0) return false;
-  std::uint64_t patch = core::DeriveSeed(noise_seed_, "patch");
+  std::uint64_t patch = base::DeriveSeed(noise_seed_, "patch");
   for (int axis = 0; axis < 3; ++axis) {
     const float place = spot.point_W[axis];
     // Without patches each place is its own. The patches' grid lies anywhere: with a corner in the
@@ -234,9 +234,9 @@ bool Sweep::IsPatchLost(const Spot& spot, double loss) const {
         options_.dropout_patch_m > 0.0
             ? std::floor(static_cast<double>(place) / options_.dropout_patch_m + patch_shift_[axis])
             : std::round(static_cast<double>(place) / kSinglePlace_m);
-    patch = core::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
+    patch = base::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
   }
-  return core::Rng(patch).Uniform() < loss;
+  return base::Rng(patch).Uniform() < loss;
 }
 
 SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropout_draw,
@@ -266,7 +266,7 @@ SampleState Sweep::MeasureSample(const Spot& spot, double noise_px, double dropo
 }
 
 void Sweep::Measure(std::size_t profile, Scan& scan) const {
-  core::Rng rng(core::DeriveSeed(noise_seed_, profile));
+  base::Rng rng(base::DeriveSeed(noise_seed_, profile));
   const Eigen::Matrix3d R_WP = X_WS_known_.linear() * internal::PanRotation(internal::PanAngle(
                                                           options_, static_cast<int>(profile)));
   const double kept = std::exp(-1.0 / options_.correlation_samples);
@@ -298,7 +298,7 @@ void Sweep::Measure(std::size_t profile, Scan& scan) const {
 }
 
 void Sweep::SeeColors(std::span<const ProfilePose> poses, geometry::View& view) {
-  core::Rng rng(core::DeriveSeed(noise_seed_, "color"));
+  base::Rng rng(base::DeriveSeed(noise_seed_, "color"));
   const double shift_m = options_.color_shift_m / std::sqrt(2.0);
   const double across_m = shift_m * rng.Normal();
   const double along = shift_m / options_.focus_distance_m * rng.Normal();
@@ -343,8 +343,8 @@ double DepthSigma(const LineScannerOptions& options, double depth_m) {
   return CameraModel(options).DepthPerPixel(depth_m) * internal::CentroidSigma(options);
 }
 
-Scan ScanScene(std::span<const sim::VisualMesh> meshes, const core::Pose& X_WS,
-               const LineScannerOptions& options, core::Rng& rng) {
+Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
+               const LineScannerOptions& options, base::Rng& rng) {
   CheckOptions(options);
   return Sweep(meshes, X_WS, options, rng).Run();
 }

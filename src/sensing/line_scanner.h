@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "core/frames.h"
-#include "core/rng.h"
+#include "base/frames.h"
+#include "base/rng.h"
 #include "geometry/observation.h"
 #include "sensing/line_scanner_options.h"
 #include "sensing/scan_truth.h"
@@ -38,7 +38,7 @@ struct Scan {
 /// thread outlives the call.
 /// @throws std::invalid_argument naming the option that is out of range, or the mesh and vertex or
 /// triangle that is not finite or out of range.
-Scan ScanScene(std::span<const sim::VisualMesh> meshes, const core::Pose& X_WS,
-               const LineScannerOptions& options, core::Rng& rng);
+Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
+               const LineScannerOptions& options, base::Rng& rng);
 
 }  // namespace rangegrasp::sensing

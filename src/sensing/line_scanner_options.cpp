@@ -3,13 +3,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/range_check.h"
+#include "base/range_check.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
-using core::kDeg;
-using core::kMm;
+using base::kDeg;
+using base::kMm;
 
 constexpr double kMicrometer = 1e-6;
 constexpr char kType[] = "line_scanner";
@@ -105,7 +105,7 @@ bool DropoutsBegin(const LineScannerOptions& options) {
 
 }  // namespace
 
-LineScannerOptions ReadLineScanner(core::YamlMap& map) {
+LineScannerOptions ReadLineScanner(base::YamlMap& map) {
   std::string type = kType;
   map.Read("type", type, "the kind of sensor: line_scanner");
   if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
@@ -120,13 +120,13 @@ LineScannerOptions ReadLineScanner(core::YamlMap& map) {
 }
 
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file) {
-  auto map = core::YamlMap::FromFile(file);
+  auto map = base::YamlMap::FromFile(file);
   return ReadLineScanner(map);
 }
 
 void CheckOptions(const LineScannerOptions& options) {
   const std::string what = "line scanner";
-  const core::RangeCheck check(what);
+  const base::RangeCheck check(what);
   ReadKeys(check, options);
   if (!DropoutsBegin(options)) throw std::invalid_argument(what + ": " + kDropoutsDoNotBegin);
 }

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "core/units.h"
-#include "core/yaml_map.h"
+#include "base/units.h"
+#include "base/yaml_map.h"
 
 namespace rangegrasp::sensing {
 
@@ -18,8 +18,8 @@ namespace rangegrasp::sensing {
 struct LineScannerOptions {
   int samples = 512;  ///< a profile: rays evenly spaced in the tangent of the fan's angle
   int profiles = 150;
-  double fan_rad = core::Deg(42.0);        ///< opening of the fan, and of the camera along the line
-  double pan_range_rad = core::Deg(34.0);  ///< from first to last profile, symmetric round S's z
+  double fan_rad = base::Deg(42.0);        ///< opening of the fan, and of the camera along the line
+  double pan_range_rad = base::Deg(34.0);  ///< from first to last profile, symmetric round S's z
   double baseline_m = 0.30;
   double focal_length_m = 0.0063;
   double pixel_pitch_m = 9.5e-6;
@@ -32,16 +32,16 @@ struct LineScannerOptions {
   double speckle_sigma_m = 0.0002;   ///< depth noise by speckle at a depth of 1 m
   double correlation_samples = 2.0;  ///< 1/e length of the speckle along the line
   double quantisation_px = 0.0625;   ///< step of the centroid; 0: none
-  double pan_jitter_rad = core::Deg(0.02);       ///< sigma of the pan angle, one value a profile
-  double dropout_begin_rad = core::Deg(60.0);    ///< incidence from which samples drop out
-  double dropout_end_rad = core::Deg(80.0);      ///< incidence from which all are lost
-  double saturation_angle_rad = core::Deg(5.0);  ///< gloss blinds this near the mirror direction
+  double pan_jitter_rad = base::Deg(0.02);       ///< sigma of the pan angle, one value a profile
+  double dropout_begin_rad = base::Deg(60.0);    ///< incidence from which samples drop out
+  double dropout_end_rad = base::Deg(80.0);      ///< incidence from which all are lost
+  double saturation_angle_rad = base::Deg(5.0);  ///< gloss blinds this near the mirror direction
   /// Edge of the patches that are lost or kept as a whole to incidence and gloss; 0: each sample by
   /// itself.
   double dropout_patch_m = 0.008;
   // By how far the head's pose, as the robot knows it, is off: one draw a scan.
   double calibration_sigma_m = 0.001;             ///< root mean square of the distance
-  double calibration_sigma_rad = core::Deg(0.1);  ///< and of the angle
+  double calibration_sigma_rad = base::Deg(0.1);  ///< and of the angle
   // The camera's second exposure, in color and by the room's light, with the laser off.
   bool color = false;
   double color_noise_levels = 2.0;  ///< sigma, of 255
@@ -54,13 +54,13 @@ struct LineScannerOptions {
 
 /// Reads models/sensors/*.yaml; keys are the option names in human units; what is not given keeps
 /// its default.
-/// @throws core::InputError naming file, line and key (and the nearest valid key for an unknown
+/// @throws base::InputError naming file, line and key (and the nearest valid key for an unknown
 /// one) if the file cannot be read, a key is unknown or twice, or a value is of the wrong type or
 /// out of range.
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file);
 
-/// The same from a mapping, whose keys are documented by it. @throws core::InputError likewise.
-LineScannerOptions ReadLineScanner(core::YamlMap& map);
+/// The same from a mapping, whose keys are documented by it. @throws base::InputError likewise.
+LineScannerOptions ReadLineScanner(base::YamlMap& map);
 
 /// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
 /// range, its value and its range.

@@ -28,7 +28,7 @@ SurfaceState StateOf(bool lit, bool open_to_camera) {
 
 std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
                                           std::span<const sim::VisualMesh> meshes,
-                                          const core::Pose& X_WS,
+                                          const base::Pose& X_WS,
                                           const LineScannerOptions& options) {
   CheckOptions(options);
   const internal::CameraModel camera(options);

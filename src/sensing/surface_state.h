@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/point_cloud.h"
 #include "sensing/line_scanner_options.h"
 #include "sim/visual_mesh.h"
@@ -27,7 +27,7 @@ enum class SurfaceState : std::uint8_t {
 /// @throws std::invalid_argument as ScanScene.
 std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
                                           std::span<const sim::VisualMesh> meshes,
-                                          const core::Pose& X_WS,
+                                          const base::Pose& X_WS,
                                           const LineScannerOptions& options);
 
 }  // namespace rangegrasp::sensing

@@ -30,7 +30,7 @@ HoldReport HoldStill(World& world, double duration_s) {
   return report;
 }
 
-Eigen::VectorXd LagBehind(World& world, const core::JointTrajectory& trajectory) {
+Eigen::VectorXd LagBehind(World& world, const base::JointTrajectory& trajectory) {
   const internal::ArmServo servo(world.model());
   Eigen::VectorXd lag = Eigen::VectorXd::Zero(world.ArmPositions().size());
   const double start_s = world.time_s();

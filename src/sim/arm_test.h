@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "core/trajectory.h"
+#include "base/trajectory.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -14,11 +14,11 @@ struct HoldReport {
 };
 
 /// Commands the arm to stay at its present positions for a time, its hand without force.
-/// @throws core::InputError if the scene has no arm or no hand
+/// @throws base::InputError if the scene has no arm or no hand
 HoldReport HoldStill(World& world, double duration_s);
 
 /// Sends the arm along a trajectory from where it stands, as a trial does.
 /// @return how far each joint was behind at most [rad] (as a trial counts it)
-Eigen::VectorXd LagBehind(World& world, const core::JointTrajectory& trajectory);
+Eigen::VectorXd LagBehind(World& world, const base::JointTrajectory& trajectory);
 
 }  // namespace rangegrasp::sim

@@ -13,9 +13,9 @@ namespace {
 constexpr int kSegments = 20;  // of round primitives: a page is looked at, not measured
 
 // As the model has it: the same bytes whatever the body's pose.
-core::Pose InBody(const mjModel* model, int geom) {
+base::Pose InBody(const mjModel* model, int geom) {
   const mjtNum* q = model->geom_quat + 4 * geom;
-  return core::MakePose(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(),
+  return base::MakePose(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(),
                         internal::Vec3(model->geom_pos + 3 * geom));
 }
 
@@ -66,7 +66,7 @@ std::vector<VisualBody> VisualBodies(const World& world) {
   return bodies;
 }
 
-core::Pose BodyPose(const World& world, int body) { return internal::BodyPose(world.data(), body); }
+base::Pose BodyPose(const World& world, int body) { return internal::BodyPose(world.data(), body); }
 
 std::vector<ContactForce> HandForces(const World& world, double min_N) {
   const mjModel* model = world.model();

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/mesh.h"
 #include "sim/world.h"
 
@@ -24,7 +24,7 @@ struct VisualBody {
 /// planes without an end are left out.
 std::vector<VisualBody> VisualBodies(const World& world);
 
-core::Pose BodyPose(const World& world, int body);  ///< X_WB as of the last kinematics
+base::Pose BodyPose(const World& world, int body);  ///< X_WB as of the last kinematics
 
 /// What the hand presses with at a contact.
 struct ContactForce {
@@ -32,7 +32,7 @@ struct ContactForce {
   Eigen::Vector3d force_W;  ///< [N], on what is touched
 };
 /// The contacts of the hand that bear more than min_N, as of the last step.
-/// @throws core::InputError if the scene has no body "hand".
+/// @throws base::InputError if the scene has no body "hand".
 std::vector<ContactForce> HandForces(const World& world, double min_N);
 
 }  // namespace rangegrasp::sim

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/units.h"
 #include "geometry/hull.h"
 #include "geometry/mass_properties.h"
 #include "sim/internal/kinematics.h"
@@ -18,12 +18,12 @@
 namespace rangegrasp::sim {
 namespace {
 
-using core::Finding;
+using base::Finding;
 using Eigen::Vector3d;
 
 constexpr int kSegments = 32;  // of round primitives
 
-std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * core::kMmPerM); }
+std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * base::kMmPerM); }
 
 double LongestEdge(const geometry::Points& points) {
   Eigen::AlignedBox3d box;
@@ -156,7 +156,7 @@ class Checked {
     if (!StableRestingPoses(object_, bounds_.min_tipping_rad).empty()) return;
     Say(true, Body(),
         fmt::format("it rests nowhere: every pose tips over at less than {:.0f} deg",
-                    core::ToDeg(bounds_.min_tipping_rad)),
+                    base::ToDeg(bounds_.min_tipping_rad)),
         "give it a flat side, or lower min_tipping_deg in the experiment");
   }
 
@@ -197,7 +197,7 @@ bool IsObjectFile(const std::filesystem::path& mjcf) { return internal::IsObject
 std::vector<Finding> CheckObject(const ObjectModel& object, const ObjectBounds& bounds) {
   try {
     return Checked(object, bounds).Findings();
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     std::string what = error.what();
     const std::string file = object.mjcf.string() + ": ";
     if (what.starts_with(file)) what.erase(0, file.size());

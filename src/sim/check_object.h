@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/finding.h"
+#include "base/finding.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -27,11 +27,11 @@ struct ObjectBounds {
 };
 
 /// Whether a file holds one free body and nothing else: an object, no scene.
-/// @throws core::InputError naming the file if it is no MJCF.
+/// @throws base::InputError naming the file if it is no MJCF.
 bool IsObjectFile(const std::filesystem::path& mjcf);
 
 /// What is wrong with an object's file, worst first; empty if nothing is. A file that cannot be
 /// compiled, or is no object, is one finding.
-std::vector<core::Finding> CheckObject(const ObjectModel& object, const ObjectBounds& bounds = {});
+std::vector<base::Finding> CheckObject(const ObjectModel& object, const ObjectBounds& bounds = {});
 
 }  // namespace rangegrasp::sim

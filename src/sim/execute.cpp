@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mjcf/hand_file.h"
+#include "robot/mjcf/hand_file.h"
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
 #include "sim/internal/engine.h"
@@ -74,7 +74,7 @@ constexpr double kRestTime_s = 0.2;
 class Execution {
  public:
   Execution(World& world, int target, const GraspProgram& program, const HandControlOptions& hand,
-            const AuditBounds& bounds, core::Rng rng, const ExecutionObserver& observer)
+            const AuditBounds& bounds, base::Rng rng, const ExecutionObserver& observer)
       : world_(world),
         target_(target),
         program_(program),
@@ -149,8 +149,8 @@ class Execution {
 
   // The way that the approach has come in a time.
   void GoBackUp(double time_s) {
-    const core::JointTrajectory& way = program_.approach;
-    core::JointTrajectory back{way.period_s, {internal::CommandAt(way, time_s).position}};
+    const base::JointTrajectory& way = program_.approach;
+    base::JointTrajectory back{way.period_s, {internal::CommandAt(way, time_s).position}};
     for (auto i = static_cast<std::size_t>(time_s / way.period_s) + 1; i > 0; --i) {
       if (i <= way.positions.size()) back.positions.push_back(way.positions[i - 1]);
     }
@@ -211,7 +211,7 @@ class Execution {
     log_.felt_force_N = controller_.FeltForce();
     audit_.RecordGrip(log_.felt_force_N, controller_.strongest_N());
     log_.slips_heard = controller_.slips_heard();
-    const core::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
+    const base::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
     log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
   }
@@ -349,7 +349,7 @@ class Execution {
   }
 
   // @return false if the drives felt that something is in the way, or it was told to stop.
-  bool Follow(const core::JointTrajectory& trajectory, Start from, Motion motion,
+  bool Follow(const base::JointTrajectory& trajectory, Start from, Motion motion,
               const std::function<bool()>& stops = {}) {
     if (trajectory.positions.empty()) return true;
     const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
@@ -374,14 +374,14 @@ class Execution {
     return true;
   }
 
-  void FollowUntilContact(const core::JointTrajectory& trajectory, const char* motion) {
+  void FollowUntilContact(const base::JointTrajectory& trajectory, const char* motion) {
     if (!Follow(trajectory, Start::kKeepOffset, Motion::kGuarded)) {
       log_.stopped_by_contact.emplace_back(motion);
     }
   }
 
   // A motion that has to come to its end: if it does not, the grasp has failed.
-  void FollowToTheEnd(const core::JointTrajectory& trajectory, const char* name,
+  void FollowToTheEnd(const base::JointTrajectory& trajectory, const char* name,
                       Start from = Start::kKeepOffset, Motion motion = Motion::kFree) {
     if (Follow(trajectory, from, motion)) return;
     log_.stopped_by_contact.emplace_back(name);
@@ -478,7 +478,7 @@ class Execution {
 
   ExecutionLog log_;
   internal::JointCommand command_;
-  core::Pose closed_pose_ = core::Pose::Identity();
+  base::Pose closed_pose_ = base::Pose::Identity();
   Eigen::Vector3d up_O_ = Eigen::Vector3d::UnitZ();  // of the target, when the hand closed
   Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
   bool holding_ = false;
@@ -496,7 +496,7 @@ class Execution {
 }  // namespace
 
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
-                     const HandControlOptions& hand, const AuditBounds& bounds, core::Rng rng,
+                     const HandControlOptions& hand, const AuditBounds& bounds, base::Rng rng,
                      const ExecutionObserver& observer) {
   if (target < 0 || target >= world.objects() || world.parked(target)) {
     throw std::invalid_argument(fmt::format("Execute: object {} is not in the world", target));

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/rng.h"
-#include "core/trajectory.h"
+#include "base/rng.h"
+#include "base/trajectory.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -30,7 +30,7 @@ struct UserOptions {
 };
 /// The motions of one grasp and the hand's part in them.
 struct GraspProgram {
-  core::JointTrajectory reach, approach, lift, carry, lower, retreat;
+  base::JointTrajectory reach, approach, lift, carry, lower, retreat;
   /// Takes the object above the delivery place; without it the hand lowers it there.
   std::optional<UserOptions> user;
   double opening_m = 0.1;  ///< gap of the pads before closing
@@ -196,10 +196,10 @@ struct ExecutionObserver {
 /// The arm should stand at the first sample of `reach`. Everything depends on the world's state and
 /// the arguments alone.
 /// @param rng  of the slip sensors' noise
-/// @throws core::InputError if the scene lacks a tuple, body or site that it needs;
+/// @throws base::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
-                     const HandControlOptions& hand, const AuditBounds& bounds, core::Rng rng,
+                     const HandControlOptions& hand, const AuditBounds& bounds, base::Rng rng,
                      const ExecutionObserver& observer = {});
 
 }  // namespace rangegrasp::sim

@@ -26,7 +26,7 @@ struct Bounds {
 /// From the arm's right, 23 deg down: the direction of the shipped scenes' camera "close".
 const Eigen::Vector3d kLooksAlong_W(-0.630, 0.669, -0.394);
 
-void AddCorners(const Eigen::AlignedBox3d& box, const core::Pose& X_WB,
+void AddCorners(const Eigen::AlignedBox3d& box, const base::Pose& X_WB,
                 std::vector<Eigen::Vector3d>& corners_W) {
   for (int i = 0; i < 8; ++i) {
     corners_W.push_back(X_WB * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i)));
@@ -88,7 +88,7 @@ void AddHandCorners(const World& world, std::vector<Eigen::Vector3d>& corners_W)
   if (hand < 0) return;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::InSubtree(model, model->geom_bodyid[geom], hand)) continue;
-    const core::Pose X_WG = internal::GeomPose(world.data(), geom);
+    const base::Pose X_WG = internal::GeomPose(world.data(), geom);
     const Eigen::Map<const Eigen::Vector3d> center(model->geom_aabb + 6 * std::ptrdiff_t{geom});
     const Eigen::Map<const Eigen::Vector3d> half(model->geom_aabb + 6 * std::ptrdiff_t{geom} + 3);
     AddCorners({center - half, center + half}, X_WG, corners_W);
@@ -96,7 +96,7 @@ void AddHandCorners(const World& world, std::vector<Eigen::Vector3d>& corners_W)
 }
 
 void AddObjectCorners(const World& world, int object, std::vector<Eigen::Vector3d>& corners_W) {
-  AddCorners(world.ObjectBounds(object), core::Pose::Identity(), corners_W);
+  AddCorners(world.ObjectBounds(object), base::Pose::Identity(), corners_W);
 }
 
 Eigen::Vector2d PixelOf(const PinholeView& view, const Eigen::Vector3d& point_W) {

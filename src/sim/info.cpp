@@ -2,7 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "sim/internal/engine.h"
 
 namespace rangegrasp::sim {
@@ -14,7 +14,7 @@ std::string ObjectTitle(const ObjectModel& object) {
   const internal::SpecPtr spec(
       mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));
   if (!spec) {
-    throw core::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
+    throw base::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
   }
   mjsElement* title = mjs_findElement(spec.get(), mjOBJ_TEXT, "title");
   return title ? mjs_getString(mjs_asText(title)->data) : object.name;

@@ -10,7 +10,7 @@ namespace rangegrasp::sim {
 std::string EngineVersion();
 
 /// What an object is called in tables: the custom text "title" of its MJCF, else its name.
-/// @throws core::InputError naming the file if it cannot be parsed.
+/// @throws base::InputError naming the file if it cannot be parsed.
 std::string ObjectTitle(const ObjectModel& object);
 
 }  // namespace rangegrasp::sim

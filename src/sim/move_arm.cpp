@@ -14,7 +14,7 @@ constexpr double kSettle_s = 0.3;
 
 }  // namespace
 
-MoveLog MoveArm(World& world, const core::JointTrajectory& trajectory) {
+MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory) {
   const internal::ArmServo servo(world.model());
   const double start_s = world.time_s();
   const double period_s = world.physics().timestep_s;

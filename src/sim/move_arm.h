@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/trajectory.h"
+#include "base/trajectory.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -15,7 +15,7 @@ struct MoveLog {
 /// Sends the arm along a trajectory from where it stands by its servos alone, the hand without
 /// force, and waits until it rests: what it looks from then does not move. Ends where a joint falls
 /// behind as it does where something is in the way.
-/// @throws core::InputError if the scene has no arm
-MoveLog MoveArm(World& world, const core::JointTrajectory& trajectory);
+/// @throws base::InputError if the scene has no arm
+MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory);
 
 }  // namespace rangegrasp::sim

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/units.h"
-#include "image/offscreen_context.h"
+#include "base/error.h"
+#include "base/image/offscreen_context.h"
+#include "base/units.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/fine_print.h"
 #include "sim/internal/names.h"
@@ -31,8 +31,8 @@ mjvCamera FreeCamera(const Eigen::Vector3d& eye, const Eigen::Vector3d& look) {
   camera.type = mjCAMERA_FREE;
   std::copy_n(look.data(), 3, camera.lookat);
   camera.distance = std::max(view.norm(), kMinDistance_m);
-  camera.azimuth = core::ToDeg(std::atan2(view.y(), view.x()));
-  camera.elevation = core::ToDeg(std::asin(std::clamp(view.z() / camera.distance, -1.0, 1.0)));
+  camera.azimuth = base::ToDeg(std::atan2(view.y(), view.x()));
+  camera.elevation = base::ToDeg(std::asin(std::clamp(view.z() / camera.distance, -1.0, 1.0)));
   return camera;
 }
 
@@ -169,7 +169,7 @@ Renderer::Renderer(const World& world, int width, int height, const RenderQualit
   }
   impl_ = std::make_unique<Impl>(world, width, height, quality);
   if (impl_->context.currentBuffer != mjFB_OFFSCREEN) {
-    throw core::RunError("no offscreen buffer for pictures");
+    throw base::RunError("no offscreen buffer for pictures");
   }
 }
 

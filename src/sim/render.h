@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
-#include "image/image.h"
+#include "base/frames.h"
+#include "base/image/image.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -32,7 +32,7 @@ struct Overlay {
 /// A point (x, y, z) of its frame is seen at (center + focal (x / z, y / z)); pixel (0, 0) is the
 /// middle of the upper left one.
 struct PinholeView {
-  core::Pose X_WC;  ///< frame of a camera (core/frames.h)
+  base::Pose X_WC;  ///< frame of a camera (core/frames.h)
   double focal_px = 0.0;
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
 };
@@ -47,14 +47,14 @@ struct RenderQuality {
 /// Offscreen pictures through OSMesa; no display, no GPU.
 class Renderer {
  public:
-  /// @throws core::RunError if no offscreen context can be made.
+  /// @throws base::RunError if no offscreen context can be made.
   Renderer(const World& world, int width, int height, const RenderQuality& quality = {});
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
   /// @param world   the one that the renderer was made for.
   /// @param camera  name after the last '/', or a free view "x,y,z,lookx,looky,lookz" [m].
-  /// @throws core::InputError naming the camera and those that exist.
+  /// @throws base::InputError naming the camera and those that exist.
   image::Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
   /// The same from a camera that the scene need not have. What is nearer than the scene's clipping
   /// distance does not show.

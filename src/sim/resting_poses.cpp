@@ -8,7 +8,7 @@
 #include <map>
 #include <numeric>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/hull.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/scene_builder.h"
@@ -31,7 +31,7 @@ constexpr double kSliver_m2 = 1e-8;
 constexpr double kFootTolerance_m = 1e-5;
 // Directions and steps in which a body is tilted until it falls. They limit how well the margin is
 // known: to half a degree.
-constexpr double kTiltStep_rad = core::Deg(0.5);
+constexpr double kTiltStep_rad = base::Deg(0.5);
 constexpr int kAzimuths = 24;
 // A face of a polygon that stands for a round surface is no valley of its own: rises below this
 // share of the height of the center of mass are ripples (64 segments make 0.12 %, 16 make 2 %).
@@ -46,7 +46,7 @@ constexpr double kSameHeight_m = 0.001;
 constexpr double kRolls_rad = 0.2;
 // A body rests in a pose if its down direction is within this of one of the pose's faces: more than
 // half a segment, less than the narrowest face's neighbor is off.
-constexpr double kRests_rad = core::Deg(5.0);
+constexpr double kRests_rad = base::Deg(5.0);
 
 struct Facet {
   Vector3d normal;
@@ -91,9 +91,9 @@ class Hull {
   double Tipping(const Facet& facet) const {
     const Vector3d u = facet.normal.unitOrthogonal();
     const Vector3d v = facet.normal.cross(u);
-    double tipping = core::kPi / 2;
+    double tipping = base::kPi / 2;
     for (int i = 0; i < kAzimuths; ++i) {
-      const double azimuth = 2 * core::kPi * i / kAzimuths;
+      const double azimuth = 2 * base::kPi * i / kAzimuths;
       tipping = std::min(
           tipping, TippingTowards(facet.normal, std::cos(azimuth) * u + std::sin(azimuth) * v));
     }
@@ -182,7 +182,7 @@ class Hull {
     const double ripple = kRipple * Height(down);
     double highest = Height(down);
     double at = 0.0;
-    for (double tilt = kTiltStep_rad; tilt < core::kPi / 2; tilt += kTiltStep_rad) {
+    for (double tilt = kTiltStep_rad; tilt < base::kPi / 2; tilt += kTiltStep_rad) {
       const double height = Height(std::cos(tilt) * down + std::sin(tilt) * side);
       if (height > highest) {
         highest = height;
@@ -190,7 +190,7 @@ class Hull {
       }
       if (height < highest - ripple) return at;
     }
-    return core::kPi / 2;
+    return base::kPi / 2;
   }
 
   geometry::TriangleMesh mesh_;
@@ -204,18 +204,18 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
   geometry::Points points;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::Collides(model, geom)) continue;
-    const core::Pose X_WG = internal::GeomPose(data, geom);
+    const base::Pose X_WG = internal::GeomPose(data, geom);
     for (const Vector3d& v : internal::GeomSurface(model, geom, kSegments).vertices)
       points.push_back(X_WG * v);
   }
-  const core::Pose X_BW = internal::BodyPose(data, root).inverse();
+  const base::Pose X_BW = internal::BodyPose(data, root).inverse();
   for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
 }
 
 // In the root body's frame.
 Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
-  const core::Pose X_WB = internal::BodyPose(data, root);
+  const base::Pose X_WB = internal::BodyPose(data, root);
   const Vector3d center_W = internal::CenterOfMass(model, data, root);
   return X_WB.linear().transpose() * (center_W - X_WB.translation());
 }
@@ -223,7 +223,7 @@ Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
 // Directions all round, even (a Fibonacci lattice).
 std::vector<Vector3d> EvenDirections(int count) {
   std::vector<Vector3d> directions;
-  const double golden = core::kPi * (3.0 - std::sqrt(5.0));
+  const double golden = base::kPi * (3.0 - std::sqrt(5.0));
   for (int i = 0; i < count; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / count;
     const double r = std::sqrt(1.0 - z * z);

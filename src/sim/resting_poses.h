@@ -29,7 +29,7 @@ struct RestingPose {
 /// (Goldberg et al. 1999, part pose statistics): hull faces that hold the center's foot inside by
 /// tipping_rad >= min_tipping_rad. Faces that a turn about the object's own symmetry maps onto each
 /// other are one pose, and so are neighboring faces of something round, over which it rolls.
-/// @throws core::InputError naming the file if it is no object.
+/// @throws base::InputError naming the file if it is no object.
 std::vector<RestingPose> StableRestingPoses(const ObjectModel& object,
                                             double min_tipping_rad = 0.15);
 

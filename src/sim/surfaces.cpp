@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "core/data_folder.h"
-#include "core/error.h"
-#include "core/words.h"
-#include "core/yaml_map.h"
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/words.h"
+#include "base/yaml_map.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -18,7 +18,7 @@ constexpr double kMaxFriction = 3.0;  // rubber on rubber
 constexpr double kMinDensity_kg_m3 = 20.0;
 constexpr double kMaxDensity_kg_m3 = 12000.0;
 
-void ReadGlove(core::YamlMap map, GloveRange& glove) {
+void ReadGlove(base::YamlMap map, GloveRange& glove) {
   for (const char* key : {"static", "from", "to", "kinetic"}) map.Require(key);
   map.Read("static", glove.middle, 0.01, kMaxFriction, "middle of what is known");
   map.Read("from", glove.low, 0.01, kMaxFriction, "lowest static coefficient");
@@ -30,7 +30,7 @@ void ReadGlove(core::YamlMap map, GloveRange& glove) {
   map.Finish();
 }
 
-void ReadLaminate(core::YamlMap map, FrictionPair& pair) {
+void ReadLaminate(base::YamlMap map, FrictionPair& pair) {
   for (const char* key : {"static", "kinetic"}) map.Require(key);
   map.Read("static", pair.static_mu, 0.01, kMaxFriction, "static coefficient");
   map.Read("kinetic", pair.kinetic_mu, 0.01, kMaxFriction, "kinetic coefficient");
@@ -38,7 +38,7 @@ void ReadLaminate(core::YamlMap map, FrictionPair& pair) {
   map.Finish();
 }
 
-Surface ReadSurface(core::YamlMap map, const std::string& name) {
+Surface ReadSurface(base::YamlMap map, const std::string& name) {
   Surface surface;
   surface.name = name;
   for (const char* key : {"glove", "laminate"}) map.Require(key);
@@ -57,7 +57,7 @@ Surface ReadSurface(core::YamlMap map, const std::string& name) {
 
 }  // namespace
 
-std::filesystem::path ShippedSurfaces() { return core::DataFolder() / "models" / kFileName; }
+std::filesystem::path ShippedSurfaces() { return base::DataFolder() / "models" / kFileName; }
 
 std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& object_mjcf) {
   const auto folder = std::filesystem::absolute(object_mjcf).lexically_normal().parent_path();
@@ -71,7 +71,7 @@ std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& obj
 }
 
 std::vector<Surface> ReadSurfaces(const std::filesystem::path& file) {
-  core::YamlMap map = core::YamlMap::FromFile(file);
+  base::YamlMap map = base::YamlMap::FromFile(file);
   std::vector<Surface> surfaces;
   for (const std::string& name : map.Names()) {
     surfaces.push_back(ReadSurface(map.Child(name), name));
@@ -97,10 +97,10 @@ const Surface& FindSurface(const std::vector<Surface>& surfaces, std::string_vie
   if (found != surfaces.end()) return *found;
   std::vector<std::string> known;
   for (const Surface& surface : surfaces) known.push_back(surface.name);
-  throw core::InputError(
+  throw base::InputError(
       fmt::format("surface \"{}\" is not known; known surfaces: {}; a file surfaces.yaml in the "
                   "object's folder or the one above may add it",
-                  name, core::Join(known)));
+                  name, base::Join(known)));
 }
 
 }  // namespace rangegrasp::sim

@@ -30,13 +30,13 @@ std::filesystem::path ShippedSurfaces();
 std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& object_mjcf);
 
 /// A file of surfaces: a mapping for each name.
-/// @throws core::InputError naming file, line, key and what would be right.
+/// @throws base::InputError naming file, line, key and what would be right.
 std::vector<Surface> ReadSurfaces(const std::filesystem::path& file);
 
 /// All that an object may name; of two with the same name the one that is looked up first.
 std::vector<Surface> SurfacesFor(const std::filesystem::path& object_mjcf);
 
-/// @throws core::InputError naming the surface and those that there are.
+/// @throws base::InputError naming the surface and those that there are.
 const Surface& FindSurface(const std::vector<Surface>& surfaces, std::string_view name);
 
 }  // namespace rangegrasp::sim

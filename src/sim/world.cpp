@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
-#include "core/words.h"
+#include "base/error.h"
+#include "base/words.h"
 #include "sim/friction.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
@@ -73,7 +73,7 @@ struct World::Impl {
     arm_joints = internal::TupleOf(model.get(), mjOBJ_JOINT, "arm_joints");
     arm_actuators = internal::TupleOf(model.get(), mjOBJ_ACTUATOR, "arm_actuators");
     if (arm_joints.size() != arm_actuators.size()) {
-      throw core::InputError(
+      throw base::InputError(
           "tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
     }
   }
@@ -92,7 +92,7 @@ struct World::Impl {
   }
 
   // A velocity of -0.0 wakes a tree, and with it what it touches, and changes nothing else.
-  void SetPose(const ObjectEntry& object, const core::Pose& X_WO) {
+  void SetPose(const ObjectEntry& object, const base::Pose& X_WO) {
     const Eigen::Quaterniond q(X_WO.linear());
     const double pose[7] = {X_WO.translation().x(),
                             X_WO.translation().y(),
@@ -110,7 +110,7 @@ struct World::Impl {
     ObjectEntry& object = at(index);
     object.parked = true;
     model->body_gravcomp[object.body] = 1.0;
-    SetPose(object, core::MakePose(Eigen::Matrix3d::Identity(),
+    SetPose(object, base::MakePose(Eigen::Matrix3d::Identity(),
                                    {kParking_m + kParkingSpacing_m * index, 0, kParking_m}));
   }
 
@@ -204,7 +204,7 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->scene_option = impl_->model->opt;
   mjData* data = nullptr;
   internal::CallEngine(&impl_->warnings, [&] { data = mj_makeData(impl_->model.get()); });
-  if (!data) throw core::RunError("MuJoCo has no memory for the scene's data");
+  if (!data) throw base::RunError("MuJoCo has no memory for the scene's data");
   impl_->data.reset(data);
   impl_->before.state.resize(
       static_cast<std::size_t>(mj_stateSize(impl_->model.get(), mjSTATE_INTEGRATION)));
@@ -239,7 +239,7 @@ const FrictionPair& World::glove_friction(int object) const {
                     : impl_->glove_on_object.at(static_cast<std::size_t>(object));
 }
 
-void World::DrawFriction(core::Rng& rng) {
+void World::DrawFriction(base::Rng& rng) {
   impl_->glove_on_scene = GloveFriction(impl_->table, physics(), rng.Uniform());
   for (int object = 0; object < objects(); ++object) {
     const double u = rng.Uniform();
@@ -250,9 +250,9 @@ void World::DrawFriction(core::Rng& rng) {
 
 bool World::parked(int object) const { return impl_->at(object).parked; }
 
-core::Pose World::ObjectPose(int object) const {
+base::Pose World::ObjectPose(int object) const {
   const mjtNum* q = data()->qpos + impl_->at(object).qpos;
-  return core::MakePose(Eigen::Quaterniond(q[3], q[4], q[5], q[6]).normalized().toRotationMatrix(),
+  return base::MakePose(Eigen::Quaterniond(q[3], q[4], q[5], q[6]).normalized().toRotationMatrix(),
                         Vec3(q));
 }
 
@@ -314,7 +314,7 @@ std::optional<Container> World::container() const {
   const int site = internal::TryFind(model(), mjOBJ_SITE, "container");
   if (site < 0) return std::nullopt;
   if (model()->site_type[site] != mjGEOM_BOX) {
-    throw core::InputError("the scene's site \"container\" must be a box: the interior");
+    throw base::InputError("the scene's site \"container\" must be a box: the interior");
   }
   return Container{internal::SitePose(data(), site), Vec3(model()->site_size + 3 * site)};
 }
@@ -338,7 +338,7 @@ double World::ObjectSpeed(int object) const {
   return Vec3(v).norm() + entry.radius_m * Vec3(v + 3).norm();
 }
 
-void World::PlaceObject(int object, const core::Pose& X_WO) {
+void World::PlaceObject(int object, const base::Pose& X_WO) {
   impl_->at(object).parked = false;
   model()->body_gravcomp[impl_->at(object).body] = 0.0;
   impl_->SetPose(impl_->at(object), X_WO);
@@ -354,7 +354,7 @@ std::shared_ptr<const SavedWorld> World::Save() const {
   auto saved = std::make_shared<SavedWorld>();
   mjData* copy = nullptr;
   internal::CallEngine(nullptr, [&] { copy = mj_copyData(nullptr, model(), data()); });
-  if (!copy) throw core::RunError("MuJoCo has no memory for a copy of the scene's data");
+  if (!copy) throw base::RunError("MuJoCo has no memory for a copy of the scene's data");
   saved->data.reset(copy);
   for (const ObjectEntry& object : impl_->objects) saved->parked.push_back(object.parked);
   return saved;
@@ -443,7 +443,7 @@ std::vector<VisualMesh> World::VisualMeshes() const {
   return meshes;
 }
 
-core::Pose World::SitePose(const std::string& site) const {
+base::Pose World::SitePose(const std::string& site) const {
   return internal::SitePose(data(), internal::Find(model(), mjOBJ_SITE, site));
 }
 
@@ -454,7 +454,7 @@ const mjData* World::data() const { return impl_->data.get(); }
 
 std::string World::Warnings() const {
   const std::set<std::string> kinds(impl_->warnings.begin(), impl_->warnings.end());
-  return core::Join({kinds.begin(), kinds.end()}, "; ");
+  return base::Join({kinds.begin(), kinds.end()}, "; ");
 }
 
 int World::WarningCount() const {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/frames.h"
-#include "core/rng.h"
+#include "base/frames.h"
+#include "base/rng.h"
 #include "sim/visual_mesh.h"
 
 struct mjModel_;
@@ -44,7 +44,7 @@ struct PhysicsOptions {
 /// An open box of the scene that objects may lie in: the site "container", a box that is its
 /// interior, in the body that is the container.
 struct Container {
-  core::Pose X_WI;         ///< of the interior's middle
+  base::Pose X_WI;         ///< of the interior's middle
   Eigen::Vector3d half_m;  ///< half of its edges
 };
 
@@ -57,7 +57,7 @@ class World {
  public:
   /// Joins scene and objects (mjSpec) and compiles. All objects are parked; the arm stands in its
   /// custom numeric "home", where there is one. An object's sliding friction on the table is set
-  /// from its surface (sim/surfaces.h). @throws core::InputError naming the file and the
+  /// from its surface (sim/surfaces.h). @throws base::InputError naming the file and the
   /// engine's message, or why an object is none.
   World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
         const PhysicsOptions& options);
@@ -72,10 +72,10 @@ class World {
   /// to be drawn, it is the middle of its range until DrawFriction.
   const FrictionPair& glove_friction(int object) const;
   /// Draws the pair of each object and of the scene from its range, where the options say so.
-  void DrawFriction(core::Rng& rng);
+  void DrawFriction(base::Rng& rng);
   int object_body(int object) const;  ///< its root body in model()
   bool parked(int object) const;
-  core::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
+  base::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
   Eigen::Vector3d ObjectCenterOfMass(int object) const;
   double ObjectMass(int object) const;
   double ObjectTop(int object) const;     ///< highest point of its collision geometry [m]
@@ -92,7 +92,7 @@ class World {
   /// nullopt where the scene has none.
   std::optional<Container> container() const;
   /// Puts an object at rest into a pose.
-  void PlaceObject(int object, const core::Pose& X_WO);
+  void PlaceObject(int object, const base::Pose& X_WO);
   void ParkObject(int object);  ///< out of sight and reach, as before it was placed
   std::shared_ptr<const SavedWorld> Save() const;
   void Restore(const SavedWorld& saved);  ///< @param saved  of this world
@@ -106,7 +106,7 @@ class World {
   void Refresh();  ///< kinematics of the present positions; nothing moves
   /// One time step. Where the engine's Newton solver has not converged, which throws things through
   /// the table at 400 rad/s, it is done again with dense matrices, with which it does.
-  /// @throws core::RunError on an engine error.
+  /// @throws base::RunError on an engine error.
   void Step();
   /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
   /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
@@ -123,7 +123,7 @@ class World {
   /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out), a
   /// container with its own.
   std::vector<VisualMesh> VisualMeshes() const;
-  core::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
+  base::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
 
   const mjModel_* model() const;  ///< for the module's own files and tests
   mjModel_* model();

@@ -6,7 +6,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "cylinders/detect.h"
 #include "cylinders/tabletop_scan.h"
 #include "pcl_bridge/clusters.h"
@@ -30,11 +30,11 @@ geometry::Observation TabletopOf(std::int64_t field_deg) {
        scans::Standing(-0.08, 0.06, 0.035, 0.15)},
       {scans::StandingBox(-0.05, -0.13, 0.4, {0.06, 0.05, 0.10}),
        scans::StandingBox(0.10, -0.03, 1.1, {0.05, 0.04, 0.06})}};
-  core::Rng rng(1);
+  base::Rng rng(1);
   const scans::Sensor sensor{.target = {0.0, 0.0, 0.05},
                              .profiles = 276,
                              .samples = 276,
-                             .field_rad = core::Deg(static_cast<double>(field_deg))};
+                             .field_rad = base::Deg(static_cast<double>(field_deg))};
   return scans::Scan(tabletop, sensor, rng);
 }
 
@@ -59,7 +59,7 @@ geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane
 PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& origin) {
   const pcl_bridge::Cloud all(points, origin);
   PclCylinderSeconds seconds;
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const auto plane = pcl_bridge::FitPlane(all);
   if (!plane) throw std::runtime_error("the cloud has no plane");
   const auto above = all.Select(Above(points, plane->plane));
@@ -95,8 +95,8 @@ void DetectCylindersBesidePcl(benchmark::State& state) {
   std::size_t found = 0;
   std::size_t above = 0;
   for (auto _ : state) {
-    core::Rng rng(1);
-    core::Stopwatch watch;
+    base::Rng rng(1);
+    base::Stopwatch watch;
     const auto scene =
         cylinders::DetectCylinders(observation, kGiven, cylinders::DetectOptions{}, rng);
     sum_s += watch.Seconds();

@@ -17,8 +17,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/quantile.h"
-#include "core/words.h"
+#include "base/quantile.h"
+#include "base/words.h"
 #include "cylinders/detect.h"
 #include "cylinders/tabletop_scan.h"
 #include "experiment/statistics.h"
@@ -55,7 +55,7 @@ struct Clutter {
 /// Places things on the table by the circles about their outlines.
 class Placing {
  public:
-  explicit Placing(core::Rng& rng) : rng_(rng) {}
+  explicit Placing(base::Rng& rng) : rng_(rng) {}
 
   /// Half of the time the circle touches another one; nullopt where there is no room left.
   std::optional<Eigen::Vector2d> Place(double radius_m) {
@@ -84,7 +84,7 @@ class Placing {
   Eigen::Vector2d Draw(double radius_m) {
     if (!circles_.empty() && rng_.Uniform() < 0.5) {
       const Circle& other = circles_[rng_.Index(circles_.size())];
-      const double angle = rng_.Uniform(0.0, 2.0 * core::kPi);
+      const double angle = rng_.Uniform(0.0, 2.0 * base::kPi);
       const double apart_m = other.radius_m + radius_m + kGap_m;
       return other.middle + apart_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
@@ -93,17 +93,17 @@ class Placing {
     return {x, y};
   }
 
-  core::Rng& rng_;
+  base::Rng& rng_;
   std::vector<Circle> circles_;
 };
 
 /// About a lying cylinder's outline: half its length and some of its width.
 double CircleOfLying(double height_m) { return 0.5 * height_m + 0.005; }
 
-void AddGiven(std::size_t which, core::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddGiven(std::size_t which, base::Rng& rng, Placing& placing, Clutter& clutter) {
   const auto [r, h] = kGiven[which];
   const bool lies = rng.Uniform() < 0.4;
-  const double turn = rng.Uniform(0.0, core::kPi);
+  const double turn = rng.Uniform(0.0, base::kPi);
   const auto at = placing.Place(lies ? CircleOfLying(h) : r);
   if (!at) return;
   const Cylinder cylinder =
@@ -112,32 +112,32 @@ void AddGiven(std::size_t which, core::Rng& rng, Placing& placing, Clutter& clut
   clutter.given.push_back({which, cylinder});
 }
 
-void AddBox(core::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
   const double a = rng.Uniform(0.03, 0.09);
   const double b = rng.Uniform(0.03, 0.09);
   const double height = rng.Uniform(0.03, 0.16);
-  const double turn = rng.Uniform(0.0, core::kPi);
+  const double turn = rng.Uniform(0.0, base::kPi);
   const auto at = placing.Place(0.5 * std::hypot(a, b));
   if (!at) return;
   clutter.tabletop.boxes.push_back(scans::StandingBox(at->x(), at->y(), turn, {a, b, height}));
 }
 
-void AddStanding(core::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddStanding(base::Rng& rng, Placing& placing, Clutter& clutter) {
   const double r = rng.Uniform(0.015, 0.045);
   const double h = rng.Uniform(0.04, 0.20);
   const auto at = placing.Place(r);
   if (at) clutter.tabletop.cylinders.push_back(scans::Standing(at->x(), at->y(), r, h));
 }
 
-void AddLying(core::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddLying(base::Rng& rng, Placing& placing, Clutter& clutter) {
   const double r = rng.Uniform(0.015, 0.035);
   const double h = rng.Uniform(0.06, 0.18);
-  const double turn = rng.Uniform(0.0, core::kPi);
+  const double turn = rng.Uniform(0.0, base::kPi);
   const auto at = placing.Place(CircleOfLying(h));
   if (at) clutter.tabletop.cylinders.push_back(scans::Lying(at->x(), at->y(), turn, r, h));
 }
 
-Clutter DrawClutter(core::Rng& rng) {
+Clutter DrawClutter(base::Rng& rng) {
   Clutter clutter;
   Placing placing(rng);
   for (std::size_t g = 0; g < kGiven.size(); ++g) AddGiven(g, rng, placing, clutter);
@@ -173,7 +173,7 @@ double AngleOf(const Cylinder& a, const Cylinder& b) {
 /// How far off still is that cylinder.
 bool IsThere(const Cylinder& found, const Cylinder& truth) {
   constexpr double kMaxDistance_m = 0.02;
-  const double max_angle_rad = core::Deg(10.0);
+  const double max_angle_rad = base::Deg(10.0);
   return (found.center - truth.center).norm() < kMaxDistance_m &&
          AngleOf(found, truth) < max_angle_rad;
 }
@@ -201,7 +201,7 @@ bool IsSeen(const cylinders::CylinderScene& scene, const Eigen::Vector3d& origin
 
 void PrintLine(int scene, Verdict verdict, std::size_t given, const Cylinder* truth,
                const cylinders::FoundCylinder* found) {
-  fmt::print("{},{},{}", scene, core::Word(verdict), given + 1);
+  fmt::print("{},{},{}", scene, base::Word(verdict), given + 1);
   for (const Cylinder* cylinder : {truth, found ? &found->cylinder_C : nullptr}) {
     if (!cylinder) {
       fmt::print(",,,,,,,");
@@ -225,13 +225,13 @@ void PrintTabletop(const scans::Tabletop& tabletop) {
   for (const auto& [center, axis, radius, height] : tabletop.cylinders) {
     fmt::print(stderr,
                "cylinder r {:.2f} h {:.1f} mm at {:.3f} {:.3f} {:.3f}, axis {:.2f} {:.2f} {:.2f}\n",
-               radius * core::kMmPerM, height * core::kMmPerM, center.x(), center.y(), center.z(),
+               radius * base::kMmPerM, height * base::kMmPerM, center.x(), center.y(), center.z(),
                axis.x(), axis.y(), axis.z());
   }
   for (const auto& [X_WB, size] : tabletop.boxes) {
     const Eigen::Vector3d middle = X_WB.translation();
     fmt::print(stderr, "box {:.1f} x {:.1f} x {:.1f} mm at {:.3f} {:.3f}\n",
-               size.x() * core::kMmPerM, size.y() * core::kMmPerM, size.z() * core::kMmPerM,
+               size.x() * base::kMmPerM, size.y() * base::kMmPerM, size.z() * base::kMmPerM,
                middle.x(), middle.y());
   }
 }
@@ -241,14 +241,14 @@ class Survey {
   explicit Survey(const SurveyOptions& options) : options_(options) {}
 
   void Look(int which) {
-    core::Rng rng(core::DeriveSeed(options_.seed, static_cast<std::uint64_t>(which)));
+    base::Rng rng(base::DeriveSeed(options_.seed, static_cast<std::uint64_t>(which)));
     const Clutter clutter = DrawClutter(rng);
     if (options_.only >= 0) PrintTabletop(clutter.tabletop);
     scans::Sensor sensor;
     sensor.noise_m = options_.noise_m;
     sensor.profiles = sensor.samples = options_.samples;
     const auto observation = scans::Scan(clutter.tabletop, sensor, rng);
-    core::Rng draws(core::DeriveSeed(options_.seed, "d"));
+    base::Rng draws(base::DeriveSeed(options_.seed, "d"));
     const auto scene = cylinders::DetectCylinders(
         observation, kGiven,
         options_.as_published ? cylinders::AsPublished() : cylinders::DetectOptions{}, draws);
@@ -290,7 +290,7 @@ class Survey {
   static void PrintErrors(const char* name, const std::vector<double>& errors) {
     if (errors.empty()) return;
     fmt::print(stderr, "{}: median {:.3f}, 95 % {:.3f}, largest {:.3f}\n", name,
-               core::MedianOf(errors), core::QuantileOf(errors, 0.95), std::ranges::max(errors));
+               base::MedianOf(errors), base::QuantileOf(errors, 0.95), std::ranges::max(errors));
   }
 
   void Score(int which, const Clutter& clutter, const cylinders::CylinderScene& scene,
@@ -324,9 +324,9 @@ class Survey {
   }
 
   void AddErrors(const Cylinder& found, const Cylinder& truth) {
-    radius_mm_.push_back(std::abs(found.radius_m - truth.radius_m) * core::kMmPerM);
-    axis_deg_.push_back(core::ToDeg(AngleOf(found, truth)));
-    position_mm_.push_back((found.center - truth.center).norm() * core::kMmPerM);
+    radius_mm_.push_back(std::abs(found.radius_m - truth.radius_m) * base::kMmPerM);
+    axis_deg_.push_back(base::ToDeg(AngleOf(found, truth)));
+    position_mm_.push_back((found.center - truth.center).norm() * base::kMmPerM);
   }
 
   const SurveyOptions& options_;
@@ -339,7 +339,7 @@ class Survey {
 int Run(int argc, char** argv) {
   CLI::App app("finds given cylinders in clutter and scores what was found");
   SurveyOptions options;
-  double noise_mm = options.noise_m * core::kMmPerM;
+  double noise_mm = options.noise_m * base::kMmPerM;
   app.add_option("--scenes", options.scenes)->check(CLI::PositiveNumber);
   app.add_option("--seed", options.seed);
   app.add_option("--samples", options.samples, "rays on each side of the image");
@@ -347,7 +347,7 @@ int Run(int argc, char** argv) {
   app.add_flag("--as-published", options.as_published);
   app.add_option("--only", options.only, "this scene alone, and what stands in it");
   CLI11_PARSE(app, argc, argv);
-  options.noise_m = noise_mm * core::kMm;
+  options.noise_m = noise_mm * base::kMm;
   fmt::print(
       "scene,verdict,given,true_x_m,true_y_m,true_z_m,true_axis_x,true_axis_y,true_axis_z,"
       "true_radius_m,x_m,y_m,z_m,axis_x,axis_y,axis_z,radius_m,length_seen_m,"

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <fstream>
 
+#include "grasp/workspace.h"
 #include "sim/visual_mesh.h"
-#include "tasks/grasping/workspace.h"
 
 namespace rangegrasp::bench {
 namespace {
 
-using tasks::grasping::Cell;
-using tasks::grasping::TrialSpec;
+using trial::Cell;
+using trial::TrialSpec;
 
 constexpr std::uint32_t kScene = 1;
 constexpr std::uint32_t kFirstObject = 20;
@@ -93,7 +93,7 @@ std::optional<LabelledScan> OfTrial(const Cell& cell, const TrialSpec& spec,
                                     const std::string& keep) {
   LabelledScan scan;
   scan.name = TrialId(spec);
-  scan.workspace = tasks::grasping::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
+  scan.workspace = trial::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
   const auto file =
       std::filesystem::path(keep) / fmt::format("{}-{:016x}.scan", scan.name, spec.seed);
   if (keep.empty() || !ReadScan(file, scan)) {

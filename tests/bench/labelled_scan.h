@@ -7,7 +7,7 @@
 #include "geometry/observation.h"
 #include "labelled_cloud.h"
 #include "perception/perceive.h"
-#include "tasks/grasping/trial.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::bench {
 
@@ -32,8 +32,7 @@ LabelledScan OfCamera(labelled::Cloud cloud, std::string name);
 /// What a trial of an experiment would perceive. nullopt if no arrangement came to rest.
 /// @param keep  a folder in which scans are kept, so that the next run need not arrange and scan;
 /// may be empty. Scans are told apart by the experiment's name, the trial and its seed.
-std::optional<LabelledScan> OfTrial(const tasks::grasping::Cell& cell,
-                                    const tasks::grasping::TrialSpec& spec,
+std::optional<LabelledScan> OfTrial(const trial::Cell& cell, const trial::TrialSpec& spec,
                                     const std::string& keep);
 
 }  // namespace rangegrasp::bench

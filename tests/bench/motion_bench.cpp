@@ -2,9 +2,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "grasp/grasp.h"
-#include "planning/planning.h"
+#include "robot/planning/planning.h"
 #include "tabletop.h"
 
 namespace rangegrasp::bench {
@@ -14,14 +14,12 @@ using benchmark::Counter;
 using benchmark::State;
 
 // The first trial of an object that stands.
-tasks::grasping::TrialSpec FirstTrial() {
-  return {"spread", 0, tasks::grasping::TrialSeed(1, "spread", 0)};
-}
+trial::TrialSpec FirstTrial() { return {"spread", 0, trial::TrialSeed(1, "spread", 0)}; }
 
 void Arrange(State& state) {
   const auto& cell = Cell();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(tasks::grasping::ArrangeTrial(cell, FirstTrial()));
+    benchmark::DoNotOptimize(trial::ArrangeTrial(cell, FirstTrial()));
   }
 }
 BENCHMARK(Arrange)->Unit(benchmark::kMillisecond);
@@ -30,7 +28,7 @@ void Scan(State& state) {
   const auto& cell = Cell();
   const sim::World& world = FiveObjects();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(tasks::grasping::Look(cell, world, 1));
+    benchmark::DoNotOptimize(trial::Look(cell, world, 1));
   }
   state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
 }
@@ -62,7 +60,7 @@ void PlanMotion(State& state) {
   int plans = 0;
   bool found = false;
   for (auto _ : state) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     planning::Planner planner(cell.robot, cell.options.planning);
     planner.SetScene(obstacles);
     plans = 0;
@@ -87,7 +85,7 @@ BENCHMARK(PlanMotion)->Unit(benchmark::kMillisecond);
 // One step of the tabletop with the arm at home and one object at rest on it.
 void PhysicsStep(State& state) {
   const auto& cell = Cell();
-  auto trial = tasks::grasping::ArrangeTrial(cell, FirstTrial());
+  auto trial = trial::ArrangeTrial(cell, FirstTrial());
   if (!trial) return state.SkipWithError("no arrangement");
   double simulated_s = 0.0;
   for (auto _ : state) {
@@ -104,7 +102,7 @@ void Trial(State& state) {
   std::map<std::string, double> sum_s;
   bool delivered = false;
   for (auto _ : state) {
-    const auto result = tasks::grasping::RunTrial(cell, FirstTrial());
+    const auto result = trial::RunTrial(cell, FirstTrial());
     for (const auto& [stage, seconds] : result.seconds) {
       if (stage.find(':') == std::string::npos) sum_s[stage] += seconds;
     }

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "parts/baselines/sdf.h"
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/shape/shape_file.h"
@@ -19,7 +19,7 @@ namespace {
 
 // A noisy ball with four arms.
 parts::Shape ArmedCloud(std::size_t n) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   parts::Shape cloud;
   while (cloud.points.size() < n) {
     if (rng.Uniform() < 0.6) {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "pcl_bridge/clusters.h"
 #include "pcl_bridge/outliers.h"
 #include "pcl_bridge/ransac.h"
@@ -28,7 +28,7 @@ PclSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& sensor_orig
                   bool whole_cloud) {
   const pcl_bridge::Cloud all(points, sensor_origin);
   PclSeconds seconds;
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const auto fit = pcl_bridge::FitPlane(all);
   if (!fit) throw std::runtime_error("the cloud has no plane");
   const auto cloud = whole_cloud ? all : all.Select(Above(points, fit->plane));

@@ -5,7 +5,7 @@
 
 #include <map>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "pcl_bridge/clusters.h"
 #include "pcl_bridge/local_convexity.h"
 #include "pcl_pipeline.h"
@@ -18,7 +18,7 @@ namespace {
 using benchmark::Counter;
 
 perception::Scene PerceiveFiveObjects() {
-  core::Rng rng(1);
+  base::Rng rng(1);
   return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Cell().options.perception, rng);
 }
 
@@ -119,7 +119,7 @@ void SegmentBesidePcl(benchmark::State& state) {
   std::size_t ours = 0;
   std::size_t pcl = 0;
   for (auto _ : state) {
-    core::Stopwatch watch;
+    base::Stopwatch watch;
     ours = perception::Segment(points, Cell().options.perception.segment).size();
     ours_s += watch.Restart();
     pcl = CountPclSegments(method, cloud, normals);

@@ -15,12 +15,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/units.h"
-#include "core/words.h"
+#include "base/units.h"
+#include "base/words.h"
 #include "experiment/experiment.h"
-#include "tasks/grasping/grasping_task.h"
-#include "tasks/grasping/trial.h"
-#include "tasks/kinds.h"
+#include "experiment/kinds.h"
+#include "register_all.h"
+#include "trial/grasping_task.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
 
 namespace rangegrasp {
 namespace {
@@ -33,9 +35,9 @@ constexpr std::array<std::string_view, 5> kRound{"salt_cylinder", "sweets_cylind
 /// Neither round nor without a round side: counted apart.
 constexpr std::array<std::string_view, 3> kBetween{"sweets_half_cylinder", "shower_gel", "cleaner"};
 /// An axis within this of the vertical stands, one within this of the horizontal lies.
-constexpr double kStanding_rad = core::Deg(20.0);
+constexpr double kStanding_rad = base::Deg(20.0);
 /// A perceived axis within this of the model's is the right one.
-constexpr double kSameAxis_rad = core::Deg(10.0);
+constexpr double kSameAxis_rad = base::Deg(10.0);
 
 std::string ShapeOf(std::string_view object) {
   const auto in = [&](const auto& names) {
@@ -47,7 +49,7 @@ std::string ShapeOf(std::string_view object) {
 std::string PoseOf(const Vector3d& axis_W) {
   const double tilt = std::acos(std::min(1.0, std::abs(axis_W.z())));
   if (tilt < kStanding_rad) return "upright";
-  return tilt > 0.5 * core::kPi - kStanding_rad ? "lying" : "leaning";
+  return tilt > 0.5 * base::kPi - kStanding_rad ? "lying" : "leaning";
 }
 
 /// What the detector made of a scan's first object.
@@ -56,8 +58,8 @@ struct Seen {
   std::array<int, 3> free{};  ///< grasps by type
 };
 
-Seen See(const tasks::grasping::Cell& cell, const tasks::grasping::Arrangement& arranged,
-         const tasks::grasping::TrialSpec& spec) {
+Seen See(const trial::Cell& cell, const trial::Arrangement& arranged,
+         const trial::TrialSpec& spec) {
   Seen seen;
   const auto look = [&](const perception::Scene& scene, const std::vector<grasp::Grasp>& grasps,
                         const geometry::Observation&) {
@@ -65,7 +67,7 @@ Seen See(const tasks::grasping::Cell& cell, const tasks::grasping::Arrangement& 
     for (const auto& g : grasps) seen.free[static_cast<std::size_t>(g.type)] += g.collides ? 0 : 1;
   };
   const auto sensed = Look(cell, arranged.world, spec.seed);
-  core::Rng rng(core::DeriveSeed(spec.seed, "perceive"));
+  base::Rng rng(base::DeriveSeed(spec.seed, "perceive"));
   MakeDetector(cell.options, cell.robot, look)->Detect(sensed.observation, rng);
   return seen;
 }
@@ -84,15 +86,15 @@ void Print(const std::map<std::string, Count>& counts) {
   }
 }
 
-void Survey(const tasks::grasping::Cell& cell, const std::vector<std::string>& objects,
-            std::uint64_t seed, int scans) {
+void Survey(const trial::Cell& cell, const std::vector<std::string>& objects, std::uint64_t seed,
+            int scans) {
   std::map<std::string, Count> counts;
   fmt::print(
       "object,index,shape,pose,kind,open,axis_error_deg,center_error_mm,radius_mm,rim_fraction,"
       "body_fraction,cylindrical,rim,power\n");
   for (const auto& object : objects.empty() ? cell.options.objects : objects) {
     for (int i = 0; i < scans; ++i) {
-      const tasks::grasping::TrialSpec spec{object, i, tasks::grasping::TrialSeed(seed, object, i)};
+      const trial::TrialSpec spec{object, i, trial::TrialSeed(seed, object, i)};
       const auto arranged = ArrangeTrial(cell, spec);
       if (!arranged) continue;
       const auto X_WO = arranged->world.ObjectPose(arranged->target);
@@ -106,9 +108,9 @@ void Survey(const tasks::grasping::Cell& cell, const std::vector<std::string>& o
       const double off = (axis.center_C - X_WO.translation()).cross(axis_W).norm();
       fmt::print("{},{},{},{},{},{},{:.1f},{:.1f},{:.1f},{:.2f},{:.2f},{},{},{}\n", object, i,
                  ShapeOf(object), PoseOf(axis_W),
-                 seen.object ? core::Word(seen.object->kind) : "nothing",
-                 seen.object && seen.object->open ? 1 : 0, core::ToDeg(error), off / core::kMm,
-                 axis.radius_m / core::kMm, axis.rim_fraction, axis.body_fraction, seen.free[0],
+                 seen.object ? base::Word(seen.object->kind) : "nothing",
+                 seen.object && seen.object->open ? 1 : 0, base::ToDeg(error), off / base::kMm,
+                 axis.radius_m / base::kMm, axis.rim_fraction, axis.body_fraction, seen.free[0],
                  seen.free[1], seen.free[2]);
       for (const std::string& what :
            {"all " + ShapeOf(object) + " " + PoseOf(axis_W), object + " " + PoseOf(axis_W)}) {
@@ -126,6 +128,7 @@ void Survey(const tasks::grasping::Cell& cell, const std::vector<std::string>& o
 }  // namespace rangegrasp
 
 int main(int argc, char** argv) {
+  rangegrasp::RegisterAll();
   std::string file;
   std::uint64_t seed = 0;
   int scans = 10;
@@ -138,8 +141,7 @@ int main(int argc, char** argv) {
   app.add_option("--set", changes.set, "KEY=VALUE")->take_all();
   CLI11_PARSE(app, argc, argv);
   const auto experiment =
-      rangegrasp::experiment::OpenExperiment(file, rangegrasp::tasks::AllKinds(), changes);
-  rangegrasp::Survey(rangegrasp::tasks::grasping::CellOf(*experiment.task), changes.groups, seed,
-                     scans);
+      rangegrasp::experiment::OpenExperiment(file, rangegrasp::experiment::AllKinds(), changes);
+  rangegrasp::Survey(rangegrasp::trial::CellOf(*experiment.task), changes.groups, seed, scans);
   return 0;
 }

@@ -8,15 +8,15 @@
 #include "seam/detectors.h"
 #include "seam/monitor.h"
 #include "seam/preprocess.h"
+#include "seam/task/seam_experiment.h"
 #include "seam/tracker.h"
-#include "tasks/seam/seam_experiment.h"
 
 namespace rangegrasp {
 namespace {
 
 // Recorded rows of a seam, what pre-processing makes of them, and what is needed for that.
 struct Recorded {
-  tasks::seam_task::SeamExperiment experiment;
+  seam_task::SeamExperiment experiment;
   seam::Calibration calibration;
   std::vector<seam::RawProfile> raw;
   std::vector<seam::PreparedProfile> prepared;
@@ -26,11 +26,11 @@ const Recorded& Profiles() {
   static const Recorded recorded = [] {
     const std::filesystem::path root = RANGEGRASP_SOURCE_DIR;
     Recorded made;
-    made.experiment = tasks::seam_task::ReadSeamExperiment(root / "experiments/seam_base.yaml");
+    made.experiment = seam_task::ReadSeamExperiment(root / "experiments/seam_base.yaml");
     made.experiment.seed = 1001;
     const stitching::StripeSensor sensor(made.experiment.sensor);
-    made.calibration = tasks::seam_task::CalibrationOf(made.experiment, sensor);
-    made.raw = tasks::seam_task::RecordSeam(made.experiment, sensor, 0).raw;
+    made.calibration = seam_task::CalibrationOf(made.experiment, sensor);
+    made.raw = seam_task::RecordSeam(made.experiment, sensor, 0).raw;
     for (const auto& raw : made.raw) {
       made.prepared.push_back(seam::Prepare(seam::Calibrate(raw, made.calibration), {}));
     }

@@ -17,19 +17,20 @@
 #include <utility>
 #include <vector>
 
-#include "core/stopwatch.h"
-#include "core/words.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
 #include "experiment/experiment.h"
+#include "experiment/kinds.h"
 #include "labelled_cloud.h"
 #include "labelled_scan.h"
 #include "pcl_bridge/clusters.h"
 #include "pcl_bridge/local_convexity.h"
 #include "perception/find_table.h"
 #include "perception/perceive.h"
+#include "register_all.h"
 #include "separation_score.h"
-#include "tasks/grasping/grasping_task.h"
-#include "tasks/grasping/trial.h"
-#include "tasks/kinds.h"
+#include "trial/grasping_task.h"
+#include "trial/trial.h"
 
 namespace rangegrasp {
 namespace {
@@ -48,9 +49,9 @@ using Method = std::function<Found(const LabelledScan&)>;
 Found Perceived(const LabelledScan& scan, perception::PerceptionOptions options,
                 perception::SegmentMethod method) {
   options.segment.method = method;
-  core::Rng rng(1);
+  base::Rng rng(1);
   Found found;
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const auto scene = perception::Perceive(scan.observation, options, rng, scan.workspace);
   found.seconds = watch.Seconds();
   for (const auto& [step, seconds] : scene.seconds) {
@@ -65,7 +66,7 @@ Found Perceived(const LabelledScan& scan, perception::PerceptionOptions options,
 /// The segments before they are merged.
 Found Segments(const LabelledScan& scan, perception::PerceptionOptions options) {
   options.segment.method = perception::SegmentMethod::kConvexity;
-  core::Rng rng(1);
+  base::Rng rng(1);
   Found found;
   const auto scene = perception::Perceive(scan.observation, options, rng, scan.workspace);
   for (const auto& segment : scene.segments) {
@@ -79,7 +80,7 @@ Found Segments(const LabelledScan& scan, perception::PerceptionOptions options) 
 geometry::Points AboveTable(const LabelledScan& scan) {
   const geometry::Points points = scan.Measured();
   perception::PerceptionOptions options;
-  core::Rng rng(1);
+  base::Rng rng(1);
   const auto sampling = perception::MeasureSampling(points, options.sampling);
   perception::AdaptLengths(sampling, options);
   auto table = perception::FindTable(points, scan.origin_C, options.preprocess, rng);
@@ -113,7 +114,7 @@ Found LocallyConvex(const LabelledScan& scan) {
   const geometry::Points above = AboveTable(scan);
   pcl_bridge::LocalConvexityOptions options{.voxel_m = 0.010, .seed_m = 0.040};
   if (scan.depth_camera) options = {.voxel_m = 0.0075, .seed_m = 0.030, .camera_depth = true};
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const auto found =
       pcl_bridge::SegmentByLocalConvexity(pcl_bridge::Cloud(above, scan.origin_C), options);
   const double seconds = watch.Seconds();
@@ -124,7 +125,7 @@ Found Clustered(const LabelledScan& scan) {
   const geometry::Points above = AboveTable(scan);
   // Two lines of the laser's points; the noise of a depth camera.
   const pcl_bridge::EuclideanClusterOptions options{.tolerance_m = 0.010};
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const auto clusters =
       pcl_bridge::EuclideanClusters(pcl_bridge::Cloud(above, scan.origin_C), options);
   Found found;
@@ -221,7 +222,7 @@ std::vector<std::pair<std::string, Method>> Methods(const perception::Perception
                                                     const std::vector<std::string>& only) {
   std::vector<std::pair<std::string, Method>> methods;
   for (const auto word : WordsOf(perception::SegmentMethod{})) {
-    const auto method = core::FromWord<perception::SegmentMethod>(word, "");
+    const auto method = base::FromWord<perception::SegmentMethod>(word, "");
     methods.emplace_back(word, [options, method](const LabelledScan& scan) {
       return Perceived(scan, options, method);
     });
@@ -245,12 +246,11 @@ void SurveyKinect(const std::string& which, Survey& survey) {
   }
 }
 
-void SurveyTrials(const tasks::grasping::Cell& cell, const std::vector<std::string>& objects,
+void SurveyTrials(const trial::Cell& cell, const std::vector<std::string>& objects,
                   std::uint64_t seed, int scans, const std::string& keep, Survey& survey) {
   for (const auto& object : objects.empty() ? cell.options.objects : objects) {
     for (int i = 0; i < scans; ++i) {
-      const auto scan =
-          bench::OfTrial(cell, {object, i, tasks::grasping::TrialSeed(seed, object, i)}, keep);
+      const auto scan = bench::OfTrial(cell, {object, i, trial::TrialSeed(seed, object, i)}, keep);
       if (scan) survey.Add(*scan);
     }
   }
@@ -260,6 +260,7 @@ void SurveyTrials(const tasks::grasping::Cell& cell, const std::vector<std::stri
 }  // namespace rangegrasp
 
 int main(int argc, char** argv) {
+  rangegrasp::RegisterAll();
   using namespace rangegrasp;
   std::string file, kinect, keep;
   std::vector<std::string> only;
@@ -283,8 +284,8 @@ int main(int argc, char** argv) {
     survey.Print();
     return 0;
   }
-  const auto experiment = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
-  const auto& cell = tasks::grasping::CellOf(*experiment.task);
+  const auto experiment = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
+  const auto& cell = trial::CellOf(*experiment.task);
   Survey survey(Methods(cell.options.perception, only));
   SurveyTrials(cell, changes.groups, seed, scans, keep, survey);
   survey.Print();

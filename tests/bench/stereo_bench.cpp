@@ -2,7 +2,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "sensing/stereo_camera.h"
+#include "stereo/sensing/stereo_camera.h"
 #include "tabletop.h"
 
 namespace rangegrasp::bench {
@@ -18,10 +18,10 @@ const sensing::StereoCamera& Camera() {
 // A pair, as the first of a process is not: with a renderer that is there.
 void Photograph(State& state) {
   const sim::World& world = FiveObjects();
-  const core::Pose X_WS = world.SitePose("scanner");
+  const base::Pose X_WS = world.SitePose("scanner");
   const auto renderer = Camera().RendererOf(world);
   for (auto _ : state) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     benchmark::DoNotOptimize(Camera().Photograph(world, *renderer, X_WS, rng));
   }
 }

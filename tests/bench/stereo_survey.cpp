@@ -14,20 +14,20 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/quantile.h"
-#include "core/stopwatch.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/quantile.h"
+#include "base/stopwatch.h"
+#include "base/units.h"
 #include "experiment/experiment.h"
-#include "tasks/grasping/grasping_task.h"
-#include "tasks/grasping/sensor.h"
-#include "tasks/grasping/trial.h"
-#include "tasks/kinds.h"
+#include "experiment/kinds.h"
+#include "register_all.h"
+#include "stereo/sensing/stereo_sensor.h"
+#include "trial/grasping_task.h"
+#include "trial/sensor.h"
+#include "trial/trial.h"
 
 namespace rangegrasp {
 namespace {
-
-namespace grasping = tasks::grasping;
 
 // Texture of a sample: the standard deviation of the brightness in the window of block matching.
 // Noise alone has 2 levels, shading over a window up to 2 more.
@@ -73,7 +73,7 @@ double Texture(const image::Image& picture, int x, int y) {
 // [0]: plain, [1]: textured.
 using ByTexture = std::array<Group, 2>;
 
-void AddLook(const grasping::StereoLook& look, int step_px, const sim::World& world,
+void AddLook(const trial::StereoLook& look, int step_px, const sim::World& world,
              std::map<std::string, ByTexture>& groups) {
   const auto& view = look.made.view;
   for (std::size_t i = 0; i < view.image.points_C.size(); ++i) {
@@ -98,9 +98,9 @@ void Print(const std::string& object, const char* kind, const Group& group) {
   int mismatches = 0;
   for (const double error_m : group.errors_m) {
     const double size_m = std::abs(error_m);
-    errors_mm.push_back(error_m * core::kMmPerM);
-    sizes_mm.push_back(size_m * core::kMmPerM);
-    sum_mm += size_m * core::kMmPerM;
+    errors_mm.push_back(error_m * base::kMmPerM);
+    sizes_mm.push_back(size_m * base::kMmPerM);
+    sum_mm += size_m * base::kMmPerM;
     mismatches += size_m > kMismatch_m ? 1 : 0;
   }
   const auto count = static_cast<double>(sizes_mm.size());
@@ -109,8 +109,8 @@ void Print(const std::string& object, const char* kind, const Group& group) {
     return;
   }
   fmt::print("{},{},{},{:.3f},{:.2f},{:.2f},{:.2f},{:.2f},{:.4f}\n", object, kind, group.seen,
-             count / group.seen, sum_mm / count, core::MedianOf(sizes_mm),
-             core::QuantileOf(sizes_mm, 0.95), core::MedianOf(errors_mm), mismatches / count);
+             count / group.seen, sum_mm / count, base::MedianOf(sizes_mm),
+             base::QuantileOf(sizes_mm, 0.95), base::MedianOf(errors_mm), mismatches / count);
 }
 
 void Print(const std::string& object, const ByTexture& groups) {
@@ -122,10 +122,10 @@ void Print(const std::string& object, const ByTexture& groups) {
 }
 
 void Survey(const std::string& file, const experiment::Changes& changes, int scans) {
-  const auto experiment = experiment::OpenExperiment(file, tasks::AllKinds(), changes);
-  const grasping::Cell& cell = grasping::CellOf(*experiment.task);
-  const auto* sensor = dynamic_cast<const grasping::StereoSensor*>(cell.sensor.get());
-  if (!sensor) throw core::InputError(file + ": its sensor is no stereo camera");
+  const auto experiment = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
+  const trial::Cell& cell = trial::CellOf(*experiment.task);
+  const auto* sensor = dynamic_cast<const trial::StereoSensor*>(cell.sensor.get());
+  if (!sensor) throw base::InputError(file + ": its sensor is no stereo camera");
   std::map<std::string, ByTexture> groups;
   double seconds = 0.0;
   int looks = 0;
@@ -133,12 +133,12 @@ void Survey(const std::string& file, const experiment::Changes& changes, int sca
   const std::size_t step =
       std::max<std::size_t>(1, experiment.cases.size() / static_cast<std::size_t>(scans));
   for (std::size_t i = 0; i < experiment.cases.size() && looks < scans; i += step) {
-    const auto spec = grasping::SpecOf(experiment.cases[i]);
+    const auto spec = trial::SpecOf(experiment.cases[i]);
     auto arranged = ArrangeTrial(cell, spec);
     if (!arranged) continue;
-    core::Rng rng = grasping::StageStream(spec.seed, "scan");
+    base::Rng rng = trial::StageStream(spec.seed, "scan");
     auto look = sensor->Look(arranged->world, rng);
-    const core::Stopwatch watch;
+    const base::Stopwatch watch;
     stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, sensor->rectifier(),
                         sensor->setup().reconstruct);
     seconds += watch.Seconds();
@@ -159,6 +159,7 @@ void Survey(const std::string& file, const experiment::Changes& changes, int sca
 }  // namespace rangegrasp
 
 int main(int argc, char** argv) {
+  rangegrasp::RegisterAll();
   using namespace rangegrasp;
   CLI::App app{"What a stereo pair reconstructs of the objects, beside the truth."};
   std::string file;

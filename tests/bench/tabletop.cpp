@@ -3,9 +3,10 @@
 #include <stdexcept>
 
 #include "experiment/experiment.h"
+#include "experiment/kinds.h"
 #include "sim/resting_poses.h"
-#include "tasks/grasping/grasping_task.h"
-#include "tasks/kinds.h"
+#include "trial/grasping_task.h"
+#include "trial/objects.h"
 
 namespace rangegrasp::bench {
 namespace {
@@ -18,7 +19,7 @@ sim::World PlaceFiveObjects() {
       {0.0, 0.0}, {0.09, 0.08}, {0.09, -0.08}, {-0.09, 0.09}, {-0.09, -0.09}};
   std::vector<sim::ObjectModel> models;
   for (const auto& name : names) {
-    models.push_back(tasks::grasping::ObjectModelOf(cell.options, name));
+    models.push_back(trial::ObjectModelOf(cell.options, name));
   }
   constexpr double kDrop_m = 0.0005;  // above the resting height: nothing starts inside the table
   sim::World world(cell.options.scene, models, cell.options.physics);
@@ -29,7 +30,7 @@ sim::World PlaceFiveObjects() {
         sim::StableRestingPoses(models[at], cell.options.min_tipping_rad).front().faces.front();
     const Eigen::Vector3d place =
         cell.robot.X_WWorkspace * Eigen::Vector3d(places[at].x(), places[at].y(), 0.0);
-    world.PlaceObject(i, core::MakePose(pose.R_WO.toRotationMatrix(),
+    world.PlaceObject(i, base::MakePose(pose.R_WO.toRotationMatrix(),
                                         {place.x(), place.y(), pose.height_m + kDrop_m}));
   }
   if (!world.Settle()) throw std::runtime_error("the five objects do not come to rest");
@@ -38,10 +39,10 @@ sim::World PlaceFiveObjects() {
 
 }  // namespace
 
-const tasks::grasping::Cell& Cell() {
+const trial::Cell& Cell() {
   static const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", tasks::AllKinds(), {});
-  return tasks::grasping::CellOf(*experiment.task);
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  return trial::CellOf(*experiment.task);
 }
 
 const sim::World& FiveObjects() {
@@ -50,7 +51,7 @@ const sim::World& FiveObjects() {
 }
 
 const geometry::Observation& FiveObjectsScan() {
-  static const auto sensed = tasks::grasping::Look(Cell(), FiveObjects(), 1);
+  static const auto sensed = trial::Look(Cell(), FiveObjects(), 1);
   return sensed.observation;
 }
 
@@ -68,7 +69,7 @@ Eigen::Vector3d SensorOrigin() { return FiveObjectsScan().views.front().image.or
 
 const perception::Scene& FiveObjectsScene() {
   static const perception::Scene scene = [] {
-    core::Rng rng(1);
+    base::Rng rng(1);
     return perception::Perceive(FiveObjectsCloud(), SensorOrigin(), Cell().options.perception, rng);
   }();
   return scene;

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "tasks/grasping/trial.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::bench {
 
 /// The experiment of table 5.2, prepared once.
-const tasks::grasping::Cell& Cell();
+const trial::Cell& Cell();
 
 /// Five objects on the table, at rest.
 const sim::World& FiveObjects();

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/file.h"
-#include "core/stopwatch.h"
+#include "base/file.h"
+#include "base/stopwatch.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::testing_support {
@@ -51,7 +51,7 @@ class Command {
   }
   /// The exit code; -n if signal n ended it, -1000 if it was killed here after the limit.
   int Wait(double limit_s = 300.0) {
-    const core::Stopwatch watch;
+    const base::Stopwatch watch;
     while (Runs()) {
       if (watch.Seconds() > limit_s) {
         kill(pid_, SIGKILL);
@@ -73,7 +73,7 @@ class Command {
   std::string Text(const std::string& name) const {
     const auto file = folder_ / name;
     if (!std::filesystem::exists(file) || std::filesystem::is_empty(file)) return "";
-    return core::ReadFile(file);
+    return base::ReadFile(file);
   }
 
   TempFolder folder_;

@@ -19,9 +19,9 @@ inline std::string Replaced(std::string text, const std::string& from, const std
 class OwnCell : public testing::Test {
  protected:
   void SetUp() override {
-    arm_ = Replaced(core::ReadFile(kArms + "seven_joints.xml"), "../../../models",
+    arm_ = Replaced(base::ReadFile(kArms + "seven_joints.xml"), "../../../models",
                     kSource + "/models");
-    scene_ = Replaced(core::ReadFile(kArms + "seven_on_pedestal.xml"), "../../../scenes",
+    scene_ = Replaced(base::ReadFile(kArms + "seven_on_pedestal.xml"), "../../../scenes",
                       kSource + "/scenes");
     scene_ = Replaced(scene_, "seven_joints.xml", "arm.xml");
     experiment_ = "name: own\nscene: scene.xml\nsensor: " + kSource +

@@ -175,8 +175,8 @@ TEST_F(RunTest, AFolderWithoutACaseHoldsNoResults) {
 }
 
 TEST_F(RunTest, TheFolderHoldsTheExperimentFile) {
-  const std::string text = core::ReadFile(Folder("single/experiment.yaml"));
-  EXPECT_THAT(text, testing::EndsWith(core::ReadFile(kExperiment)));
+  const std::string text = base::ReadFile(Folder("single/experiment.yaml"));
+  EXPECT_THAT(text, testing::EndsWith(base::ReadFile(kExperiment)));
   EXPECT_THAT(text, HasSubstr("--set trials_per_object=1\n"));
 }
 
@@ -199,7 +199,7 @@ TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
   EXPECT_THAT(markdown.out, testing::StartsWith("| no. | object |"));
   const Ran file = RunProgram({"table", Folder("single"), "--json", "--out", Folder("table.json")});
   EXPECT_EQ(file.out, "");
-  EXPECT_TRUE(nlohmann::json::parse(core::ReadFile(Folder("table.json"))).contains("rows"));
+  EXPECT_TRUE(nlohmann::json::parse(base::ReadFile(Folder("table.json"))).contains("rows"));
 }
 
 TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
@@ -233,9 +233,9 @@ TEST_F(RunTest, AScanIsPerceivedAsAFileToo) {
   const std::string cloud = Folder("spread.pcd");
   const Ran scan = RunProgram({"scan", kExperiment, "--trial", "spread-0000", "-o", cloud});
   ASSERT_EQ(scan.code, 0) << scan.err;
-  const std::string bytes = core::ReadFile(cloud);
+  const std::string bytes = base::ReadFile(cloud);
   const Ran again = RunProgram({"scan", kExperiment, "--trial", "spread-0000", "-o", cloud});
-  EXPECT_EQ(core::ReadFile(cloud), bytes);
+  EXPECT_EQ(base::ReadFile(cloud), bytes);
   const Ran ran = RunProgram(
       {"perceive", cloud, "--sensor-origin", "0.8,0,0.62", "--json", "-o", Folder("seen")});
   ASSERT_EQ(ran.code, 0) << ran.err;
@@ -244,7 +244,7 @@ TEST_F(RunTest, AScanIsPerceivedAsAFileToo) {
   EXPECT_GT(json["table"]["normal"][2].get<double>(), 0.999);
   EXPECT_TRUE(json["objects"][0].contains("grasps"));
   EXPECT_TRUE(std::filesystem::exists(Folder("seen/perceived.png")));
-  EXPECT_EQ(nlohmann::json::parse(core::ReadFile(Folder("seen/perceived.json"))), json);
+  EXPECT_EQ(nlohmann::json::parse(base::ReadFile(Folder("seen/perceived.json"))), json);
 }
 
 }  // namespace

@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <regex>
 
+#include "base/file.h"
+#include "base/units.h"
 #include "cli/command.h"
-#include "core/file.h"
-#include "core/units.h"
 
 namespace rangegrasp {
 namespace {
@@ -101,7 +101,7 @@ std::string Rod() {
   std::string points, faces;
   for (int i = 0; i <= kRings; ++i) {
     for (int j = 0; j < kAround; ++j) {
-      const double turn = 2.0 * core::kPi * j / kAround;
+      const double turn = 2.0 * base::kPi * j / kAround;
       points += fmt::format("{} {} {}\n", 0.05 * i, std::cos(turn), std::sin(turn));
       const int next = (j + 1) % kAround;
       if (i == kRings) continue;
@@ -125,7 +125,7 @@ TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
   std::string command = RANGEGRASP_BINARY;
   for (const std::string& argument : arguments) command += " " + argument;
   ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);
-  const std::string text = core::ReadFile(seen);
+  const std::string text = base::ReadFile(seen);
   EXPECT_THAT(text, testing::ContainsRegex("rod.off: taking 60000 triangles apart, [0-9]+ s"));
   EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is taken away
 }

@@ -7,8 +7,8 @@
 #include <set>
 #include <sstream>
 
+#include "base/words.h"
 #include "cli/command.h"
-#include "core/words.h"
 
 namespace rangegrasp {
 namespace {
@@ -52,7 +52,7 @@ TEST(Help, EveryOptionSaysWhatItDoes) {
     commands.push_back(std::string("seam ") + inner);
   }
   for (const std::string& command : commands) {
-    std::vector<std::string> arguments = core::Split(command, ' ');
+    std::vector<std::string> arguments = base::Split(command, ' ');
     arguments.emplace_back("--help");
     std::istringstream help(RunProgram(arguments).out);
     std::string option;
@@ -124,7 +124,7 @@ TEST(Output, AReaderThatHasSeenEnoughIsNoError) {
                              "; echo $? >" + (folder / "code").string() + "; } | true";
   ASSERT_EQ(std::system(script.c_str()), 0);
   while (!std::filesystem::exists(folder / "code")) usleep(1000);
-  EXPECT_EQ(core::ReadFile(folder / "code"), "0\n");
+  EXPECT_EQ(base::ReadFile(folder / "code"), "0\n");
   EXPECT_TRUE(std::filesystem::is_empty(folder / "err"));
 }
 
@@ -171,7 +171,7 @@ TEST_F(BadInputTest, ABadExperimentIsNamedWithFileAndLine) {
   Thing("<mujoco/>");
   const std::string typo = Experiment(Tabletop());
   folder_.Write("experiments/e.yaml",
-                core::ReadFile(folder_ / "experiments/e.yaml") + "trails_per_object: 3\n");
+                base::ReadFile(folder_ / "experiments/e.yaml") + "trails_per_object: 3\n");
   for (const auto& [command, out] :
        {std::pair{"run", "out"}, {"scan", "out.pcd"}, {"snapshot", "out.png"}}) {
     ExpectRefused({command, typo, "-o", (folder_ / out).string()},

@@ -7,7 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "error_of.h"
 #include "experiment/format.h"
 #include "experiment/runner.h"
@@ -51,7 +51,7 @@ struct SquareOptions {
   std::vector<std::string> groups = {"a", "b"};
   int each = 3;
 };
-SquareOptions ReadSquares(core::YamlMap& map) {
+SquareOptions ReadSquares(base::YamlMap& map) {
   SquareOptions options;
   map.Read("groups", options.groups, "words");
   map.Read("cases_each", options.each, 1, 10, "cases of each word");
@@ -66,11 +66,11 @@ std::vector<TaskKind> Kinds(bool uses_seed = true) {
   kind.trials_key = "cases_each";
   kind.uses_seed = uses_seed;
   kind.success = "done";
-  kind.read = [](core::YamlMap& map, const Common& common) -> std::unique_ptr<Task> {
+  kind.read = [](base::YamlMap& map, const Common& common) -> std::unique_ptr<Task> {
     const SquareOptions o = ReadSquares(map);
     return std::make_unique<Squares>(o.groups, o.each, common.seed);
   };
-  kind.read_keys = [](core::YamlMap& map) { ReadSquares(map); };
+  kind.read_keys = [](base::YamlMap& map) { ReadSquares(map); };
   kind.report = [](const Stamp&, const std::vector<Record>& records) {
     Report report;
     report.sections.push_back({"Squares", {{"id", "square"}, {true, false}, {}, false}});
@@ -158,7 +158,7 @@ TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
   const auto again = OpenAgain(e.stamp, kinds_);
   EXPECT_EQ(Ids(again), Ids(e));
   EXPECT_EQ(again.stamp.identity, e.stamp.identity);
-  EXPECT_THROW(OpenAgain(Stamp{}, kinds_), core::InputError);
+  EXPECT_THROW(OpenAgain(Stamp{}, kinds_), base::InputError);
 }
 
 TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "error_of.h"
 #include "experiment/sample_record.h"
 #include "experiment/store.h"

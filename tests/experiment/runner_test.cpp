@@ -18,8 +18,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/stopwatch.h"
+#include "base/error.h"
+#include "base/stopwatch.h"
 #include "experiment/child.h"
 #include "experiment/sample_record.h"
 #include "temp_folder.h"
@@ -169,7 +169,7 @@ TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
 // It has handed over its result and then hangs: the result counts, after a second of patience, not
 // after the time that the case may take or the process would, and no process is left.
 TEST(RunCases, AWholeResultCountsThoughItsProcessEndsLate) {
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   const auto ends_late = [](const Case& which) {
     end_takes_s = 60;
     return Good(which);
@@ -213,7 +213,7 @@ TEST(RunCases, ProgressCountsFromOneToTheTotalAfterTheRowIsWritten) {
 }
 
 TEST(RunCases, JobsRunAtTheSameTime) {
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   RowsOfRun(
       Cases(6),
       [](const Case& which) {
@@ -263,7 +263,7 @@ TEST(RunCases, AnExitWithoutAResultIsACrash) {
 }
 
 TEST(RunCases, AHangIsKilledAtItsLimit) {
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   const auto result = RunBad(
       [](const Case& which) {
         for (;;) pause();
@@ -316,7 +316,7 @@ TEST(RunCases, GarbageInPlaceOfAResultIsACrash) {
 }
 
 TEST(RunCases, AProcessThatClosesItsPipeAndStaysIsKilled) {
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   const auto result = RunBad([](const Case& which) {
     for (const int fd : PipesForWriting()) close(fd);
     for (;;) pause();
@@ -360,7 +360,7 @@ TEST(RunCases, AFullDiskEndsTheRunAndLeavesNoProcessBehind) {
                  return large;
                },
                store, {.jobs = 3}, {});
-    } catch (const core::RunError&) {
+    } catch (const base::RunError&) {
       return NoChildIsLeft() ? 10 : 11;
     }
     return 1;
@@ -392,7 +392,7 @@ TEST(RunCases, AKilledRunTakesItsTrialsAlong) {
              store, {}, {});
     _exit(0);
   }
-  const core::Stopwatch watch;
+  const base::Stopwatch watch;
   while (!std::filesystem::exists(folder / "pid") && watch.Seconds() < 20.0) usleep(1000);
   pid_t trial = 0;
   std::ifstream(folder / "pid") >> trial;

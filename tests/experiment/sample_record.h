@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "experiment/record.h"
 
 namespace rangegrasp::experiment {
@@ -10,7 +10,7 @@ namespace rangegrasp::experiment {
 /// A case made from its group and number alone.
 inline Case SampleCase(const std::string& group, int i, std::uint64_t seed = 1) {
   return {fmt::format("{}-{:04}", group, i), group,
-          core::DeriveSeed(core::DeriveSeed(seed, group), static_cast<std::uint64_t>(i)),
+          base::DeriveSeed(base::DeriveSeed(seed, group), static_cast<std::uint64_t>(i)),
           fmt::format(R"({{"index":{}}})", i), i};
 }
 

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "base/error.h"
+#include "base/file.h"
 #include "error_of.h"
 #include "temp_folder.h"
 
@@ -34,7 +34,7 @@ TEST(ShellQuoted, AnyWordStaysOneWordAsItIs) {
   const std::string word = "a 'b' \"c\" $HOME `id` \\ ;\n*";
   const std::string file = (folder / "out").string();
   ASSERT_EQ(std::system(("printf %s " + ShellQuoted(word) + " > " + ShellQuoted(file)).c_str()), 0);
-  EXPECT_EQ(core::ReadFile(file), word);
+  EXPECT_EQ(base::ReadFile(file), word);
 }
 
 TEST(Submission, IsFoundAgainInItsFolder) {
@@ -47,7 +47,7 @@ TEST(Submission, IsFoundAgainInItsFolder) {
   EXPECT_EQ(read.run, written.run);
   EXPECT_EQ(read.tasks, 7);
   EXPECT_EQ(read.JobName(), written.JobName());
-  core::WriteFile(folder / "slurm/submission.json", "{\"run\": []}");
+  base::WriteFile(folder / "slurm/submission.json", "{\"run\": []}");
   EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder.path()); }),
               HasSubstr("submission.json"));
   EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder / "none"); }),

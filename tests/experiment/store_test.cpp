@@ -8,7 +8,7 @@
 #include <array>
 #include <set>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "error_of.h"
 #include "experiment/child.h"
 #include "experiment/sample_record.h"
@@ -160,7 +160,7 @@ TEST(Store, AFullDiskIsARunErrorAndKeepsTheRowsBefore) {
       result.result.data = std::string(10000, 'x');
       try {
         store.Write(result);
-      } catch (const core::RunError& e) {
+      } catch (const base::RunError& e) {
         const bool named = std::string(e.what()).find("results.sqlite") != std::string::npos;
         return named ? 10 + (static_cast<int>(store.ReadAll().size()) == i ? 0 : 1) : 12;
       }
@@ -179,22 +179,22 @@ TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {
   folder.Write("file", "");
   for (const std::filesystem::path& bad :
        {folder / "file", folder / "file/below", std::filesystem::path("/proc/rangegrasp")}) {
-    EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
+    EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
   }
   // A folder that exists but takes no files, whoever asks.
-  EXPECT_THAT(ErrorOf<core::InputError>([] { Store::Create("/proc/self"); }),
+  EXPECT_THAT(ErrorOf<base::InputError>([] { Store::Create("/proc/self"); }),
               HasSubstr("/proc/self/results.sqlite"));
 }
 
 TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
   const TempFolder folder;
   const auto file = folder.Write("results.sqlite", std::string(5000, 'x'));
-  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder.path()); }),
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder.path()); }),
               HasSubstr(file.string()));
-  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Create(folder.path()); }),
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Create(folder.path()); }),
               HasSubstr(file.string()));
   folder.Write("empty/results.sqlite", "");
-  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder / "empty"); }),
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder / "empty"); }),
               HasSubstr("no results"));
 }
 
@@ -204,7 +204,7 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
   ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
   sqlite3_exec(db, "CREATE TABLE other(x)", nullptr, nullptr, nullptr);
   sqlite3_close(db);
-  EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(folder.path()); }),
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder.path()); }),
               HasSubstr("no such table"));
 }
 
@@ -212,7 +212,7 @@ TEST(Store, AFolderWithoutResultsIsAnInputErrorThatSaysWhatToGive) {
   const TempFolder folder;
   EXPECT_FALSE(Store::Exists(folder.path()));
   for (const auto& bad : {folder.path(), folder / "missing"}) {
-    EXPECT_THAT(ErrorOf<core::InputError>([&] { Store::Open(bad); }),
+    EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(bad); }),
                 testing::AllOf(HasSubstr(bad.string()), HasSubstr("no results here")));
   }
 }

@@ -16,7 +16,7 @@
 #include <map>
 #include <set>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/alpha_components.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
@@ -68,7 +68,7 @@ class SeededAlpha : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededAlpha, ::testing::Range<std::uint64_t>(0, 20));
 
 TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Points points = testing::RandomPoints(4 + rng.Index(200), 1.0, rng);
   const double alpha = rng.Uniform(0.1, 0.8);
   const AlphaComplex complex = BuildAlphaComplex(points, alpha);
@@ -95,7 +95,7 @@ std::vector<std::uint32_t> SlowComponents(std::size_t n, const AlphaComplex& com
 }
 
 TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Points points = testing::RandomPoints(300, 1.0, rng);
   const AlphaComplex complex = BuildAlphaComplex(points, 0.13);
   const auto expected = SlowComponents(points.size(), complex);
@@ -120,7 +120,7 @@ TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
 }
 
 TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   Points points;  // cospherical everywhere: the triangulation itself is ambiguous
   for (int x = 0; x < 7; ++x) {
     for (int y = 0; y < 7; ++y) {
@@ -141,7 +141,7 @@ TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
 }
 
 TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   Points
       points;  // pairs that differ in the last digit: the radii of their needles are all rounding
   for (const Eigen::Vector3d& p : testing::RandomPoints(150, 0.1, rng)) {
@@ -163,7 +163,7 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
 }
 
 TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   // A table scene, thinned at random, so that there are gaps about as wide as alpha.
   synthetic::ScanOptions options;
   options.seed = GetParam();
@@ -184,7 +184,7 @@ TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
 }
 
 TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   Points points = testing::RandomPoints(rng.Index(400), 1.0, rng);
   if (GetParam() % 4 == 1) {  // flat
     for (Eigen::Vector3d& p : points) p.z() = 0.5;
@@ -226,7 +226,7 @@ double SignedArea(const std::vector<Eigen::Vector2d>& p, const std::vector<std::
 }
 
 TEST_P(SeededAlpha, The2DTrianglesAreThoseOfCgalsAlphaShapeAndTheLoopsBoundThem) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   std::vector<Eigen::Vector2d> points;
   std::vector<Kernel::Point_2> input;
   for (std::size_t i = 0; i < 200; ++i) {
@@ -253,10 +253,10 @@ TEST_P(SeededAlpha, The2DTrianglesAreThoseOfCgalsAlphaShapeAndTheLoopsBoundThem)
 
 TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
   std::vector<Eigen::Vector2d> points;
-  core::Rng rng(4);
+  base::Rng rng(4);
   for (double r : {0.05, 0.0485, 0.047, 0.0455, 0.044}) {
     for (int i = 0; i < 200; ++i) {
-      const double angle = 2.0 * core::kPi * (i + rng.Uniform(-0.2, 0.2)) / 200;
+      const double angle = 2.0 * base::kPi * (i + rng.Uniform(-0.2, 0.2)) / 200;
       points.emplace_back(r * std::cos(angle), r * std::sin(angle));
     }
   }
@@ -267,7 +267,7 @@ TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
   // The chords of 200 sides stay within 1 - cos(1.2 pi / 200) = 2e-4 of the radius.
   for (const std::uint32_t i : shape.loops[0]) EXPECT_NEAR(points[i].norm(), 0.05, 1e-9);
   for (const std::uint32_t i : shape.loops[1]) EXPECT_NEAR(points[i].norm(), 0.044, 1e-9);
-  EXPECT_NEAR(shape.area_m2, core::kPi * (0.05 * 0.05 - 0.044 * 0.044), 1e-5);
+  EXPECT_NEAR(shape.area_m2, base::kPi * (0.05 * 0.05 - 0.044 * 0.044), 1e-5);
 }
 
 // Two squares of a grid, 10 mm apart: two shapes with the smaller alpha, one with the larger.

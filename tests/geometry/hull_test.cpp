@@ -16,7 +16,7 @@ class SeededHull : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededHull, ::testing::Range<std::uint64_t>(0, 20));
 
 TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Points points = testing::RandomPoints(4 + rng.Index(300), 1.0, rng);
   const TriangleMesh hull = ConvexHull(points);
   ASSERT_FALSE(hull.triangles.empty());
@@ -34,7 +34,7 @@ TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
 }
 
 TEST_P(SeededHull, VerticesAreThePointsThatABruteForceFindsExtreme) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Points points = testing::RandomPoints(25, 1.0, rng);
   // A vertex is on some plane through three points that has all others on one side.
   std::vector<bool> extreme(points.size(), false);
@@ -69,7 +69,7 @@ TEST(Hull, OfACubeWithPointsOnItsFacesIsTheCube) {
 // Points of a facet that are no corners of the solid are in no triangle, and the order of what is
 // left is one of its own, whatever the order of the points.
 TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   Points points;
   for (int x = 0; x <= 3; ++x) {
     for (int y = 0; y <= 3; ++y) {
@@ -90,7 +90,7 @@ TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
 }
 
 TEST(Hull, OfFlatPointsIsEmpty) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   Points flat = testing::RandomPoints(50, 1.0, rng);
   for (Eigen::Vector3d& p : flat) p.z() = 2.0 * p.x() - p.y();
   EXPECT_TRUE(ConvexHull(flat).triangles.empty());

@@ -9,9 +9,9 @@
 #include <limits>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/stopwatch.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/stopwatch.h"
 #include "error_of.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
@@ -22,7 +22,7 @@
 namespace rangegrasp::geometry {
 namespace {
 
-using core::InputError;
+using base::InputError;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
@@ -45,7 +45,7 @@ std::string Ascii(const std::string& points = "POINTS 2\n", const std::string& f
          "\n" + body;
 }
 
-pcl::PointCloud<pcl::PointXYZRGB> RandomPclCloud(core::Rng& rng) {
+pcl::PointCloud<pcl::PointXYZRGB> RandomPclCloud(base::Rng& rng) {
   pcl::PointCloud<pcl::PointXYZRGB> cloud(20, 10);
   for (auto& p : cloud) {
     p.x = static_cast<float>(rng.Normal());
@@ -78,7 +78,7 @@ void ExpectSame(const CloudFile& ours, const pcl::PointCloud<pcl::PointXYZRGB>& 
 }
 
 TEST_F(Io, ReadsWhatPclWritesInEveryPcdFormat) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   const auto cloud = RandomPclCloud(rng);
   pcl::PCDWriter writer;
   writer.writeASCII(Path("a.pcd").string(), cloud, 9);
@@ -89,7 +89,7 @@ TEST_F(Io, ReadsWhatPclWritesInEveryPcdFormat) {
   ExpectSame(ReadCloud(Path("c.pcd")), cloud, 0.0);
 }
 
-RangeImage RandomImage(core::Rng& rng) {
+RangeImage RandomImage(base::Rng& rng) {
   RangeImage image;
   image.profiles = 7;
   image.samples = 11;
@@ -100,7 +100,7 @@ RangeImage RandomImage(core::Rng& rng) {
 }
 
 TEST_F(Io, PclReadsWhatWeWrite) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   const RangeImage image = RandomImage(rng);
   CloudField label{"label", Indices(77, 3u)};
   label.values[4] = 4000000000u;
@@ -118,7 +118,7 @@ TEST_F(Io, PclReadsWhatWeWrite) {
 }
 
 TEST_F(Io, CloudsSurviveAWriteAndARead) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   const RangeImage image = RandomImage(rng);
   WriteCloud(Path("w.pcd"), image);
   WriteCloud(Path("w.ply"), image, {{"label", Indices(77, 1u)}});
@@ -136,7 +136,7 @@ TEST_F(Io, CloudsSurviveAWriteAndARead) {
   EXPECT_THROW(WriteCloud(Path("x.pcd"), image, {{"label", {1}}}), std::invalid_argument);
 }
 
-std::vector<Rgb> RandomColors(std::size_t count, core::Rng& rng) {
+std::vector<Rgb> RandomColors(std::size_t count, base::Rng& rng) {
   std::vector<Rgb> colors(count);
   for (Rgb& color : colors) {
     for (auto& level : color) level = static_cast<std::uint8_t>(rng.Index(256));
@@ -145,7 +145,7 @@ std::vector<Rgb> RandomColors(std::size_t count, core::Rng& rng) {
 }
 
 TEST_F(Io, ColorsSurviveAWriteAndARead) {
-  core::Rng rng(4);
+  base::Rng rng(4);
   const RangeImage image = RandomImage(rng);
   auto colors = RandomColors(77, rng);
   WriteCloud(Path("w.pcd"), image, {{"label", Indices(77, 1u)}, ColorField(colors)});
@@ -274,7 +274,7 @@ TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
 }
 
 /// Flips, cuts, doubles or fills bytes at random.
-std::string Mutated(std::string bytes, core::Rng& rng) {
+std::string Mutated(std::string bytes, base::Rng& rng) {
   const std::size_t changes = 1 + rng.Index(8);
   for (std::size_t i = 0; i < changes && !bytes.empty(); ++i) {
     // Half of the changes hit the header.
@@ -303,14 +303,14 @@ std::string Mutated(std::string bytes, core::Rng& rng) {
 }
 
 TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
-  core::Rng rng(11);
+  base::Rng rng(11);
   const auto cloud = RandomPclCloud(rng);
   pcl::PCDWriter().writeASCII(Path("0").string(), cloud, 9);
   pcl::PCDWriter().writeBinary(Path("1").string(), cloud);
   pcl::PCDWriter().writeBinaryCompressed(Path("2").string(), cloud);
   WriteCloud(Path("3.ply"), RandomImage(rng));
-  const std::vector<std::string> seeds = {core::ReadFile(Path("0")), core::ReadFile(Path("1")),
-                                          core::ReadFile(Path("2")), core::ReadFile(Path("3.ply"))};
+  const std::vector<std::string> seeds = {base::ReadFile(Path("0")), base::ReadFile(Path("1")),
+                                          base::ReadFile(Path("2")), base::ReadFile(Path("3.ply"))};
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   int refused = 0;
@@ -362,23 +362,23 @@ std::vector<std::pair<std::string, std::string>> MeshFiles(const testing_support
   WriteStl(at / "binary.stl", Tessellate(box));
   WriteColoredPly(at / "binary.ply", Tessellate(box), {8, {255, 0, 10}});
   for (const char* name : {"binary.stl", "binary.ply"}) {
-    files.emplace_back(name, core::ReadFile(at / name));
+    files.emplace_back(name, base::ReadFile(at / name));
   }
   files.emplace_back("tetrahedron.glb",
-                     core::ReadFile(RANGEGRASP_SOURCE_DIR "/tests/data/meshes/tetrahedron.glb"));
+                     base::ReadFile(RANGEGRASP_SOURCE_DIR "/tests/data/meshes/tetrahedron.glb"));
   return files;
 }
 
 TEST_F(Io, AnyMutatedMeshIsReadOrRefusedAtOnceAndWithoutACrash) {
   constexpr double kLimit_s = 5.0;  // of a file of a few hundred bytes
-  core::Rng rng(12);
+  base::Rng rng(12);
   int refused = 0;
   int read = 0;
   for (const auto& [name, text] : MeshFiles(folder_)) {
     EXPECT_NO_THROW(ReadMesh(Write(name, text))) << name;
     for (int i = 0; i < 500; ++i) {
       const auto file = Write(name, Mutated(text, rng));
-      const core::Stopwatch watch;
+      const base::Stopwatch watch;
       try {
         const TriangleMesh mesh = ReadMesh(file);
         EXPECT_FALSE(mesh.triangles.empty());
@@ -399,7 +399,7 @@ TEST_F(Io, AnyMutatedMeshIsReadOrRefusedAtOnceAndWithoutACrash) {
 
 TEST_F(Io, APlyThatDeclaresFacesIsAMesh) {
   EXPECT_TRUE(PlyHoldsMesh(Write("box.ply", BoxFiles()[1].second)));
-  core::Rng rng(3);
+  base::Rng rng(3);
   WriteCloud(Path("cloud.ply"), RandomImage(rng));
   EXPECT_FALSE(PlyHoldsMesh(Path("cloud.ply")));
   EXPECT_FALSE(PlyHoldsMesh(Write("box.off", BoxFiles()[0].second)));
@@ -407,16 +407,16 @@ TEST_F(Io, APlyThatDeclaresFacesIsAMesh) {
 }
 
 TEST_F(Io, AMissingFolderIsMadeAndAFullDiskIsARunError) {
-  core::Rng rng(4);
+  base::Rng rng(4);
   const RangeImage image = RandomImage(rng);
   WriteCloud(Path("no/such/folder.pcd"), image);
   EXPECT_TRUE(std::filesystem::is_regular_file(Path("no/such/folder.pcd")));
-  EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd/cloud.pcd"), image), core::InputError);
+  EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd/cloud.pcd"), image), base::InputError);
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   try {
     WriteCloud("/dev/full", image);
     FAIL() << "expected a RunError";
-  } catch (const core::RunError& error) {
+  } catch (const base::RunError& error) {
     EXPECT_THAT(error.what(), HasSubstr("/dev/full"));
   }
 }
@@ -589,7 +589,7 @@ TEST_F(Io, BytesBehindABinaryStlDoNotCount) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
   WriteStl(Path("t.stl"), mesh);
-  const std::string bytes = core::ReadFile(Path("t.stl"));
+  const std::string bytes = base::ReadFile(Path("t.stl"));
   for (const std::string& behind :
        {std::string("\n"), std::string(500, '\0'), std::string("facet")}) {
     const TriangleMesh read = ReadMesh(Write("more.stl", bytes + behind));

@@ -30,7 +30,7 @@ class SeededKdTree : public ::testing::TestWithParam<std::uint64_t> {};
 
 class SeededQueries : public ::testing::TestWithParam<std::uint64_t> {
  protected:
-  core::Rng rng{GetParam()};
+  base::Rng rng{GetParam()};
   const Points points = RandomPoints(1 + rng.Index(400), 1.0, rng);
   const KdTree tree{points};
   std::vector<KdTree::Neighbor> found;
@@ -69,7 +69,7 @@ TEST_P(SeededQueries, WithinAndCountAreThoseOfABruteForce) {
 }
 
 TEST_P(SeededKdTree, TiesGoToTheSmallerIndexAndAPointFindsItselfFirst) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   Points points;  // a grid has ties everywhere
   for (int x = 0; x < 6; ++x) {
     for (int y = 0; y < 6; ++y) points.emplace_back(x, y, 0.0);
@@ -86,7 +86,7 @@ TEST_P(SeededKdTree, TiesGoToTheSmallerIndexAndAPointFindsItselfFirst) {
 }
 
 TEST_P(SeededKdTree, NearestNeighborDistancesAreThoseOfABruteForce) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Points points = RandomPoints(2 + rng.Index(300), 1.0, rng);
   const KdTree tree(points);
   const NeighborDistances distances = NearestNeighborDistances(points, tree);

@@ -16,11 +16,11 @@ TriangleMesh UnitCube() {
 }
 
 TEST(Mesh, VolumeIsThatOfTheSolidWhereverItStands) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 20; ++i) {
     const Eigen::Matrix3d R =
         Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), testing::RandomDirection(rng)).toRotationMatrix();
-    const core::Pose X = core::MakePose(R, testing::RandomPoint(100.0, rng));
+    const base::Pose X = base::MakePose(R, testing::RandomPoint(100.0, rng));
     EXPECT_NEAR(Volume(Transformed(UnitCube(), X)), 1.0, 1e-10);
   }
 }

@@ -12,7 +12,7 @@ namespace rangegrasp::geometry {
 namespace {
 
 TEST(Normals, OfAPlaneAreItsNormalTurnedToTheOrigin) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Eigen::Vector3d normal = testing::RandomDirection(rng);
   Points points = testing::RandomPoints(800, 0.03, rng);
   for (Eigen::Vector3d& p : points) p -= p.dot(normal) * normal;
@@ -42,7 +42,7 @@ TEST(Normals, OfASphereAreRadial) {
 
 TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
   // A direct transcription of eq. 4.10-4.12 with another solver.
-  core::Rng rng(5);
+  base::Rng rng(5);
   const Points points = testing::RandomPoints(300, 0.02, rng);
   const KdTree tree(points);
   const Points normals = EstimateNormals(points, tree, 0.01, {1.0, 1.0, 1.0});
@@ -63,7 +63,7 @@ TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
 }
 
 TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
-  core::Rng rng(6);
+  base::Rng rng(6);
   const Points points = testing::RandomPoints(300, 0.02, rng);
   const KdTree tree(points);
   const Eigen::Vector3d eye(1.0, 1.0, 1.0);
@@ -91,7 +91,7 @@ TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
 }
 
 TEST(Normals, TurnToThePlaceThatSawThePoint) {
-  core::Rng rng(6);
+  base::Rng rng(6);
   Points points = testing::RandomPoints(400, 0.03, rng);
   Indices place_of;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -17,7 +17,7 @@ class SeededPlane : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededPlane, ::testing::Range<std::uint64_t>(0, 40));
 
 /// n points of a square of side 2 half in the plane, with noise across it.
-Points OnPlane(const Plane& plane, std::size_t n, double half, double sigma, core::Rng& rng) {
+Points OnPlane(const Plane& plane, std::size_t n, double half, double sigma, base::Rng& rng) {
   Points points;
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::Vector3d p = plane.Project(RandomPoint(half, rng));
@@ -26,7 +26,7 @@ Points OnPlane(const Plane& plane, std::size_t n, double half, double sigma, cor
   return points;
 }
 
-Plane RandomPlane(core::Rng& rng) {
+Plane RandomPlane(base::Rng& rng) {
   Plane plane;
   plane.normal = RandomDirection(rng);
   plane.offset_m = rng.Uniform(-0.1, 0.1);
@@ -34,7 +34,7 @@ Plane RandomPlane(core::Rng& rng) {
 }
 
 TEST_P(SeededPlane, PlaneThroughHoldsItsPointsAndHasAUnitNormal) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Eigen::Vector3d a = RandomPoint(1.0, rng);
   const Eigen::Vector3d b = RandomPoint(1.0, rng);
   const Eigen::Vector3d c = RandomPoint(1.0, rng);
@@ -48,7 +48,7 @@ TEST_P(SeededPlane, PlaneThroughHoldsItsPointsAndHasAUnitNormal) {
 }
 
 TEST_P(SeededPlane, DistanceChangesSignAcrossThePlaneAndProjectLandsOnIt) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Plane plane = RandomPlane(rng);
   const Eigen::Vector3d on = plane.Project(RandomPoint(1.0, rng));
   EXPECT_NEAR(plane.Distance(on), 0.0, 1e-12);
@@ -57,7 +57,7 @@ TEST_P(SeededPlane, DistanceChangesSignAcrossThePlaneAndProjectLandsOnIt) {
 }
 
 TEST_P(SeededPlane, FitPlaneFindsTheTruthWithinItsStandardError) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
   const double sigma = 0.001;
   const std::size_t n = 500;
@@ -76,7 +76,7 @@ TEST(Plane, FitPlaneRefusesWhatLiesOnALine) {
 }
 
 TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
   Points points = OnPlane(truth, 400, 0.2, 0.0005, rng);
   for (int i = 0; i < 400; ++i) points.push_back(RandomPoint(0.2, rng));
@@ -98,7 +98,7 @@ TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
 // As exact as a fit to all points of the plane, not as the three that were drawn: six standard
 // errors of 400 points (see FitPlane's test), and what four stray points within 2 mm can turn.
 TEST_P(SeededPlane, RansacRefitsToItsInliers) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
   Points points = OnPlane(truth, 400, 0.2, 0.0005, rng);
   for (int i = 0; i < 100; ++i) points.push_back(RandomPoint(0.2, rng));
@@ -110,7 +110,7 @@ TEST_P(SeededPlane, RansacRefitsToItsInliers) {
 
 // What counts is the sum over all points, wherever the plane's own stand among them.
 TEST_P(SeededPlane, RansacCountsToTheEnd) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
   Points points;
   for (int i = 0; i < 2500; ++i) points.push_back(RandomPoint(0.2, rng));
@@ -121,9 +121,9 @@ TEST_P(SeededPlane, RansacCountsToTheEnd) {
 }
 
 TEST_P(SeededPlane, RansacDependsOnItsArgumentsAndTheStreamAlone) {
-  core::Rng draw(GetParam());
+  base::Rng draw(GetParam());
   const Points points = testing::RandomPoints(200, 0.2, draw);
-  core::Rng a(GetParam()), b(GetParam());
+  base::Rng a(GetParam()), b(GetParam());
   const auto first = FitPlaneRansac(points, {}, a);
   const auto again = FitPlaneRansac(points, {}, b);
   ASSERT_TRUE(first && again);
@@ -134,7 +134,7 @@ TEST_P(SeededPlane, RansacDependsOnItsArgumentsAndTheStreamAlone) {
 }
 
 TEST(Plane, IsFlatToANanometreAMetre) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   for (const auto& [thickness, flat] : {std::pair(0.0, true), {1e-11, true}, {1e-6, false}}) {
     Points points = testing::RandomPoints(50, 1.0, rng);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -146,7 +146,7 @@ TEST(Plane, IsFlatToANanometreAMetre) {
 }
 
 TEST(Plane, RansacNeedsThreePointsThatAreNotOnALine) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}}, {}, rng));
   EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}, {}, rng));
   EXPECT_THROW(FitPlaneRansac(Points{}, {0, 0.002}, rng), std::invalid_argument);
@@ -157,7 +157,7 @@ TEST(Plane, RansacFindsTheOnlyPlaneOfThreePointsInOneDraw) {
   // Three draws without repetition leave no choice: a repeated index would give no plane.
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const auto fit = FitPlaneRansac(points, {1, 0.002}, rng);
     ASSERT_TRUE(fit);
     EXPECT_EQ(fit->inliers.size(), 3u);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -30,7 +30,7 @@ TEST(MedianSpacing, IsTheMeanOfBothDirectionsOfAGrid) {
 // Neither gaps nor jumps of depth, which a few samples have, move it.
 TEST(MedianSpacing, HoldsWithGapsAndSteps) {
   RangeImage image = Grid(60, 60, 0.001, 0.003);
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int k = 0; k < 600; ++k) {
     image.points_C[rng.Index(image.points_C.size())] = Eigen::Vector3d::Constant(kNaN);
   }

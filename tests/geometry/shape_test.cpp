@@ -6,13 +6,13 @@
 #include <cmath>
 #include <map>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/random_points.h"
 
 namespace rangegrasp::geometry {
 namespace {
 
-using core::kPi;
+using base::kPi;
 
 /// Every edge has one triangle on each side.
 bool IsClosed(const TriangleMesh& mesh) {
@@ -56,7 +56,7 @@ TEST(Shape, TessellationsAreClosedAndComeNearTheSolidsVolume) {
 }
 
 TEST(Shape, ConvexIsTheHullOfItsMeshAndMeshStaysAsItIs) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   Shape shape = Make(Shape::Kind::kConvex, Eigen::Vector3d::Zero());
   shape.mesh = Tessellate(Make(Shape::Kind::kBox, {0.5, 0.5, 0.5}));
   for (int i = 0; i < 50; ++i) shape.mesh.vertices.push_back(testing::RandomPoint(0.4, rng));
@@ -69,7 +69,7 @@ TEST(Shape, ConvexIsTheHullOfItsMeshAndMeshStaysAsItIs) {
 
 TEST(Shape, ThePoseMovesTheSurface) {
   Shape shape = Make(Shape::Kind::kSphere, {0.1, 0.0, 0.0});
-  shape.X_BS = core::MakePose(Eigen::Matrix3d::Identity(), {1.0, 2.0, 3.0});
+  shape.X_BS = base::MakePose(Eigen::Matrix3d::Identity(), {1.0, 2.0, 3.0});
   for (const Eigen::Vector3d& p : Tessellate(shape).vertices) {
     EXPECT_NEAR((p - Eigen::Vector3d(1.0, 2.0, 3.0)).norm(), 0.1, 1e-12);
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -39,7 +39,7 @@ struct Graph {
 
 /// One-way links at random, some of no length and many of the same, so that ties abound; about half
 /// of the graphs fall to pieces.
-Graph RandomGraph(std::uint32_t nodes, core::Rng& rng, bool whole_lengths) {
+Graph RandomGraph(std::uint32_t nodes, base::Rng& rng, bool whole_lengths) {
   std::vector<Link> links(nodes + rng.Index(2 * nodes));
   for (Link& link : links) {
     link.from = static_cast<std::uint32_t>(rng.Index(nodes));
@@ -85,7 +85,7 @@ std::vector<std::vector<double>> FloydWarshall(const Graph& graph) {
   return d;
 }
 
-std::vector<std::uint32_t> RandomNodes(std::uint32_t nodes, core::Rng& rng) {
+std::vector<std::uint32_t> RandomNodes(std::uint32_t nodes, base::Rng& rng) {
   std::vector<std::uint32_t> some(1 + rng.Index(4));
   for (std::uint32_t& v : some) v = static_cast<std::uint32_t>(rng.Index(nodes));
   return some;
@@ -111,7 +111,7 @@ Order Expanded(const Graph& graph, const std::vector<std::uint32_t>& sources,
 
 class SeededShortestPath : public testing::TestWithParam<std::uint64_t> {
  protected:
-  core::Rng rng_{GetParam()};
+  base::Rng rng_{GetParam()};
 };
 
 // Whole lengths: sums are exact in any order.

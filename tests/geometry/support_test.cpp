@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -17,12 +17,12 @@ Shape Turned(Kind kind) {
   Shape shape;
   shape.kind = kind;
   shape.size = Vector3d(0.02, 0.03, 0.05);
-  shape.X_BS = core::MakePose(Eigen::AngleAxisd(0.4, Vector3d::UnitX()).toRotationMatrix(),
+  shape.X_BS = base::MakePose(Eigen::AngleAxisd(0.4, Vector3d::UnitX()).toRotationMatrix(),
                               Vector3d(0.01, 0.02, 0.03));
   return shape;
 }
 
-Vector3d RandomPoint(core::Rng& rng, double reach_m) {
+Vector3d RandomPoint(base::Rng& rng, double reach_m) {
   const double x = rng.Uniform(-reach_m, reach_m);
   const double y = rng.Uniform(-reach_m, reach_m);
   const double z = rng.Uniform(-reach_m, reach_m);
@@ -30,7 +30,7 @@ Vector3d RandomPoint(core::Rng& rng, double reach_m) {
 }
 
 TEST(Support, IsTheFarthestVertex) {
-  core::Rng rng(9);
+  base::Rng rng(9);
   for (const Kind kind : kRound) {
     const Shape shape = Turned(kind);
     for (int i = 0; i < 20; ++i) {
@@ -40,14 +40,14 @@ TEST(Support, IsTheFarthestVertex) {
         farthest = std::max(farthest, d.dot(p));
       }
       // 96 sides: 0.05 % of at most 50 mm, both ways round.
-      EXPECT_NEAR(Support(shape, core::Pose::Identity(), d), farthest, 6e-5);
+      EXPECT_NEAR(Support(shape, base::Pose::Identity(), d), farthest, 6e-5);
     }
   }
 }
 
 // No point that a shape holds lies beyond its support in any direction.
 TEST(Support, BoundsWhatLiesInside) {
-  core::Rng rng(4);
+  base::Rng rng(4);
   for (const Kind kind : kRound) {
     const Shape shape = Turned(kind);
     int inside = 0;
@@ -56,7 +56,7 @@ TEST(Support, BoundsWhatLiesInside) {
       if (!Inside(shape, p)) continue;
       ++inside;
       const Vector3d d = RandomPoint(rng, 1.0).normalized();
-      EXPECT_LE(d.dot(p), Support(shape, core::Pose::Identity(), d) + 1e-12);
+      EXPECT_LE(d.dot(p), Support(shape, base::Pose::Identity(), d) + 1e-12);
     }
     EXPECT_GT(inside, 5) << static_cast<int>(kind);
   }
@@ -64,7 +64,7 @@ TEST(Support, BoundsWhatLiesInside) {
 
 // A shape's support grows by the margin along its own axes; by at least that in any direction.
 TEST(Grown, ReachesFurtherByTheMargin) {
-  core::Rng rng(7);
+  base::Rng rng(7);
   const double margin_m = 0.005;
   for (const Kind kind : kRound) {
     const Shape shape = Turned(kind);

@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 #include "geometry/point_cloud.h"
 
 /// Synthetic tabletop scans for tests: the surfaces of simple solids in W that a sensor at one
@@ -143,10 +143,10 @@ void Sample(const Cylinder& cylinder, double step, const Add& add) {
                     if ((s.point - top).norm() < cylinder.radius_m) add(s);
                   });
   const int around =
-      std::max(6, static_cast<int>(std::lround(2.0 * core::kPi * cylinder.radius_m / step)));
+      std::max(6, static_cast<int>(std::lround(2.0 * base::kPi * cylinder.radius_m / step)));
   const int rows = std::max(1, static_cast<int>(std::lround(cylinder.height_m / step)));
   for (int i = 0; i < around; ++i) {
-    const double angle = 2.0 * core::kPi * i / around;
+    const double angle = 2.0 * base::kPi * i / around;
     const Eigen::Vector3d normal(std::cos(angle), std::sin(angle), 0.0);
     for (int j = 0; j < rows; ++j) {
       const double z = cylinder.height_m * ((j + 0.5) / rows - 0.5);
@@ -160,8 +160,8 @@ template <class Add>
 void Sample(const Sphere& sphere, double step, const Add& add) {
   // A Fibonacci lattice: one point for each step^2 of the surface.
   const int n =
-      std::max(4, static_cast<int>(4.0 * core::kPi * std::pow(sphere.radius_m / step, 2)));
-  const double golden = core::kPi * (3.0 - std::sqrt(5.0));
+      std::max(4, static_cast<int>(4.0 * base::kPi * std::pow(sphere.radius_m / step, 2)));
+  const double golden = base::kPi * (3.0 - std::sqrt(5.0));
   for (int i = 0; i < n; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / n;
     const double r = std::sqrt(1.0 - z * z);
@@ -185,7 +185,7 @@ inline double DistanceOutside(const Solid& solid, const Eigen::Vector3d& p) {
 /// The scan of the table and the solids, in a fixed order; depends only on the arguments.
 inline Scan MakeScan(const std::vector<Solid>& solids, const ScanOptions& options = {}) {
   Scan scan;
-  core::Rng rng(options.seed);
+  base::Rng rng(options.seed);
   const auto add = [&](const Surfel& surfel, int label) {
     const Eigen::Vector3d to_sensor = options.sensor_W - surfel.point;
     if (surfel.normal.dot(to_sensor) <= 0.05 * to_sensor.norm() || surfel.point.z() < -1e-12)

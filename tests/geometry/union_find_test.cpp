@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -10,7 +10,7 @@ namespace {
 // Against labels that are all rewritten at every union.
 TEST(UnionFind, JoinsAsRelabellingDoes) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     constexpr std::uint32_t n = 40;
     UnionFind sets(n);
     std::vector<std::uint32_t> label(n);

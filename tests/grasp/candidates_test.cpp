@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "grasp/fixtures.h"
 #include "grasp/internal/choosing.h"
 #include "grasp/internal/cylindrical_candidates.h"
@@ -70,10 +70,10 @@ TEST(MakeView, MeasuresABoxAlongTheApproach) {
 TEST(TableLimit, LeavesTheClearance) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
-  core::Rng rng(4);
+  base::Rng rng(4);
   for (int i = 0; i < 100; ++i) {
     const double tilt = rng.Uniform(0.0, 1.0);
-    const double round = rng.Uniform(-core::kPi, core::kPi);
+    const double round = rng.Uniform(-base::kPi, base::kPi);
     const Vector3d approach = -(Yaw(round) * TurnX(tilt) * Vector3d::UnitZ());
     const View view = MakeView(bench.task, bench.task.coarse, {0.1, 0.2, 0.3}, approach,
                                Vector3d::UnitX() + 0.1 * Vector3d::UnitZ());
@@ -101,11 +101,11 @@ TEST(UprightAxis, TurnsUpAndRefusesWhatLeansTooMuch) {
   auto& object = builder.AddUprightCylinder(0.03, 0.1, At(0, 0));
   Workbench bench(builder);
   const auto axis_at = [&](double tilt_deg, double sign) {
-    object.axis->direction_C = sign * (TurnX(core::Deg(tilt_deg)) * Vector3d::UnitZ());
+    object.axis->direction_C = sign * (TurnX(base::Deg(tilt_deg)) * Vector3d::UnitZ());
     return UprightAxis(bench.task);
   };
   EXPECT_NEAR(axis_at(0.0, -1.0)->z(), 1.0, 1e-12);
-  EXPECT_NEAR(axis_at(44.9, -1.0)->z(), std::cos(core::Deg(44.9)), 1e-12);
+  EXPECT_NEAR(axis_at(44.9, -1.0)->z(), std::cos(base::Deg(44.9)), 1e-12);
   EXPECT_FALSE(axis_at(45.1, 1.0));
   object.axis.reset();
   EXPECT_FALSE(UprightAxis(bench.task));
@@ -174,19 +174,19 @@ TEST(CylindricalCandidates, StandRoundTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
   GraspOptions options;
-  core::SwitchAll<GraspAdditions>(false, options);
+  base::SwitchAll<GraspAdditions>(false, options);
   Workbench bench(builder, options);
   const auto candidates = CylindricalCandidates(bench.task);
   ASSERT_EQ(candidates.size(), 24u);
   const Vector3d to_arm = (ArmBase() - Vector3d(0.1, 0.05, ArmBase().z())).normalized();
   std::set<long> angles;
   for (const Candidate& c : candidates) {
-    const core::Pose& X_CG = c.grasp.X_CG;
+    const base::Pose& X_CG = c.grasp.X_CG;
     EXPECT_LT((X_CG.translation().head<2>() - Vector2d(0.1, 0.05)).norm(), 1e-12);
     EXPECT_LT((X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-12);
     EXPECT_NEAR(c.grasp.width_m, 0.06, 0.005);  // two states 4 mm apart
     EXPECT_NEAR(c.grasp.score, X_CG.linear().col(0).dot(to_arm), 1e-12);
-    angles.insert(std::lround(core::ToDeg(std::atan2(X_CG.linear()(1, 0), X_CG.linear()(0, 0)))));
+    angles.insert(std::lround(base::ToDeg(std::atan2(X_CG.linear()(1, 0), X_CG.linear()(0, 0)))));
   }
   EXPECT_EQ(angles.size(), 24u);
 }
@@ -222,7 +222,7 @@ TEST(RimCandidates, HoldTheWallBetweenThePads) {
   // No curvature was seen: next to the arm, with two fingers on the convex side.
   const Vector2d to_arm = (ArmBase().head<2>() - axis).normalized();
   const Vector2d at = (best->grasp.X_CG.translation().head<2>() - axis).normalized();
-  EXPECT_GT(at.dot(to_arm), std::cos(core::Deg(7.6)));
+  EXPECT_GT(at.dot(to_arm), std::cos(base::Deg(7.6)));
   EXPECT_GT(radius(best->grasp.X_CH * bench.hand.states[best->held_state].finger_pad_H), 0.039);
 }
 
@@ -255,7 +255,7 @@ TEST(PowerCandidates, CloseAcrossTheNarrowSideBothWaysRound) {
       EXPECT_LT((c.grasp.X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-12);
       const double along = c.grasp.X_CG.linear().col(0).dot(narrow);
       double& score =
-          std::abs(along) > std::cos(core::Deg(2.0)) ? best[along > 0.0 ? 0 : 1] : other;
+          std::abs(along) > std::cos(base::Deg(2.0)) ? best[along > 0.0 ? 0 : 1] : other;
       score = std::max(score, c.grasp.score);
       EXPECT_LE(c.grasp.width_m, bench.task.MaxWidth());
     }
@@ -268,7 +268,7 @@ TEST(PowerCandidates, CloseAcrossTheNarrowSideBothWaysRound) {
 TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
   for (const double tilt_deg : {4.0, 20.0, 50.0}) {
     SceneBuilder builder = Box(0.115, 0.06, 0.115);
-    const Vector3d normal = TurnX(core::Deg(tilt_deg)) * Vector3d::UnitZ();
+    const Vector3d normal = TurnX(base::Deg(tilt_deg)) * Vector3d::UnitZ();
     SceneBuilder::SetTop({0.0, 0.0, 0.115}, Vector3d::UnitX(), normal, 0.115, 0.06,
                          builder.scene.objects.front());
     Workbench bench(builder);
@@ -289,7 +289,7 @@ TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
 
 GraspOptions AsPublished() {
   GraspOptions options;
-  core::SwitchAll<GraspAdditions>(false, options);
+  base::SwitchAll<GraspAdditions>(false, options);
   return options;
 }
 

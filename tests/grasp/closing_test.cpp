@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "grasp/fixtures.h"
 #include "grasp/score.h"
 #include "grasp/surface.h"
@@ -35,7 +35,7 @@ TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
   HandProfiles profiles(hand);
   const auto& open = hand.states[0];
   for (const double pitch : {0.0, 0.1, 0.25}) {
-    const core::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+    const base::Pose X_TH = HandProfiles::X_TH(hand, pitch);
     const Vector3d line = X_TH * open.thumb_pad_H - X_TH * open.finger_pad_H;
     // The tips are level within 1 mm at pitch 0.
     EXPECT_NEAR(line.z(), std::sin(pitch) * line.norm(), 0.0015);
@@ -48,7 +48,7 @@ TEST(HandProfiles, FieldsAgreeWithTheShapes) {
   HandProfiles profiles(hand);
   const double pitch = 0.15;
   const auto& inner = profiles.InnerSide(pitch, 5);
-  const core::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+  const base::Pose X_TH = HandProfiles::X_TH(hand, pitch);
   int covered = 0;
   for (int j = 0; j < inner.grid.nv; ++j) {
     for (int i = 0; i < inner.grid.nu; ++i) {
@@ -127,7 +127,7 @@ TEST(Antipodal, MatchesTheAngleOfACylindersChord) {
 }
 
 TEST(Antipodal, MatchesTheDirectFormula) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   const auto vector = [&] {
     const double x = rng.Normal();
     const double y = rng.Normal();
@@ -168,7 +168,7 @@ double Transcribed(const Quality& q, double cone_rad, const ScoreWeights& w) {
 
 // Within the bounds of every term and beyond, with weights that tell the terms apart.
 TEST(Score, IsTheSumOfItsTerms) {
-  core::Rng rng(8);
+  base::Rng rng(8);
   ScoreWeights odd;
   for (double* value : {&odd.antipodal, &odd.pitch, &odd.lever, &odd.height, &odd.drag, &odd.slope,
                         &odd.shallow, &odd.tight, &odd.room, &odd.arm, &odd.margin_m}) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "collision/sensor_hand.h"
 #include "perception/scene.h"
+#include "robot/collision/sensor_hand.h"
 
 /// Scenes built by hand, so that what is claimed of grasps depends on no other module.
 namespace rangegrasp::grasp::test {
@@ -46,11 +46,11 @@ inline std::vector<Vector2d> Arc(double radius_m, double a_rad, double b_rad, in
   return arc;
 }
 inline std::vector<Vector2d> Disc(double radius_m) {
-  return Arc(radius_m, 0.0, 2.0 * core::kPi, 72);
+  return Arc(radius_m, 0.0, 2.0 * base::kPi, 72);
 }
 /// The upper half of a disc; its points end at both corners.
 inline std::vector<Vector2d> HalfDisc(double radius_m, int points) {
-  return Arc(radius_m, 0.0, core::kPi * points / (points - 1), points);
+  return Arc(radius_m, 0.0, base::kPi * points / (points - 1), points);
 }
 /// Lays an extrusion down: its height becomes the extent along x, its y axis points up.
 inline geometry::TriangleMesh Lay(const geometry::TriangleMesh& mesh, double height_m,
@@ -59,7 +59,7 @@ inline geometry::TriangleMesh Lay(const geometry::TriangleMesh& mesh, double hei
   R.col(0) = Vector3d::UnitY();
   R.col(1) = Vector3d::UnitZ();
   R.col(2) = Vector3d::UnitX();
-  return geometry::Transformed(mesh, core::MakePose(R, Vector3d(-height_m / 2, 0.0, lift_m)));
+  return geometry::Transformed(mesh, base::MakePose(R, Vector3d(-height_m / 2, 0.0, lift_m)));
 }
 /// A cup without its bottom's underside: outer wall, inner wall, rim and floor.
 inline geometry::TriangleMesh Cup(double radius_m, double wall_m, double height_m) {
@@ -71,7 +71,7 @@ inline geometry::TriangleMesh Cup(double radius_m, double wall_m, double height_
   const std::uint32_t n = 72;
   for (const auto& [r, z] : profile) {
     for (std::uint32_t i = 0; i < n; ++i) {
-      const double angle = 2.0 * core::kPi * i / n;
+      const double angle = 2.0 * base::kPi * i / n;
       mesh.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
     }
   }
@@ -120,7 +120,7 @@ class SceneBuilder {
     top.minor_m = minor_m;
     object.top = top;
   }
-  perception::PerceivedObject& AddBox(const Vector3d& size_m, const core::Pose& X_WO) {
+  perception::PerceivedObject& AddBox(const Vector3d& size_m, const base::Pose& X_WO) {
     auto& object = Add(Transformed(Extrude(Rectangle(size_m.x(), size_m.y()), size_m.z()), X_WO));
     const bool along_x = size_m.x() >= size_m.y();
     SetTop(X_WO * Vector3d(0, 0, size_m.z()), X_WO.linear().col(along_x ? 0 : 1), Vector3d::UnitZ(),
@@ -128,13 +128,13 @@ class SceneBuilder {
     return object;
   }
   perception::PerceivedObject& AddUprightCylinder(double radius_m, double height_m,
-                                                  const core::Pose& X_WO) {
+                                                  const base::Pose& X_WO) {
     auto& object = Add(Transformed(Extrude(Disc(radius_m), height_m), X_WO));
     SetRotational(radius_m, height_m, X_WO, object);
     return object;
   }
   perception::PerceivedObject& AddCup(double radius_m, double wall_m, double height_m,
-                                      const core::Pose& X_WO) {
+                                      const base::Pose& X_WO) {
     auto& object = Add(Transformed(Cup(radius_m, wall_m, height_m), X_WO));
     SetRotational(radius_m, height_m, X_WO, object);
     object.open = true;
@@ -143,7 +143,7 @@ class SceneBuilder {
   /// A lying extrusion along x of the object's frame.
   perception::PerceivedObject& AddLying(const std::vector<Vector2d>& polygon, double length_m,
                                         double lift_m, double top_m, double top_width_m,
-                                        const core::Pose& X_WO) {
+                                        const base::Pose& X_WO) {
     auto& object = Add(Transformed(Lay(Extrude(polygon, length_m), length_m, lift_m), X_WO));
     SetTop(X_WO * Vector3d(0, 0, top_m), X_WO.linear().col(0), Vector3d::UnitZ(), length_m,
            top_width_m, object);
@@ -153,7 +153,7 @@ class SceneBuilder {
   perception::Scene scene;
 
  private:
-  static void SetRotational(double radius_m, double height_m, const core::Pose& X_WO,
+  static void SetRotational(double radius_m, double height_m, const base::Pose& X_WO,
                             perception::PerceivedObject& object) {
     object.kind = perception::ObjectKind::kRotational;
     perception::RotationAxis axis;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -18,7 +18,7 @@ geometry::Points HalfRing(double turn_rad) {
   geometry::Points points;
   for (double along = -1.5; along <= 1.5; along += 0.05) {
     const Vector3d radial(std::cos(along), 0.0, std::sin(along));
-    for (double round = core::kPi; round <= 2.0 * core::kPi; round += 0.2) {
+    for (double round = base::kPi; round <= 2.0 * base::kPi; round += 0.2) {
       const Vector3d p = Vector3d(0.038, 0.0, 0.0) + 0.028 * radial +
                          0.0045 * (std::cos(round) * radial + std::sin(round) * Vector3d::UnitY());
       points.emplace_back(X * p);

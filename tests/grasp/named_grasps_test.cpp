@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/units.h"
 #include "grasp/fixtures.h"
 #include "temp_folder.h"
 
@@ -48,7 +48,7 @@ NamedGrasps Read(const std::string& text) {
 std::string ErrorOf(const std::string& text) {
   try {
     Read(text);
-  } catch (const core::InputError& e) {
+  } catch (const base::InputError& e) {
     return e.what();
   }
   return "";
@@ -60,12 +60,12 @@ perception::Scene SceneOf(const std::vector<geometry::TriangleMesh>& meshes_W) {
   return builder.scene;
 }
 
-perception::Scene BarAt(const core::Pose& X_CO) {
+perception::Scene BarAt(const base::Pose& X_CO) {
   return SceneOf({geometry::Transformed(Extrude(Rectangle(0.012, 0.012), 0.08), X_CO)});
 }
 
-core::Pose At(double x, double y, double turn_rad) {
-  return core::MakePose(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).matrix(), {x, y, 0.0});
+base::Pose At(double x, double y, double turn_rad) {
+  return base::MakePose(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).matrix(), {x, y, 0.0});
 }
 
 TEST(NamedGrasps, AreReadWithAllTheirWays) {
@@ -106,7 +106,7 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
 TEST(NamedGrasps, StandWhereTheObjectStands) {
   const NamedGrasps known = Read(kBar);
   const robot::HandModel& hand = SensorHand();
-  const core::Pose X_CO = At(0.05, -0.02, core::Deg(30.0));
+  const base::Pose X_CO = At(0.05, -0.02, base::Deg(30.0));
   const auto placed =
       PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {});
   ASSERT_EQ(placed.size(), 8u);
@@ -120,21 +120,21 @@ TEST(NamedGrasps, StandWhereTheObjectStands) {
 TEST(NamedGrasps, UprightOnesAreForWhatStands) {
   const NamedGrasps known = Read(kBar);
   const robot::HandModel& hand = SensorHand();
-  const auto count = [&](const core::Pose& X_CO) {
+  const auto count = [&](const base::Pose& X_CO) {
     return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {}).size();
   };
   EXPECT_EQ(count(At(0.0, 0.0, 0.0)), 1u);
-  const Eigen::AngleAxisd lying(core::Deg(90.0), Vector3d::UnitX());
-  EXPECT_EQ(count(core::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
+  const Eigen::AngleAxisd lying(base::Deg(90.0), Vector3d::UnitX());
+  EXPECT_EQ(count(base::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
 }
 
 TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
   const NamedGrasps known = Read(kBar);
-  const core::Pose X_CO = At(0.0, 0.0, 0.0);
+  const base::Pose X_CO = At(0.0, 0.0, 0.0);
   auto scene = SceneOf(
       {Extrude(Rectangle(0.012, 0.012), 0.08),
        geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
-                             core::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
+                             base::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
   const auto placed =
       PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, SensorHand(), GraspOptions{}, {});
   // Closing along x meets the wall; across it, there is room.
@@ -149,10 +149,10 @@ TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
 
 TEST(KeptFree, IsTouchedByAHandThatReachesIntoIt) {
   const NamedGrasps known = Read(kBar);
-  const core::Pose X_CO = At(0.02, 0.01, core::Deg(70.0));
+  const base::Pose X_CO = At(0.02, 0.01, base::Deg(70.0));
   const auto hand_at = [&](double z_m) {
     Proposal proposal;
-    proposal.X_CG = X_CO * core::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0, 0, z_m});
+    proposal.X_CG = X_CO * base::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0, 0, z_m});
     proposal.width_m = 0.012;
     return PlaceHand(proposal, SensorHand(), {});
   };

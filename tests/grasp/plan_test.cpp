@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "core/words.h"
+#include "base/words.h"
 #include "geometry/support.h"
 #include "grasp/closing.h"
 #include "grasp/fixtures.h"
@@ -17,7 +17,7 @@ using namespace test;
 
 std::vector<Grasp> Plan(const SceneBuilder& builder, bool improved = true) {
   GraspOptions options;
-  core::SwitchAll<GraspAdditions>(improved, options);
+  base::SwitchAll<GraspAdditions>(improved, options);
   static const robot::HandModel hand = SensorHand();
   return PlanGrasps(builder.scene, 0, hand, ArmBase(), options);
 }
@@ -63,7 +63,7 @@ void ExpectSound(const SceneBuilder& builder, const std::vector<Grasp>& grasps) 
 TEST(PlanGrasps, ClosesAcrossTheNarrowSideOfABoxAtItsMiddle) {
   for (const double yaw : {0.0, 0.4, 1.3, 2.9}) {
     SceneBuilder builder;
-    const core::Pose X_WO = At(0.03, -0.05, yaw);
+    const base::Pose X_WO = At(0.03, -0.05, yaw);
     builder.AddBox({0.115, 0.06, 0.115}, X_WO);
     const auto grasps = Plan(builder);
     ExpectSound(builder, grasps);
@@ -89,7 +89,7 @@ TEST(PlanGrasps, OffersBothSidesAndMoreThanOnePitch) {
     const double side = g.X_CG.linear().col(0).dot(Yaw(0.2).linear().col(1));
     left |= !g.collides && side > 0.9;
     right |= !g.collides && side < -0.9;
-    pitches.insert(std::lround(core::ToDeg(g.pitch_rad)));
+    pitches.insert(std::lround(base::ToDeg(g.pitch_rad)));
   }
   EXPECT_TRUE(left && right);
   EXPECT_GE(pitches.size(), 2u);
@@ -119,7 +119,7 @@ TEST(PlanGrasps, StandsMidwayBetweenTheContacts) {
   auto surface = SampleSurface(builder.scene.objects[0].surface_C, 10000);
   for (std::size_t i = 0; i < 3; ++i) {
     const Grasp& g = grasps[i];
-    const core::Pose X_TC = HandProfiles::X_TH(hand, g.pitch_rad) * g.X_CH.inverse();
+    const base::Pose X_TC = HandProfiles::X_TH(hand, g.pitch_rad) * g.X_CH.inverse();
     geometry::Points points, normals;
     for (const Vector3d& p : surface.points) points.push_back(X_TC * p);
     for (const Vector3d& n : surface.normals) normals.push_back(X_TC.linear() * n);
@@ -132,7 +132,7 @@ TEST(PlanGrasps, StandsMidwayBetweenTheContacts) {
 
 TEST(PlanGrasps, AsPublishedPutsTheToolCentreOverTheTopsCentre) {
   SceneBuilder builder;
-  const core::Pose X_WO = At(0.02, 0.06, 0.5);
+  const base::Pose X_WO = At(0.02, 0.06, 0.5);
   builder.AddBox({0.115, 0.06, 0.115}, X_WO);
   const auto grasps = Plan(builder, false);
   ExpectSound(builder, grasps);
@@ -166,7 +166,7 @@ TEST(PlanGrasps, AsPublishedAlignsTheHandWithATiltedTop) {
 TEST(PlanGrasps, HoldsACylinderOnItsAxis) {
   for (const double radius : {0.02575, 0.035, 0.0425}) {
     SceneBuilder builder;
-    const core::Pose X_WO = At(-0.04, 0.03);
+    const base::Pose X_WO = At(-0.04, 0.03);
     builder.AddUprightCylinder(radius, 0.1, X_WO);
     const auto grasps = Plan(builder);
     ExpectSound(builder, grasps);
@@ -175,7 +175,7 @@ TEST(PlanGrasps, HoldsACylinderOnItsAxis) {
       if (g.collides || g.type != GraspType::kCylindrical) continue;
       EXPECT_LT((g.X_CG.translation() - X_WO.translation()).head<2>().norm(), 0.003);
       yaws.insert(
-          std::lround(core::ToDeg(std::atan2(g.X_CG.linear()(1, 0), g.X_CG.linear()(0, 0)))));
+          std::lround(base::ToDeg(std::atan2(g.X_CG.linear()(1, 0), g.X_CG.linear()(0, 0)))));
     }
     EXPECT_EQ(grasps.front().type, GraspType::kCylindrical);
     EXPECT_GE(yaws.size(), 8u);
@@ -208,7 +208,7 @@ TEST(PlanGrasps, RefusesToHoldACylinderWiderThanTheHand) {
 TEST(PlanGrasps, HoldsACupByItsWallToo) {
   for (const bool improved : {true, false}) {
     SceneBuilder builder;
-    const core::Pose X_WO = At(0.03, -0.02);
+    const base::Pose X_WO = At(0.03, -0.02);
     builder.AddCup(0.041, 0.004, 0.095, X_WO);
     const auto grasps = Plan(builder, improved);
     ExpectSound(builder, grasps);
@@ -289,7 +289,7 @@ TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
 int LeastFreeGap(const GraspOptions& options) {
   const robot::HandModel hand = SensorHand();
   for (int mm = 10; mm < 80; mm += 2) {
-    const SceneBuilder builder = BoxBetweenWalls(mm * core::kMm);
+    const SceneBuilder builder = BoxBetweenWalls(mm * base::kMm);
     if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
   }
   return 80;
@@ -312,7 +312,7 @@ TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
     options.crowded = crowded;
     int highest = 0;
     for (int mm = 30; mm < 100; mm += 5) {
-      const SceneBuilder builder = BoxBetweenWalls(0.005, mm * core::kMm);
+      const SceneBuilder builder = BoxBetweenWalls(0.005, mm * base::kMm);
       if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) highest = mm;
     }
     return highest;
@@ -333,7 +333,7 @@ void ExpectCrowdedAlone(const SceneBuilder& builder) {
 TEST(PlanGrasps, LeansWhereItCannotComeStraightDown) {
   SceneBuilder builder;
   builder.AddBox({0.06, 0.06, 0.12}, At(0, 0));
-  builder.AddBox({0.3, 0.3, 0.02}, Eigen::Translation3d(0.0, 0.13, 0.15) * core::Pose::Identity());
+  builder.AddBox({0.3, 0.3, 0.02}, Eigen::Translation3d(0.0, 0.13, 0.15) * base::Pose::Identity());
   ExpectCrowdedAlone(builder);
 }
 
@@ -388,7 +388,7 @@ TEST(PlanGrasps, HoldsFromTheSideNothingFarBesideItsMiddle) {
 TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
   SceneBuilder builder;
   builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
-  builder.AddBox({0.6, 0.6, 0.02}, Eigen::Translation3d(0, 0, 0.25) * core::Pose::Identity());
+  builder.AddBox({0.6, 0.6, 0.02}, Eigen::Translation3d(0, 0, 0.25) * base::Pose::Identity());
   const robot::HandModel hand = SensorHand();
   GraspOptions options;
   EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
@@ -400,7 +400,7 @@ TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
 TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
   SceneBuilder boxes;
   boxes.AddBox({0.2, 0.2, 0.06}, At(0, 0));
-  boxes.AddBox({0.06, 0.08, 0.08}, Eigen::Translation3d(0, 0, 0.06) * core::Pose::Identity());
+  boxes.AddBox({0.06, 0.08, 0.08}, Eigen::Translation3d(0, 0, 0.06) * base::Pose::Identity());
   geometry::TriangleMesh both = boxes.scene.objects[0].surface_C;
   geometry::Append(boxes.scene.objects[1].surface_C, both);
   SceneBuilder builder;
@@ -477,9 +477,9 @@ TEST(PlanGrasps, RejectsBadArguments) {
 }
 
 TEST(GraspType, HasWords) {
-  EXPECT_EQ(core::Word(GraspType::kCylindrical), "cylindrical");
-  EXPECT_EQ(core::Word(GraspType::kRim), "rim");
-  EXPECT_EQ(core::Word(GraspType::kPower), "power");
+  EXPECT_EQ(base::Word(GraspType::kCylindrical), "cylindrical");
+  EXPECT_EQ(base::Word(GraspType::kRim), "rim");
+  EXPECT_EQ(base::Word(GraspType::kPower), "power");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ using namespace rangegrasp::grasp::test;
 // From above, 60 mm over the table; x of G is x of C.
 Proposal FromAbove(double width_m) {
   Proposal proposal;
-  proposal.X_CG = core::MakePose(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.1, -0.2, 0.06});
+  proposal.X_CG = base::MakePose(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.1, -0.2, 0.06});
   proposal.width_m = width_m;
   return proposal;
 }

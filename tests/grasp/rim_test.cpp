@@ -64,7 +64,7 @@ TEST(GaussianCurvature, NeedsAPatch) {
 TEST(SmoothAround, KeepsAConstantAndWrapsRound) {
   std::vector<double> angles, ones, pulse;
   for (int k = 0; k < 24; ++k) {
-    angles.push_back(2.0 * core::kPi * k / 24);
+    angles.push_back(2.0 * base::kPi * k / 24);
     ones.push_back(3.0);
     pulse.push_back(k == 0 ? 1.0 : 0.0);
   }
@@ -93,8 +93,8 @@ TEST(DescribeRim, FindsTheStrongestCurvature) {
   // A bead on the rim at 90 deg.
   for (int i = 0; i < 40; ++i) {
     for (int j = 0; j <= 10; ++j) {
-      const double a = 2.0 * core::kPi * i / 40;
-      const double b = 0.5 * core::kPi * j / 10;
+      const double a = 2.0 * base::kPi * i / 40;
+      const double b = 0.5 * base::kPi * j / 10;
       cup.points.push_back(static_cast<std::uint32_t>(builder.scene.cloud.points.size()));
       builder.scene.cloud.points.push_back(
           Vector3d(0.0, 0.045, 0.095) +

@@ -25,7 +25,7 @@ TEST(SampleSurface, SharesTheSamplesByArea) {
 
 TEST(SampleSurface, MovesWithTheMesh) {
   const auto mesh = Extrude(Disc(0.04), 0.1);
-  const core::Pose X = At(0.1, -0.2, 0.7);
+  const base::Pose X = At(0.1, -0.2, 0.7);
   const auto here = SampleSurface(mesh, 500);
   const auto there = SampleSurface(geometry::Transformed(mesh, X), 500);
   ASSERT_EQ(here.points.size(), there.points.size());
@@ -39,7 +39,7 @@ TEST(CenterOfMass, OfAHalfCylinderIsFourRadiiOverThreePiAboveItsFlatSide) {
   const auto mesh = Lay(Extrude(HalfDisc(radius, 200), 0.17), 0.17, 0.0);
   const auto com = CenterOfMass(mesh, SampleSurface(mesh, 3000));
   // 199 chords of 0.9 deg: the area, and with it the centre, is right within 1e-4 of the radius.
-  EXPECT_NEAR(com.z(), 4.0 * radius / (3.0 * core::kPi), 2e-5);
+  EXPECT_NEAR(com.z(), 4.0 * radius / (3.0 * base::kPi), 2e-5);
   EXPECT_NEAR(com.head<2>().norm(), 0.0, 1e-4);
 }
 

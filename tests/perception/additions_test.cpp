@@ -22,7 +22,7 @@ geometry::Plane At(double z) { return {Vector3d::UnitZ(), -z}; }
 
 FeatureOptions AsPublished() {
   FeatureOptions options;
-  core::SwitchAll<FeatureAdditions>(false, options);
+  base::SwitchAll<FeatureAdditions>(false, options);
   return options;
 }
 
@@ -45,7 +45,7 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   bowl.AddDisc({0.0, 0.0, 0.02}, 0.05);
   bowl.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.052);
   const auto height = [&](const FeatureOptions& options) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     return FindTopSurface(bowl.cloud, All(bowl.cloud), At(0.0), options, rng)->center_C.z();
   };
   EXPECT_NEAR(height(AsPublished()), 0.02, 1e-9);
@@ -55,14 +55,14 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
 // A steep roof has no point whose normal is near the table's: the text knows no top of it.
 TEST(SlabTops, AloneGiveASteepRoofATop) {
   Analytic roof;
-  const Vector3d slope(0.0, std::cos(core::Deg(60.0)), -std::sin(core::Deg(60.0)));
+  const Vector3d slope(0.0, std::cos(base::Deg(60.0)), -std::sin(base::Deg(60.0)));
   for (int i = 0; i < 60; ++i) {
     for (int k = 0; k < 25; ++k) {
       roof.Add(Vector3d(0.002 * i, 0.0, 0.052) + 0.002 * k * slope,
-               Vector3d(0.0, std::sin(core::Deg(60.0)), std::cos(core::Deg(60.0))));
+               Vector3d(0.0, std::sin(base::Deg(60.0)), std::cos(base::Deg(60.0))));
     }
   }
-  core::Rng rng(1);
+  base::Rng rng(1);
   EXPECT_FALSE(FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), AsPublished(), rng));
   const auto top =
       FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), With(&FeatureAdditions::slab_tops), rng);
@@ -77,11 +77,11 @@ TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
   shape.AddRectangle({0.0, 0.0, 0.05}, {0.04, 0.0, 0.0}, {0.0, 0.006, 0.0});
   shape.AddRectangle({-0.03, 0.03, 0.05}, {0.01, 0.0, 0.0}, {0.0, 0.022, 0.0});
   const auto tilt = [&](const FeatureOptions& options) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     const auto top = FindTopSurface(shape.cloud, All(shape.cloud), At(0.0), options, rng);
     return std::abs(top->major_C.y());
   };
-  EXPECT_GT(tilt(AsPublished()), std::sin(core::Deg(10.0)));
+  EXPECT_GT(tilt(AsPublished()), std::sin(base::Deg(10.0)));
   EXPECT_LT(tilt(With(&FeatureAdditions::rectangle_axes)), 1e-9);
 }
 
@@ -92,7 +92,7 @@ TEST(PrincipalRectangle, LiesAlongTheLongAxisOfAnEllipse) {
     const Eigen::Vector2d across(-axis.y(), axis.x());
     std::vector<Eigen::Vector2d> points;
     for (int k = 0; k < 360; ++k) {
-      const double t = core::Deg(k);
+      const double t = base::Deg(k);
       points.push_back(Eigen::Vector2d(0.1, 0.2) + 0.05 * std::cos(t) * axis +
                        0.03 * std::sin(t) * across);
     }
@@ -108,9 +108,9 @@ TEST(PrincipalRectangle, LiesAlongTheLongAxisOfAnEllipse) {
 TEST(ArcRule, AloneRefusesAQuarterOfALid) {
   Analytic quarter;
   for (double r = 0.002; r <= 0.0401; r += 0.002) {
-    const int n = static_cast<int>(std::ceil(r * core::kPi / 2.0 / 0.002)) + 1;
+    const int n = static_cast<int>(std::ceil(r * base::kPi / 2.0 / 0.002)) + 1;
     for (int k = 0; k < n; ++k) {
-      const double t = core::kPi / 2.0 * k / std::max(1, n - 1);
+      const double t = base::kPi / 2.0 * k / std::max(1, n - 1);
       quarter.Add({r * std::cos(t), r * std::sin(t), 0.1}, Vector3d::UnitZ());
     }
   }
@@ -122,7 +122,7 @@ TEST(ArcRule, AloneRefusesAQuarterOfALid) {
     if (quarter.cloud.points[i].head<2>().norm() > 0.0399) top.rim.push_back(i);
   }
   const auto found = [&](const FeatureOptions& options) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     return FindRotationAxis(quarter.cloud, All(quarter.cloud), top, At(0.0), options, rng)
         .has_value();
   };
@@ -149,7 +149,7 @@ TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
 
 TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {
   SegmentOptions options;
-  core::SwitchAll<SegmentAdditions>(false, options);
+  base::SwitchAll<SegmentAdditions>(false, options);
   EXPECT_EQ(MeshAlpha(0.0005, options), 0.0005);
   EXPECT_EQ(MeshAlpha(0.05, options), 0.05) << "d_max as it is (section 5.1.2)";
   // A patch of 25 points and one of 441.
@@ -169,7 +169,7 @@ TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {
 // test as printed, that takes points of the surface, too.
 TEST(OutlierFilterOptions, SinglePassAndPrintedTest) {
   geometry::Points points;
-  core::Rng rng(3);
+  base::Rng rng(3);
   for (int x = 0; x < 30; ++x) {
     for (int y = 0; y < 30; ++y) {
       const double dx = rng.Uniform(-0.0004, 0.0004);

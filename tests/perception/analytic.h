@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "perception/internal/part.h"
 
 /// Points and normals of exact surfaces for tests of kernels, on the table z = 0.
@@ -41,7 +41,7 @@ class Analytic {
   /// Rings of an upright wall about (x, y) from the angle `from` to `to` (both included where that
   /// is no full turn), facing outward, or the axis.
   geometry::Indices AddWall(const Eigen::Vector2d& center, double radius_m, double low_m,
-                            double high_m, double from_rad = 0.0, double to_rad = 2.0 * core::kPi,
+                            double high_m, double from_rad = 0.0, double to_rad = 2.0 * base::kPi,
                             bool inward = false) {
     const std::size_t first = cloud.size();
     const int rows = static_cast<int>(std::lround((high_m - low_m) / kStep_m));
@@ -61,9 +61,9 @@ class Analytic {
   geometry::Indices AddDisc(const Eigen::Vector3d& center, double radius_m, double inner_m = 0.0) {
     const std::size_t first = cloud.size();
     for (double r = radius_m; r > inner_m + 1e-9; r -= kStep_m) {
-      const int around = std::max(6, static_cast<int>(std::lround(2.0 * core::kPi * r / kStep_m)));
+      const int around = std::max(6, static_cast<int>(std::lround(2.0 * base::kPi * r / kStep_m)));
       for (int k = 0; k < around; ++k) {
-        const double a = 2.0 * core::kPi * k / around;
+        const double a = 2.0 * base::kPi * k / around;
         Add(center + r * Eigen::Vector3d(std::cos(a), std::sin(a), 0.0), Eigen::Vector3d::UnitZ());
       }
     }
@@ -94,7 +94,7 @@ struct Given {
   }
   internal::ObjectContext Context() const { return {cloud, table, views, options}; }
   internal::Part Describe(geometry::Indices points, std::uint64_t seed = 1) const {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     std::sort(points.begin(), points.end());
     return internal::DescribePart(Context(), std::move(points), rng);
   }

@@ -18,9 +18,9 @@ Indices AddCup(Analytic& shape, double wall_m) {
   const Eigen::Vector2d center(0.02, -0.03);
   const auto lip = shape.AddDisc({0.02, -0.03, 0.1}, kRadius_m, kRadius_m - wall_m);
   const auto outside =
-      shape.AddWall(center, kRadius_m, 0.01, 0.096, core::Deg(-75.0), core::Deg(75.0));
-  const auto inside = shape.AddWall(center, kRadius_m - wall_m, 0.05, 0.096, core::Deg(105.0),
-                                    core::Deg(255.0), true);
+      shape.AddWall(center, kRadius_m, 0.01, 0.096, base::Deg(-75.0), base::Deg(75.0));
+  const auto inside = shape.AddWall(center, kRadius_m - wall_m, 0.05, 0.096, base::Deg(105.0),
+                                    base::Deg(255.0), true);
   return testing::Joined(testing::Joined(lip, outside), inside);
 }
 
@@ -31,7 +31,7 @@ TEST(AxisFromBody, IsExactForAnExactWallWhateverTheDraws) {
   const Part part = given.Describe(points);
   ASSERT_TRUE(part.top);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const auto axis =
         AxisFromBody(cup.cloud, part.points, *part.top, given.table, given.options, rng);
     ASSERT_TRUE(axis);
@@ -51,7 +51,7 @@ TEST(AxisFromBody, TakesWhatFacesOutwardOnTheCircleAlone) {
   const auto turned = cup.AddWall(center, kRadius_m + 0.0015, 0.03, 0.08, -0.5, 0.5);
   for (const auto i : turned) {
     cup.cloud.normals[i] =
-        Eigen::AngleAxisd(core::Deg(50.0), Eigen::Vector3d::UnitZ()) * cup.cloud.normals[i];
+        Eigen::AngleAxisd(base::Deg(50.0), Eigen::Vector3d::UnitZ()) * cup.cloud.normals[i];
   }
   const auto rounding = cup.AddWall(center, kRadius_m + 0.0015, 0.09, 0.096, -1.3, 1.3);
   for (const auto i : rounding) {
@@ -61,7 +61,7 @@ TEST(AxisFromBody, TakesWhatFacesOutwardOnTheCircleAlone) {
   const Given given(cup.cloud);
   TopSurface top;
   top.center_C = {0.02, -0.03, 0.1};
-  core::Rng rng(1);
+  base::Rng rng(1);
   const auto axis = AxisFromBody(cup.cloud, points, top, given.table, given.options, rng);
   ASSERT_TRUE(axis);
   EXPECT_NEAR((axis->center_C - top.center_C).head<2>().norm(), 0.0, 1e-9);
@@ -77,7 +77,7 @@ TEST(AxisFromBody, NeedsAWallOfSixtyPointsThatIsNoWiderThanATabletopObject) {
     const Given given(wall.cloud);
     TopSurface top;
     top.center_C = {0.0, 0.0, 0.1};
-    core::Rng rng(1);
+    base::Rng rng(1);
     return AxisFromBody(wall.cloud, points, top, given.table, given.options, rng).has_value();
   };
   EXPECT_FALSE(found(0.05, 59));
@@ -93,7 +93,7 @@ TEST(AxisFromBody, RefusesFlatWalls) {
                       box.AddRectangle({0.03, 0.0, 0.05}, {0.0, 0.03, 0.0}, {0.0, 0.0, 0.04}));
   const Given given(box.cloud);
   const Part part = given.Describe(points);
-  core::Rng rng(1);
+  base::Rng rng(1);
   EXPECT_FALSE(AxisFromBody(box.cloud, part.points, *part.top, given.table, given.options, rng));
 }
 

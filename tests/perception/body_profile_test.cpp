@@ -23,11 +23,11 @@ BodyProfile Profile(const Analytic& shape, const Indices& points) {
 TEST(ProfileBody, GivesTheRadiiOfACone) {
   // r = 0.05 - depth / 10: a section of 4 mm spans 0.4 mm of radius.
   Analytic cone;
-  core::Rng rng(1);
+  base::Rng rng(1);
   Indices points;
   for (std::uint32_t i = 0; i < 4000; ++i) {
     const double depth = rng.Uniform(0.004, 0.08);
-    const double angle = rng.Uniform(0.0, 2.0 * core::kPi);
+    const double angle = rng.Uniform(0.0, 2.0 * base::kPi);
     const double r = 0.05 - 0.1 * depth;
     cone.Add({r * std::cos(angle), r * std::sin(angle), kHeight_m - depth},
              {std::cos(angle), std::sin(angle), -0.1});
@@ -49,7 +49,7 @@ TEST(ProfileBody, GivesTheRadiiOfACone) {
 TEST(ProfileBody, KeepsBothSidesOfAWallApart) {
   Analytic cup;
   const Indices outer = cup.AddWall({0.0, 0.0}, 0.040, 0.02, 0.096);
-  const Indices inner = cup.AddWall({0.0, 0.0}, 0.037, 0.02, 0.096, 0.0, 2.0 * core::kPi, true);
+  const Indices inner = cup.AddWall({0.0, 0.0}, 0.037, 0.02, 0.096, 0.0, 2.0 * base::kPi, true);
   const BodyProfile profile = Profile(cup, testing::Joined(outer, inner));
   EXPECT_EQ(profile.fraction, 1.0);
   for (const Section& s : profile.sections) {
@@ -108,7 +108,7 @@ TEST(ProfileBody, CountsNormalsThatPassTheAxisApart) {
   for (const auto& [turn, agrees] : {std::pair(15.0, true), std::pair(25.0, false)}) {
     Analytic wall;
     const Indices points = wall.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
-    const Eigen::AngleAxisd turned(core::Deg(turn), Vector3d::UnitZ());
+    const Eigen::AngleAxisd turned(base::Deg(turn), Vector3d::UnitZ());
     for (Vector3d& normal : wall.cloud.normals) normal = turned * normal;
     const BodyProfile profile = Profile(wall, points);
     EXPECT_EQ(profile.fraction, 1.0);

@@ -5,15 +5,15 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
 using Eigen::Vector3d;
 
-Vector3d RandomPoint(core::Rng& rng) {
+Vector3d RandomPoint(base::Rng& rng) {
   const double x = rng.Uniform(-0.1, 0.1);
   const double y = rng.Uniform(-0.1, 0.1);
   return {x, y, rng.Uniform(-0.1, 0.1)};
@@ -33,7 +33,7 @@ Circle Transcribed(const Vector3d& A, const Vector3d& B, const Vector3d& C) {
 }
 
 TEST(CircleThrough, IsEquidistantFromItsPointsAndAgreesWithTheTranscription) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 2000; ++i) {
     const Vector3d a = RandomPoint(rng);
     const Vector3d b = RandomPoint(rng);
@@ -60,7 +60,7 @@ TEST(CircleThrough, RefusesCollinearAndCoincidentPoints) {
 }
 
 TEST(AxisDistance, IsTheLengthSquareToTheAxis) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   for (int i = 0; i < 200; ++i) {
     const Vector3d n = RandomPoint(rng).normalized();
     const Vector3d c = RandomPoint(rng);
@@ -74,14 +74,14 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
   const double sigma = 0.0004;
   const double radius = 0.0375;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const Vector3d center = RandomPoint(rng);
     const Vector3d n = Vector3d(0.1, -0.05, 1.0).normalized();
     const Vector3d u = n.unitOrthogonal();
     const Vector3d v = n.cross(u);
     geometry::Points rim;
     for (int i = 0; i < 120; ++i) {
-      const double a = 2.0 * core::kPi * i / 120;
+      const double a = 2.0 * base::kPi * i / 120;
       const double dr = sigma * rng.Normal();
       const double dn = sigma * rng.Normal();
       rim.push_back(center + (radius + dr) * (std::cos(a) * u + std::sin(a) * v) + dn * n);
@@ -99,7 +99,7 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
 }
 
 TEST(FitCircle2, IsExactForPointsOnAnArc) {
-  core::Rng rng(4);
+  base::Rng rng(4);
   for (int i = 0; i < 200; ++i) {
     const double x = rng.Uniform(-0.1, 0.1);
     const Eigen::Vector2d center(x, rng.Uniform(-0.1, 0.1));
@@ -123,16 +123,16 @@ TEST(FitCircle, RefusesACircleThatIsTooWide) {
   for (const auto& [radius, found] : {std::pair(0.149, true), {0.151, false}}) {
     geometry::Points rim;
     for (int i = 0; i < 100; ++i) {
-      const double a = 2.0 * core::kPi * i / 100;
+      const double a = 2.0 * base::kPi * i / 100;
       rim.emplace_back(radius * std::cos(a), radius * std::sin(a), 0.0);
     }
-    core::Rng rng(1);
+    base::Rng rng(1);
     EXPECT_EQ(FitCircle(rim, {}, rng).has_value(), found) << radius;
   }
 }
 
 TEST(FitCircle, FindsNothingInALine) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   geometry::Points line;
   for (int i = 0; i < 50; ++i) line.emplace_back(0.001 * i, 0.002 * i, 0.0);
   EXPECT_FALSE(FitCircle(line, {}, rng));

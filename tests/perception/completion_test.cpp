@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "perception/analytic.h"
 #include "perception/internal/symmetry.h"
 
@@ -149,7 +149,7 @@ struct LeaningBox {
 };
 
 TEST(CompleteOther, ALeaningBoxIsClosedSquareToItsTop) {
-  const LeaningBox box(core::Deg(25.0));
+  const LeaningBox box(base::Deg(25.0));
   const Given given(box.shape.cloud);
   const Part part = given.Describe(box.points);
   ASSERT_TRUE(part.top);
@@ -165,7 +165,7 @@ TEST(CompleteOther, ALeaningBoxIsClosedSquareToItsTop) {
 }
 
 TEST(CompleteOther, ALeaningBoxEndsAtWhatItStandsOn) {
-  const LeaningBox box(core::Deg(25.0));
+  const LeaningBox box(base::Deg(25.0));
   const Given given(box.shape.cloud);
   const Completion closed = CompleteOther(given.Context(), given.Describe(box.points), 0.03);
   const std::size_t seen = box.points.size();

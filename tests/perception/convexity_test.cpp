@@ -56,7 +56,7 @@ class TouchingThings : public ::testing::TestWithParam<SensorCase> {
  protected:
   std::vector<Owner> See(const std::vector<TriangleMesh>& meshes) {
     const auto scan = Scan(meshes, GetParam());
-    core::Rng rng(1);
+    base::Rng rng(1);
     scene_ = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
     std::vector<std::map<std::size_t, int>> in(meshes.size());
     std::vector<int> total(meshes.size(), 0);
@@ -100,7 +100,7 @@ TEST_P(TouchingThings, ALowBoxBeforeATallOneIsAnother) {
 }
 
 TEST_P(TouchingThings, ABoxLeaningOnACylinderIsAnother) {
-  const core::Pose leaning = core::MakePose(
+  const base::Pose leaning = base::MakePose(
       Eigen::AngleAxisd(-0.6, Vector3d::UnitX()).toRotationMatrix(), {0.0, -0.078, 0.062});
   const auto owners = See({At(synthetic::CylinderMesh(0.0375, 0.15), 0.0, {0.0, 0.03, 0.075}),
                            geometry::Transformed(synthetic::BoxMesh(0.10, 0.03, 0.13), leaning)});
@@ -156,7 +156,7 @@ TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
 TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
   const auto scan = synthetic::MakeRasterScan(
       {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(3.2, {0, 0, 0}))});
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
   ASSERT_GE(scene.objects.size(), 1u);
   std::size_t all = 0;
@@ -169,7 +169,7 @@ TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
   for (const double yaw : {1.3, 1.6, -1.6}) {
     const auto scan = synthetic::MakeRasterScan(
         {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(yaw, {0, 0, 0}))});
-    core::Rng rng(1);
+    base::Rng rng(1);
     const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
     EXPECT_EQ(scene.objects.size(), 1u) << yaw;
   }
@@ -193,7 +193,7 @@ TEST(OpenBoxes, WallsAreNoObjectsAndWhatLiesInTheBoxIs) {
   for (const bool on : {true, false}) {
     PerceptionOptions options;
     options.features.containers = on;
-    core::Rng rng(1);
+    base::Rng rng(1);
     const Scene scene = Perceive(scan.points_W, raster.sensor_W, options, rng);
     EXPECT_EQ(scene.container.empty(), !on);
     std::size_t of_walls = 0;
@@ -221,7 +221,7 @@ TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
     synthetic::RasterOptions raster;
     raster.table_half_m = 0.26;
     const auto scan = synthetic::MakeRasterScan(meshes, raster);
-    core::Rng rng(1);
+    base::Rng rng(1);
     const Scene scene = Perceive(scan.points_W, raster.sensor_W, {}, rng);
     const auto walls = std::ranges::count_if(scan.label, [](int l) { return l >= 0 && l < 4; });
     // Without the points within the table's clearance, and of the mixed ones those off the walls.
@@ -244,7 +244,7 @@ TEST(OpenBoxes, AClosedOneIsAnObject) {
                                               .points_C = scan.points_W,
                                               .origins_C = {raster.sensor_W}};
   }
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene scene = Perceive(observation, {}, rng, std::nullopt);
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 1u);
@@ -255,7 +255,7 @@ TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
       {At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, -0.08, 0.075}),
        At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, 0.08, 0.075}),
        At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {0.08, 0.0, 0.075})});
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 3u);
@@ -267,7 +267,7 @@ TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
   const auto scan = synthetic::MakeRasterScan(
       {At(along(0.08), 0, {0, -0.146, 0.04}), At(along(0.11), 0, {0, 0.146, 0.055}),
        At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})});
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 4u);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/kd_tree.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededTable, ::testing::Range<std::uint64_t>(0, 
 
 TEST_P(SeededTable, IsFoundUnderManyObjects) {
   const auto scan = synthetic::MixedScan(GetParam());
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const auto table = FindTable(scan.points_W, kSensor, {}, rng);
   ExpectTable(table, Eigen::Vector3d::UnitZ());
   std::size_t missed = 0;
@@ -48,7 +48,7 @@ TEST_P(SeededTable, IsFoundUnderManyObjects) {
 
 TEST_P(SeededTable, IsFoundWithStrayPointsUnderIt) {
   auto scan = synthetic::MixedScan(GetParam());
-  core::Rng rng(1000 + GetParam());
+  base::Rng rng(1000 + GetParam());
   const std::size_t strays = 1 + rng.Index(12);
   for (std::size_t i = 0; i < strays; ++i) {
     const double x = rng.Uniform(-0.15, 0.15);
@@ -63,7 +63,7 @@ TEST_P(SeededTable, IsFoundWithStrayPointsUnderIt) {
 }
 
 TEST_P(SeededTable, IsFoundInAnyFrame) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), geometry::testing::RandomDirection(rng))
           .toRotationMatrix();
@@ -87,14 +87,14 @@ TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundAndTheBoxTopIsNot) {
   const auto on_top = std::count_if(scan.points_W.begin(), scan.points_W.end(),
                                     [](const auto& p) { return p.z() > 0.098; });
   ASSERT_GT(on_top, on_table);
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   ExpectTable(FindTable(scan.points_W, kSensor, {}, rng), Eigen::Vector3d::UnitZ());
 }
 
 TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundWithDeepStrayPointsUnderIt) {
   // Strays all round and deep below: no face of the first hull is near the table.
   auto scan = CoveredTable(GetParam());
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   for (int i = 0; i < 9; ++i) {
     const double x = 0.13 * (i % 3 - 1) + rng.Uniform(-0.02, 0.02);
     const double y = 0.13 * (i / 3 - 1) + rng.Uniform(-0.02, 0.02);
@@ -105,7 +105,7 @@ TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundWithDeepStrayPointsUnderIt) {
 
 TEST(Table, IsFoundByTheDominantPlaneBeforeABackground) {
   auto scan = synthetic::MixedScan(1);
-  core::Rng rng(1);
+  base::Rng rng(1);
   const std::size_t n = scan.points_W.size() / 2;
   for (std::size_t i = 0; i < n; ++i) {  // a rough wall behind, and below the table's height
     const double y = rng.Uniform(-0.5, 0.5);
@@ -119,7 +119,7 @@ TEST(Table, IsFoundByTheDominantPlaneBeforeABackground) {
 }
 
 TEST(Table, IsNotFoundWhereThereIsNone) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   EXPECT_FALSE(FindTable(Points{}, kSensor, {}, rng));
   EXPECT_FALSE(FindTable(Points(10, {0.0, 0.0, 0.0}), kSensor, {}, rng));
   EXPECT_FALSE(FindTable(geometry::testing::RandomPoints(2000, 0.2, rng), kSensor, {}, rng));
@@ -133,7 +133,7 @@ TEST(Table, ThatIsEmptyAndFlatIsAllTable) {
   for (int x = 0; x < 30; ++x) {
     for (int y = 0; y < 30; ++y) points.emplace_back(0.004 * x, 0.004 * y, 0.0);
   }
-  core::Rng rng(1);
+  base::Rng rng(1);
   const auto table = FindTable(points, kSensor, {}, rng);
   ASSERT_TRUE(table);
   EXPECT_NEAR(table->plane.normal.z(), 1.0, 1e-9);
@@ -145,7 +145,7 @@ TEST(Table, ThatIsFlatIsNoneWhereUpIsElsewhere) {
   for (int x = 0; x < 30; ++x) {
     for (int y = 0; y < 30; ++y) points.emplace_back(0.004 * x, 0.004 * y, 0.0);
   }
-  core::Rng rng(1);
+  base::Rng rng(1);
   PreprocessOptions options;
   options.up_C = Eigen::Vector3d(0.0, 1.0, 0.0);
   EXPECT_FALSE(FindTable(points, kSensor, options, rng));
@@ -156,7 +156,7 @@ TEST(Table, ThatIsFlatIsNoneWhereUpIsElsewhere) {
 // A wall holds more points than the table; beneath both lies rubble, so that the hull shows
 // neither.
 TEST(Table, IsFoundAfterAWallThatIsNotUp) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   Points points;
   for (int x = 0; x < 50; ++x) {
     for (int y = 0; y < 50; ++y) points.emplace_back(0.004 * x - 0.1, 0.004 * y - 0.1, 0.0);
@@ -177,7 +177,7 @@ TEST(Table, IsFoundAfterAWallThatIsNotUp) {
 }
 
 TEST(Table, RefusesBadOptions) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   PreprocessOptions no_preselection, below, no_up;
   no_preselection.preselection_m = 0.0;
   below.table_clearance_m = -0.001;

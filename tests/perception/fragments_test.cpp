@@ -191,7 +191,7 @@ TEST(FindKinship, AConcaveJunctionIsTwoObjects) {
 
 TEST(FindKinship, BoxesBesideEachOtherHaveNone) {
   for (int step = 0; step < 12; ++step) {
-    const double a = core::kPi * step / 6;
+    const double a = base::kPi * step / 6;
     Analytic shape;
     const BoxFaces one = AddBox(shape, 0.0, 0.0, 0.08);
     const BoxFaces other = AddBox(shape, 0.09 * std::cos(a), 0.09 * std::sin(a), 0.06);
@@ -211,7 +211,7 @@ TEST(MergeFragments, JoinsWhatIsKinAndLeavesTheRest) {
   for (const Indices& points : {one.top, two.front, two.top, one.front}) {
     parts.push_back(given.Describe(points));
   }
-  core::Rng rng(1);
+  base::Rng rng(1);
   MergeFragments(given.Context(), parts, rng);
   ASSERT_EQ(parts.size(), 2u);
   for (const Part& part : parts) {
@@ -368,7 +368,7 @@ TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
         view.z() = 0.0;
         shape.Add(p, Vector3d::UnitZ());
         shape.Add(
-            p + 0.010 * (Eigen::AngleAxisd(core::Deg(turn), Vector3d::UnitZ()) * view.normalized()),
+            p + 0.010 * (Eigen::AngleAxisd(base::Deg(turn), Vector3d::UnitZ()) * view.normalized()),
             Vector3d::UnitZ());
         fragment.push_back(2 * k);
         host.push_back(2 * k + 1);
@@ -395,7 +395,7 @@ TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
       AddCap(shape, end, axis, face, {.gap_m = 0.002, .length_m = 0.012, .radius_m = 0.020});
   const Indices cap = AddCap(shape, end, axis, face, {.gap_m = 0.016, .length_m = 0.010});
   const Given given(shape.cloud);
-  core::Rng rng(1);
+  base::Rng rng(1);
   std::vector<Part> apart = {given.Describe(cap), given.Describe(bottle)};
   MergeFragments(given.Context(), apart, rng);
   EXPECT_EQ(apart.size(), 2u);

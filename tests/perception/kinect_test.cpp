@@ -11,7 +11,7 @@ namespace {
 
 /// What perception makes of one cloud, scored.
 labelled::Separation ScoreOf(const labelled::Cloud& cloud) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene scene =
       Perceive(cloud.file.points, Eigen::Vector3d::Zero(), PerceptionOptions{}, rng);
   std::vector<geometry::Points> objects;

@@ -34,9 +34,9 @@ Analytic Lying(double yaw, double from_rad, double to_rad, double height_m = kRa
     }
   }
   for (double r = kRadius_m - testing::kStep_m; r > 0.0; r -= testing::kStep_m) {
-    const int ring = static_cast<int>(2.0 * core::kPi * r / testing::kStep_m);
+    const int ring = static_cast<int>(2.0 * base::kPi * r / testing::kStep_m);
     for (int k = 0; k < ring; ++k) {
-      const double a = 2.0 * core::kPi * k / ring;
+      const double a = 2.0 * base::kPi * k / ring;
       shape.Add(center + 0.5 * kLength_m * along +
                     r * (std::cos(a) * across + std::sin(a) * Vector3d::UnitZ()),
                 along);
@@ -48,7 +48,7 @@ Analytic Lying(double yaw, double from_rad, double to_rad, double height_m = kRa
 std::optional<RotationAxis> AxisOf(const Given& given, std::uint64_t seed) {
   Indices all(given.cloud.size());
   std::iota(all.begin(), all.end(), 0U);
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   return FindLyingAxis(given.cloud, all, given.table, given.options, rng);
 }
 

@@ -28,7 +28,7 @@ std::vector<Part> Merged(const Given& given, const std::vector<Indices>& segment
                          std::uint64_t seed) {
   std::vector<Part> parts;
   for (const Indices& points : segments) parts.push_back(given.Describe(points, seed));
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   MergeRotational(given.Context(), parts, rng);
   return parts;
 }
@@ -81,7 +81,7 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
 constexpr double kRadius_m = 0.04;
 /// Between two columns of the wall, which are those of the lid's edge too: 126 round the can.
 const double kColumn_rad =
-    2.0 * core::kPi / std::lround(2.0 * core::kPi * kRadius_m / testing::kStep_m);
+    2.0 * base::kPi / std::lround(2.0 * base::kPi * kRadius_m / testing::kStep_m);
 
 /// A can seen from all around, and its sectors: each from one angle to the next, the last to the
 /// first. The angles lie between two columns.
@@ -94,7 +94,7 @@ struct CutCan {
     for (const auto i : testing::Joined(lid, shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096))) {
       const Eigen::Vector3d& p = shape.cloud.points[i];
       double column = std::atan2(p.y(), p.x()) / kColumn_rad + 0.5;
-      if (column < 0.0) column += 2.0 * core::kPi / kColumn_rad;
+      if (column < 0.0) column += 2.0 * base::kPi / kColumn_rad;
       const auto after = std::upper_bound(columns.begin(), columns.end(), column);
       const auto at = static_cast<std::size_t>(after - columns.begin());
       sectors[at == 0 ? columns.size() - 1 : at - 1].push_back(i);
@@ -117,7 +117,7 @@ struct CutCan {
 };
 
 std::size_t CountMerged(const Given& given, std::vector<Part> parts) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   MergeRotational(given.Context(), parts, rng);
   return parts.size();
 }
@@ -241,7 +241,7 @@ TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
   const Indices box = can.shape.AddRectangle({0.0, 0.2, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
   const Given given(can.shape.cloud);
   const auto halves = can.Parts(given);
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (const std::size_t place : {0u, 1u, 2u}) {
     std::vector<Part> parts = halves;
     parts.insert(parts.begin() + static_cast<std::ptrdiff_t>(place), given.Describe(box));
@@ -257,14 +257,14 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kRadius_m, 0.036);
   Indices points = testing::Joined(
       cup.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3),
-      cup.AddWall({0.0, 0.0}, 0.036, 0.05, 0.096, core::kPi - 1.3, core::kPi + 1.3, true));
+      cup.AddWall({0.0, 0.0}, 0.036, 0.05, 0.096, base::kPi - 1.3, base::kPi + 1.3, true));
   for (const auto i : ring) {
     const auto& p = cup.cloud.points[i];
     const double angle = std::atan2(p.y(), p.x());
-    if (angle < 0.0 && angle > core::Deg(-50.0)) points.push_back(i);
+    if (angle < 0.0 && angle > base::Deg(-50.0)) points.push_back(i);
   }
   for (const double r : {0.031, 0.033}) {
-    for (double a = 0.02; a < core::Deg(50.0); a += 0.06) {
+    for (double a = 0.02; a < base::Deg(50.0); a += 0.06) {
       points.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
       cup.Add({r * std::cos(a), r * std::sin(a), 0.1}, Eigen::Vector3d::UnitZ());
     }

@@ -57,7 +57,7 @@ const Vector3d kBack(-0.8, 0.0, 0.62);
 
 Scene See(const Observation& observation, std::uint64_t seed,
           const std::optional<Workspace>& workspace = std::nullopt) {
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   return Perceive(observation, {}, rng, workspace);
 }
 
@@ -84,18 +84,18 @@ TEST(Observation, StatedNoiseIsTheMedianOfWhatSamplesAreStatedToHave) {
   for (std::size_t i = 0; i < view.noise_m.size(); i += 8) view.noise_m[i] = 0.0023F;
   PerceptionOptions options;
   options.stated_noise = true;
-  core::Rng rng(1);
+  base::Rng rng(1);
   EXPECT_FLOAT_EQ(static_cast<float>(Perceive(observation, options, rng).sampling.noise_m),
                   0.0023F);
   // What states nothing is measured.
   view.noise_m.clear();
-  core::Rng again(1);
+  base::Rng again(1);
   EXPECT_LT(Perceive(observation, options, again).sampling.noise_m, 0.0015);
 }
 
 TEST(Observation, OneViewIsThePlainCloud) {
   const auto scan = ScanFrom(kFront, 1);
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scene plain = Perceive(scan.points_W, kFront, {}, rng);
   const Scene scene = See(ObservationOf({ImageOf(scan.points_W, kFront)}), 1);
   ExpectSameScene(scene, plain);
@@ -117,7 +117,7 @@ TEST(Observation, EveryPointIsTracedToItsViewAndSample) {
   const auto back = ScanFrom(kBack, 4);
   const auto observation =
       ObservationOf({ImageOf(front.points_W, kFront), ImageOf(back.points_W, kBack)});
-  const Workspace workspace{core::MakePose(Eigen::Matrix3d::Identity(), {0.02, 0.01, 0.0}), 0.15};
+  const Workspace workspace{base::MakePose(Eigen::Matrix3d::Identity(), {0.02, 0.01, 0.0}), 0.15};
   const Scene scene = See(observation, 3, workspace);
   ASSERT_EQ(scene.samples.size(), scene.points_C.size());
   for (std::size_t i = 0; i < scene.samples.size(); ++i) {

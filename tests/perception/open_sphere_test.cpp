@@ -19,7 +19,7 @@ struct Cup {
 
   Cup() {
     for (int k = 0; k < 300; ++k) {
-      const double a = 2.0 * core::kPi * k / 300;
+      const double a = 2.0 * base::kPi * k / 300;
       shape.Add({0.04 * std::cos(a), 0.03 * std::sin(a), 0.1}, Vector3d::UnitZ());
       points.push_back(static_cast<std::uint32_t>(k));
     }
@@ -47,7 +47,7 @@ TEST(IsOpen, HasASphereOfTwoThirdsOfTheDistanceToTheNearestRimPoint) {
 TEST(IsOpen, AsPublishedOnePointInTheSphereCloses) {
   FeatureOptions published;
   published.open_stray_share = 0.0;
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
     const double x = rng.Normal();
     const double y = rng.Normal();

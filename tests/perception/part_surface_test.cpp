@@ -4,12 +4,12 @@
 
 #include <limits>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-Eigen::Vector3d Draw(core::Rng& rng) {
+Eigen::Vector3d Draw(base::Rng& rng) {
   const double x = rng.Uniform();
   const double y = rng.Uniform();
   const double z = rng.Uniform();
@@ -19,7 +19,7 @@ Eigen::Vector3d Draw(core::Rng& rng) {
 // Against every distance: the cube of side 1 has points of the part in one half only, so that
 // queries lie within and beyond the gap, and within and beyond the box.
 TEST(PartSurface, GivesTheNearestPointWithinTheGapAndNoOther) {
-  core::Rng rng(7);
+  base::Rng rng(7);
   geometry::Points part;
   for (int i = 0; i < 200; ++i) part.push_back(Draw(rng).cwiseProduct(Eigen::Vector3d(0.5, 1, 1)));
   PartSurface surface(part);

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "perception/internal/objects.h"
 #include "perception/raster_scan.h"
 
@@ -26,17 +26,17 @@ struct Place {
   double yaw;
 };
 Place RandomPlace(std::uint64_t seed) {
-  core::Rng rng(core::DeriveSeed(seed, "place"));
+  base::Rng rng(base::DeriveSeed(seed, "place"));
   const double x = rng.Uniform(-0.06, 0.06);
   const double y = rng.Uniform(-0.06, 0.06);
-  return {x, y, rng.Uniform(0.0, 2.0 * core::kPi)};
+  return {x, y, rng.Uniform(0.0, 2.0 * base::kPi)};
 }
 
 Scene See(const std::vector<TriangleMesh>& meshes, std::uint64_t seed,
           const PerceptionOptions& options = {}) {
   synthetic::RasterOptions raster;
   raster.seed = seed;
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   return Perceive(synthetic::MakeRasterScan(meshes, raster).points_W, raster.sensor_W, options,
                   rng);
 }
@@ -72,11 +72,11 @@ TEST(Perceive, AStandingCylinderIsRotationalAndClosedWithItsRadiusAndAxis) {
       EXPECT_NEAR(object.axis->radius_m, radius, kFine_m);
       EXPECT_NEAR(object.axis->center_C.x(), place.x, kFine_m);
       EXPECT_NEAR(object.axis->center_C.y(), place.y, kFine_m);
-      EXPECT_GT(object.axis->direction_C.z(), std::cos(core::Deg(1.0)));
+      EXPECT_GT(object.axis->direction_C.z(), std::cos(base::Deg(1.0)));
       EXPECT_NEAR(object.height_m, height, kFine_m);
       EXPECT_EQ(object.base_m, 0.0);
       // The polygon of 36 sides has 0.5 % less than the circle's area.
-      const double volume = core::kPi * radius * radius * height;
+      const double volume = base::kPi * radius * radius * height;
       EXPECT_NEAR(geometry::Volume(object.surface_C), volume, 0.06 * volume);
     }
   }
@@ -146,11 +146,11 @@ TEST(Perceive, ABoxHasItsTopFaceAndItsBox) {
     const PerceivedObject& object = scene.objects[0];
     ASSERT_TRUE(object.top);
     EXPECT_FALSE(object.top->ridge);
-    EXPECT_GT(object.top->plane.normal.z(), std::cos(core::Deg(1.5)));
+    EXPECT_GT(object.top->plane.normal.z(), std::cos(base::Deg(1.5)));
     EXPECT_NEAR(object.top->major_m, 0.09, kExtent_m);
     EXPECT_NEAR(object.top->minor_m, 0.06, kExtent_m);
     const Vector3d along(std::cos(place.yaw), std::sin(place.yaw), 0.0);
-    EXPECT_GT(std::abs(object.axis_C.dot(along)), std::cos(core::Deg(3.0)));
+    EXPECT_GT(std::abs(object.axis_C.dot(along)), std::cos(base::Deg(3.0)));
     EXPECT_NEAR(object.size_m.x(), 0.09, kExtent_m);
     EXPECT_NEAR(object.size_m.y(), 0.06, kExtent_m);
     EXPECT_NEAR(object.size_m.z(), 0.135, kFine_m);
@@ -159,14 +159,14 @@ TEST(Perceive, ABoxHasItsTopFaceAndItsBox) {
 
 TEST(Perceive, ALyingCylinderIsCompletedToItsWidthWhateverItsYaw) {
   for (int step = 0; step < 12; ++step) {
-    const double yaw = core::kPi * step / 12;
+    const double yaw = base::kPi * step / 12;
     const Scene scene =
         See({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0.01, -0.02, yaw})}, 7);
     ASSERT_EQ(scene.objects.size(), 1u);
     const PerceivedObject& object = scene.objects[0];
     ASSERT_TRUE(object.top && object.top->ridge) << step;
     const Vector3d along(std::cos(yaw), std::sin(yaw), 0.0);
-    EXPECT_GT(std::abs(object.top->major_C.dot(along)), std::cos(core::Deg(2.0)));
+    EXPECT_GT(std::abs(object.top->major_C.dot(along)), std::cos(base::Deg(2.0)));
     EXPECT_NEAR(object.size_m.y(), 0.07, kMirrored_m) << step;
     EXPECT_NEAR(object.size_m.x(), 0.115, 0.004) << step;
     EXPECT_NEAR(object.center_C.x(), 0.01, 0.002) << step;
@@ -179,7 +179,7 @@ TEST(Perceive, WithoutSymmetryALyingCylinderLacksItsFarSide) {
   options.features.complete_by_symmetry = false;
   options.features.lying_axes = false;  // Turned about its axis it would have it.
   const Scene scene =
-      See({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0, 0, core::kPi / 2})}, 1, options);
+      See({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0, 0, base::kPi / 2})}, 1, options);
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_LT(scene.objects[0].size_m.y(), 0.062);
 }
@@ -202,7 +202,7 @@ TEST(Merging, ACylinderCutInTwoByLostPointsIsOneObject) {
     const auto scan = synthetic::MakeRasterScan(
         {Stand(synthetic::CylinderMesh(0.0375, 0.15), 0.15, place)}, raster);
     const auto cut = WithoutStrip(scan.points_W, {place.x, place.y, 0}, Vector3d::UnitY(), 0.012);
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const Scene scene = Perceive(cut, raster.sensor_W, {}, rng);
     EXPECT_EQ(scene.segments.size(), 2u);
     ASSERT_EQ(scene.objects.size(), 1u) << seed;
@@ -213,7 +213,7 @@ TEST(Merging, ACylinderCutInTwoByLostPointsIsOneObject) {
 
 TEST(Merging, TwoEqualCylindersBesideEachOtherRemainTwo) {
   for (int step = 0; step < 8; ++step) {
-    const double a = core::kPi * step / 8;
+    const double a = base::kPi * step / 8;
     const Vector3d d(0.047 * std::cos(a), 0.047 * std::sin(a), 0.05);
     const auto cylinder = synthetic::CylinderMesh(0.035, 0.10);
     const Scene scene = See({geometry::Transformed(cylinder, Standing(0, d)),
@@ -252,7 +252,7 @@ TEST(Merging, AFrontFaceCutOffFromItsTopIsJoined) {
       const bool side = p.z() > 0.1 && p.z() < 0.117;
       if (!edge && !side) cut.push_back(p);
     }
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     PerceptionOptions options;
     Scene scene = Perceive(cut, raster.sensor_W, options, rng);
     ASSERT_GE(scene.segments.size(), 2u);
@@ -310,12 +310,12 @@ TEST(Perceive, IsDeterministic) {
 TEST(Perceive, TurnsWithTheSceneAndTheSensor) {
   synthetic::RasterOptions raster;
   const auto scan = synthetic::MakeRasterScan(MixedScene(), raster);
-  const core::Pose X = core::MakePose(Eigen::AngleAxisd(0.7, Vector3d::UnitZ()).toRotationMatrix(),
+  const base::Pose X = base::MakePose(Eigen::AngleAxisd(0.7, Vector3d::UnitZ()).toRotationMatrix(),
                                       {0.3, -0.2, 0.1});
   geometry::Points turned;
   for (const auto& p : scan.points_W) turned.push_back(X * p);
-  core::Rng rng_a(1);
-  core::Rng rng_b(1);
+  base::Rng rng_a(1);
+  base::Rng rng_b(1);
   const Scene a = Perceive(scan.points_W, raster.sensor_W, {}, rng_a);
   const Scene b = Perceive(turned, X * raster.sensor_W, {}, rng_b);
   ASSERT_EQ(a.objects.size(), b.objects.size());
@@ -329,9 +329,9 @@ TEST(Perceive, TurnsWithTheSceneAndTheSensor) {
 }
 
 TEST(Perceive, NamesWhatIsWrongWithTooFewPoints) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   const geometry::Points few(10, Vector3d(0, 0, 0));
-  EXPECT_THROW(Perceive(few, {0.8, 0, 0.6}, {}, rng), core::InputError);
+  EXPECT_THROW(Perceive(few, {0.8, 0, 0.6}, {}, rng), base::InputError);
 }
 
 TEST(Perceive, AnEmptyTableHasNoObjects) { EXPECT_TRUE(See({}, 1).objects.empty()); }
@@ -359,7 +359,7 @@ TEST(BuildObjects, SurvivesDegenerateSegments) {
   const Vector3d sensor(0.8, 0, 0.62);
   for (const Vector3d& normal : {Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(0, 0, -1)}) {
     for (auto& n : cloud.normals) n = normal;
-    core::Rng rng(1);
+    base::Rng rng(1);
     StageSeconds seconds;
     const internal::SensorViews views{{internal::SensorView(cloud.points, sensor)},
                                       geometry::Indices(cloud.size(), 0)};

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -24,9 +24,9 @@ TEST(HullPositions, OfASquareWithPointsInItAreItsCornersCounterClockwise) {
 }
 
 TEST(MinAreaRectangle, RecoversATurnedRectangle) {
-  core::Rng rng(4);
+  base::Rng rng(4);
   for (int i = 0; i < 100; ++i) {
-    const double angle = rng.Uniform(0.0, core::kPi);
+    const double angle = rng.Uniform(0.0, base::kPi);
     const Eigen::Vector2d x(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d y(-x.y(), x.x());
     std::vector<Eigen::Vector2d> points;

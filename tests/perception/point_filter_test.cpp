@@ -16,7 +16,7 @@ using geometry::KdTree;
 using geometry::Points;
 
 TEST(CompressionRate, FollowsItsEquations) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
     const double min = rng.Uniform(0.0, 0.002);
     const double max = rng.Uniform(0.003, 0.02);
@@ -74,7 +74,7 @@ class SeededFilter : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededFilter, ::testing::Range<std::uint64_t>(0, 15));
 
 TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
-  core::Rng rng(GetParam());
+  base::Rng rng(GetParam());
   const auto scan = synthetic::MixedScan(GetParam(), 20);
   Points points = scan.points_W;
   for (int i = 0; i < 10; ++i) {  // pairs and far strays too
@@ -123,7 +123,7 @@ TEST(Filter, LeavesTinyAndEvenCloudsAlone) {
 }
 
 TEST(Smooth, IsTheMeanOfTheNeighbours) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Points points = geometry::testing::RandomPoints(300, 0.02, rng);
   const Points smoothed = Smooth(points, 0.006);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -136,7 +136,7 @@ TEST(Smooth, IsTheMeanOfTheNeighbours) {
 }
 
 TEST(Smooth, TakesTheNoiseOfAPlaneDownByTheRootOfTheCount) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   Points points;
   for (int x = 0; x < 60; ++x) {
     for (int y = 0; y < 60; ++y) points.emplace_back(0.002 * x, 0.002 * y, 0.0005 * rng.Normal());

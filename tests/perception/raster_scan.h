@@ -7,9 +7,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/frames.h"
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/frames.h"
+#include "base/rng.h"
+#include "base/units.h"
 #include "geometry/mesh.h"
 
 /// Scans of any triangle meshes on a table for tests, by a depth buffer: one ray a pixel from one
@@ -113,7 +113,7 @@ inline RasterScan MakeRasterScan(const std::vector<geometry::TriangleMesh>& mesh
     }
   }
   RasterScan scan;
-  core::Rng rng(options.seed);
+  base::Rng rng(options.seed);
   for (int y = 0; y < buffer.side(); ++y) {
     for (int x = 0; x + 1 < buffer.side(); ++x) {
       const auto& pixel = buffer.At(x, y);
@@ -159,7 +159,7 @@ inline geometry::TriangleMesh Extrude(const std::vector<Eigen::Vector2d>& polygo
 inline std::vector<Eigen::Vector2d> Regular(int n, double radius_m, double start_rad = 0.0) {
   std::vector<Eigen::Vector2d> polygon;
   for (int i = 0; i < n; ++i) {
-    const double a = start_rad + 2.0 * core::kPi * i / n;
+    const double a = start_rad + 2.0 * base::kPi * i / n;
     polygon.emplace_back(radius_m * std::cos(a), radius_m * std::sin(a));
   }
   return polygon;
@@ -204,23 +204,23 @@ inline geometry::TriangleMesh MugMesh(double radius_m = 0.041, double height_m =
                                         {radius_m - wall_m, wall_m},
                                         {0.0, wall_m}});
   geometry::Append(geometry::Transformed(BoxMesh(0.030, 0.012, 0.060),
-                                         core::MakePose(Eigen::Matrix3d::Identity(),
+                                         base::MakePose(Eigen::Matrix3d::Identity(),
                                                         {radius_m + 0.014, 0.0, 0.5 * height_m})),
                    mesh);
   return mesh;
 }
 
 /// The pose that turns z to lie along the table at `yaw` from the x axis, at a height.
-inline core::Pose Lying(double yaw_rad, const Eigen::Vector3d& position) {
+inline base::Pose Lying(double yaw_rad, const Eigen::Vector3d& position) {
   Eigen::Matrix3d R;
   R.col(2) = Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
   R.col(1) = Eigen::Vector3d::UnitZ();
   R.col(0) = R.col(1).cross(R.col(2));
-  return core::MakePose(R, position);
+  return base::MakePose(R, position);
 }
 
-inline core::Pose Standing(double yaw_rad, const Eigen::Vector3d& position) {
-  return core::MakePose(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+inline base::Pose Standing(double yaw_rad, const Eigen::Vector3d& position) {
+  return base::MakePose(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                         position);
 }
 

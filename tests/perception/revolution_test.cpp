@@ -35,7 +35,7 @@ Part About(const Analytic& shape, Indices points, const Indices& top_points,
 }
 
 /// Of the polygon of 36 sides in a circle.
-double Area(double radius_m) { return 18.0 * radius_m * radius_m * std::sin(core::Deg(10.0)); }
+double Area(double radius_m) { return 18.0 * radius_m * radius_m * std::sin(base::Deg(10.0)); }
 
 /// A can's lid and its wall on the side of a sensor towards +x, down to `low_m`.
 struct Can {
@@ -82,12 +82,12 @@ TEST(CompleteRotational, TurnsACanDownToWhatItStandsOn) {
 TEST(CompleteRotational, FollowsTheRadiiOfACone) {
   // r = 0.05 - depth / 10, seen to a depth of 80 mm; below it goes on as wide as it was last.
   Analytic cone;
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Indices lid = cone.AddDisc({0.0, 0.0, kHeight_m}, 0.05);
   Indices points = lid;
   for (int i = 0; i < 4000; ++i) {
     const double depth = rng.Uniform(0.004, 0.08);
-    const double angle = rng.Uniform(0.0, 2.0 * core::kPi);
+    const double angle = rng.Uniform(0.0, 2.0 * base::kPi);
     const double r = 0.05 - 0.1 * depth;
     points.push_back(static_cast<std::uint32_t>(cone.cloud.size()));
     cone.Add({r * std::cos(angle), r * std::sin(angle), kHeight_m - depth},
@@ -106,7 +106,7 @@ TEST(CompleteRotational, FollowsTheRadiiOfACone) {
 TEST(CompleteRotational, ALeaningBodyReachesItsBaseAlongItsAxis) {
   Can can;
   Part part = About(can.shape, Joined(can.lid, can.wall), can.lid);
-  const Eigen::AngleAxisd lean(core::Deg(20.0), Vector3d::UnitY());
+  const Eigen::AngleAxisd lean(base::Deg(20.0), Vector3d::UnitY());
   for (Vector3d& p : can.shape.cloud.points) p = lean * p;
   for (Vector3d& n : can.shape.cloud.normals) n = lean * n;
   const Vector3d direction = lean * Vector3d::UnitZ();
@@ -125,7 +125,7 @@ TEST(CompleteRotational, ALeaningBodyReachesItsBaseAlongItsAxis) {
     for (const Vector3d& p : whole.points_C) EXPECT_GE(p.z(), -1e-12);
     return deepest;
   };
-  EXPECT_NEAR(length_of(0.03), (top_m - 0.03) / std::cos(core::Deg(20.0)), 1e-9);
+  EXPECT_NEAR(length_of(0.03), (top_m - 0.03) / std::cos(base::Deg(20.0)), 1e-9);
   length_of(0.0);  // its foot would reach under the table
 }
 

@@ -39,10 +39,10 @@ Analytic Lying(const Vector3d& center, double yaw_rad, double a, double b, doubl
 }
 
 TEST(FindRidge, IsTheHighestLineOfALyingCylinderSeenFromAnySide) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
     const double radius = rng.Uniform(0.02, 0.05);
-    const double yaw = rng.Uniform(0.0, 2.0 * core::kPi);
+    const double yaw = rng.Uniform(0.0, 2.0 * base::kPi);
     const double x = rng.Uniform(-0.1, 0.1);
     const Vector3d center(x, rng.Uniform(-0.1, 0.1), radius);
     // A sensor at 35 to 50 deg does not see the far side's lower part.
@@ -62,8 +62,8 @@ TEST(FindRidge, IsTheHighestLineOfALyingCylinderSeenFromAnySide) {
 
 TEST(FindRidge, IsTheFoldOfAFlatRoof) {
   Analytic roof;
-  const double c = std::cos(core::Deg(15.0));
-  const double s = std::sin(core::Deg(15.0));
+  const double c = std::cos(base::Deg(15.0));
+  const double s = std::sin(base::Deg(15.0));
   for (const double side : {-1.0, 1.0}) {
     for (int i = 0; i <= 50; ++i) {
       for (int k = 0; k < 15; ++k) {
@@ -84,7 +84,7 @@ TEST(FindRidge, RefusesPlanesSpheresAndFlatArcs) {
   EXPECT_FALSE(RidgeOf(plane));
 
   Analytic sphere;
-  core::Rng rng(2);
+  base::Rng rng(2);
   for (int i = 0; i < 3000; ++i) {
     const double x = rng.Normal();
     const double y = rng.Normal();
@@ -161,11 +161,11 @@ Analytic Tilted(double wide_rad, int tilted, double along) {
 
 TEST(UpwardPoints, AreThoseWithinTheAngle) {
   Analytic shape;
-  core::Rng rng(3);
+  base::Rng rng(3);
   geometry::Indices segment, upward;
   for (std::uint32_t i = 0; i < 500; ++i) {
-    const double from_up = rng.Uniform(0.0, core::kPi);
-    const double turn = rng.Uniform(0.0, 2.0 * core::kPi);
+    const double from_up = rng.Uniform(0.0, base::kPi);
+    const double turn = rng.Uniform(0.0, 2.0 * base::kPi);
     shape.Add(Vector3d::Zero(), {std::sin(from_up) * std::cos(turn),
                                  std::sin(from_up) * std::sin(turn), std::cos(from_up)});
     if (i % 3 == 0) continue;
@@ -227,7 +227,7 @@ TEST(FindRidge, NeedsNormalsThatAreSquareToItsAxisInTheMean) {
 TEST(FindRidge, LeansLessThan30Deg) {
   for (const double lean : {29.0, -29.0, 31.0, -31.0}) {
     Analytic shape = Tilted(0.9, 0, 0.0);
-    const Eigen::AngleAxisd turn(core::Deg(lean), Vector3d::UnitY());
+    const Eigen::AngleAxisd turn(base::Deg(lean), Vector3d::UnitY());
     for (auto& p : shape.cloud.points) p = turn * p;
     for (auto& n : shape.cloud.normals) n = turn * n;
     EXPECT_EQ(RidgeOf(shape).has_value(), std::abs(lean) < 30.0) << lean;

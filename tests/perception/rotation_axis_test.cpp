@@ -17,7 +17,7 @@ using testing::Given;
 constexpr double kRadius_m = 0.04;
 constexpr double kHeight_m = 0.1;
 
-Vector2d RandomCenter(core::Rng& rng) {
+Vector2d RandomCenter(base::Rng& rng) {
   const double x = rng.Uniform(-0.1, 0.1);
   return {x, rng.Uniform(-0.1, 0.1)};
 }
@@ -26,7 +26,7 @@ Vector2d RandomCenter(core::Rng& rng) {
 Analytic Can(const Vector2d& center) {
   Analytic can;
   can.AddDisc({center.x(), center.y(), kHeight_m}, kRadius_m);
-  can.AddWall(center, kRadius_m, 0.01, 0.096, core::Deg(-75.0), core::Deg(75.0));
+  can.AddWall(center, kRadius_m, 0.01, 0.096, base::Deg(-75.0), base::Deg(75.0));
   return can;
 }
 
@@ -42,7 +42,7 @@ std::optional<RotationAxis> AxisOf(const Given& given, std::uint64_t seed) {
 
 TEST(FindRotationAxis, IsExactForAnExactCan) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const Vector2d center = RandomCenter(rng);
     const Given given(Can(center).cloud);
     const auto axis = AxisOf(given, seed);
@@ -57,7 +57,7 @@ TEST(FindRotationAxis, IsExactForAnExactCan) {
 }
 
 TEST(FindRotationAxis, FollowsALeaningCan) {
-  const Eigen::AngleAxisd lean(core::Deg(20.0), Vector3d::UnitY());
+  const Eigen::AngleAxisd lean(base::Deg(20.0), Vector3d::UnitY());
   auto cloud = Can({0.0, 0.0}).cloud;
   for (Vector3d& p : cloud.points) p = lean * p;
   for (Vector3d& n : cloud.normals) n = lean * n;
@@ -105,7 +105,7 @@ TEST(FindRotationAxis, RefusesHalfALid) {
   Analytic half;
   const Indices lid = half.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m);
   const Indices wall = half.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
-  const Indices points = testing::Joined(Within(half, lid, 0.5 * core::kPi), wall);
+  const Indices points = testing::Joined(Within(half, lid, 0.5 * base::kPi), wall);
   Given given(half.cloud);
   EXPECT_FALSE(AxisOf(given, points));
   given.options.axis.rim_share = 0.5;
@@ -129,7 +129,7 @@ TEST(FindRotationAxis, RefusesAShortArc) {
 // A lid that leans by less than its fit is uncertain is no reason to lean the whole can; a can that
 // leans as a whole does.
 TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
-  const Eigen::AngleAxisd lean(core::Deg(3.0), Vector3d::UnitY());
+  const Eigen::AngleAxisd lean(base::Deg(3.0), Vector3d::UnitY());
   const Vector3d top(0.0, 0.0, kHeight_m);
   Analytic cut;
   const Indices lid = cut.AddDisc(top, kRadius_m);
@@ -142,7 +142,7 @@ TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
   ASSERT_TRUE(upright);
   EXPECT_EQ(upright->direction_C, Vector3d::UnitZ());
   // 7 mm at the can's foot, which the sections of an upright axis show.
-  const Eigen::AngleAxisd more(core::Deg(4.5), Vector3d::UnitY());
+  const Eigen::AngleAxisd more(base::Deg(4.5), Vector3d::UnitY());
   auto cloud = Can({0.0, 0.0}).cloud;
   for (Vector3d& p : cloud.points) p = more * p;
   for (Vector3d& n : cloud.normals) n = more * n;
@@ -157,7 +157,7 @@ TEST(FindRotationAxis, BridgesAGapInTheRim) {
   const Indices ring = shape.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m, 0.03);
   const Indices wall = shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
   Given given(shape.cloud);
-  const auto axis = AxisOf(given, testing::Joined(Within(shape, ring, core::kPi - 0.25), wall));
+  const auto axis = AxisOf(given, testing::Joined(Within(shape, ring, base::kPi - 0.25), wall));
   ASSERT_TRUE(axis);
   EXPECT_NEAR(axis->center_C.head<2>().norm(), 0.0, 1e-6);
   EXPECT_GT(axis->rim_fraction, 0.0);
@@ -212,12 +212,12 @@ TEST(FindRotationAxis, OfAThinRingAllowsAHandle) {
 TEST(FindRotationAxis, AllowsTurnedNormalsAtTheOutline) {
   for (const auto& [share, found] : {std::pair(0.3, true), std::pair(0.45, false)}) {
     Analytic can = Can({0.0, 0.0});
-    const double inner = core::Deg(75.0) * (1.0 - share);
+    const double inner = base::Deg(75.0) * (1.0 - share);
     for (std::size_t i = 0; i < can.cloud.size(); ++i) {
       Vector3d& n = can.cloud.normals[i];
       const double angle = std::atan2(n.y(), n.x());
       if (n.z() > 0.5 || std::abs(angle) < inner) continue;
-      n = Eigen::AngleAxisd(std::copysign(core::Deg(25.0), -angle), Vector3d::UnitZ()) * n;
+      n = Eigen::AngleAxisd(std::copysign(base::Deg(25.0), -angle), Vector3d::UnitZ()) * n;
     }
     EXPECT_EQ(AxisOf(Given(can.cloud), 1).has_value(), found) << share;
   }
@@ -307,10 +307,10 @@ TEST(RefineAxis, LeavesAnAxisThatIsFurtherOffThanARimCanBe) {
 TEST(ArcOf, CountsHowFarRoundPointsGo) {
   for (const double degrees : {30.0, 120.0, 250.0, 360.0}) {
     Analytic arc;
-    const Indices points = arc.AddWall({0.01, 0.02}, 0.05, 0.0, 0.002, 0.0, core::Deg(degrees));
+    const Indices points = arc.AddWall({0.01, 0.02}, 0.05, 0.0, 0.002, 0.0, base::Deg(degrees));
     const Circle circle{{0.01, 0.02, 0.0}, Vector3d::UnitZ(), 0.05};
     // Bins of 10 deg: up to one more at either end.
-    EXPECT_NEAR(ArcOf(arc.cloud, points, circle), core::Deg(degrees), core::Deg(20.0));
+    EXPECT_NEAR(ArcOf(arc.cloud, points, circle), base::Deg(degrees), base::Deg(20.0));
   }
 }
 

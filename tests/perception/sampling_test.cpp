@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/perceive.h"
 
 namespace rangegrasp::perception {
@@ -18,7 +18,7 @@ Points TiltedPlane(double along_m, double across_m, double noise_m, double wave_
   const Eigen::Vector3d u = Eigen::Vector3d(1.0, 0.2, 0.3).normalized();
   const Eigen::Vector3d n = u.cross(Eigen::Vector3d(0.1, 1.0, -0.4)).normalized();
   const Eigen::Vector3d v = n.cross(u);
-  core::Rng rng(7);
+  base::Rng rng(7);
   Points points;
   for (int row = 0; row < 80; ++row) {
     for (int column = 0; column < 120; ++column) {
@@ -53,7 +53,7 @@ TEST(Sampling, OfTooFewPointsNothingIsKnown) {
 }
 
 TEST(FitNoisy, CentersAPlaneThatWasFoundAtTheLowerSideOfANoisyTable) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   Points points;
   for (int i = 0; i < 9000; ++i) {
     const double x = rng.Uniform(-0.3, 0.3);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "geometry/normals.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
@@ -80,7 +80,7 @@ TEST_P(BothMethods, SegmentsDoNotDependOnTheOrderOfThePoints) {
   const auto segments = Segment(objects.cloud, Options());
   EXPECT_EQ(segments.size(), 5u);
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const Indices order = geometry::testing::Permutation(objects.cloud.size(), rng);
     PointCloud shuffled;
     shuffled.points = geometry::Select(objects.cloud.points, order);
@@ -113,7 +113,7 @@ TEST_P(BothMethods, TinyCloudsHaveNoSegment) {
 }
 
 TEST(NormalWeight, FollowsItsEquations) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d a = geometry::testing::RandomPoint(1.0, rng);
     const Eigen::Vector3d b = geometry::testing::RandomPoint(1.0, rng);
@@ -153,7 +153,7 @@ std::vector<Indices> FloodFill(const PointCloud& cloud, double d_a, double neigh
 
 TEST(RegionGrowing, IsTheFloodFillOfAlgorithm2) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     PointCloud cloud;
     cloud.points = geometry::testing::RandomPoints(300, 0.02, rng);
     for (std::size_t i = 0; i < cloud.size(); ++i) {

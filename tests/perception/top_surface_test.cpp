@@ -62,8 +62,8 @@ TEST(OuterRims, OfARingIsItsOuterCircleAlone) {
 TEST(OuterRims, BridgesGapsWithAWiderAlpha) {
   // A thin ring with a gap of 20 mm: as it is the shape's rim runs inside and out.
   Analytic ring;
-  const Indices points = ring.AddWall({0.0, 0.0}, 0.04, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
-  const Indices more = ring.AddWall({0.0, 0.0}, 0.038, 0.08, 0.082, 0.0, 2.0 * core::kPi - 0.5);
+  const Indices points = ring.AddWall({0.0, 0.0}, 0.04, 0.08, 0.082, 0.0, 2.0 * base::kPi - 0.5);
+  const Indices more = ring.AddWall({0.0, 0.0}, 0.038, 0.08, 0.082, 0.0, 2.0 * base::kPi - 0.5);
   const Indices all = testing::Joined(points, more);
   const std::array<double, 2> alphas_m{kAlpha_m, 0.030};
   const auto rims = OuterRims(ring.cloud, all, At(0.081), alphas_m);
@@ -100,7 +100,7 @@ TEST(FindTopSurface, IsTheRimAboveTheFullerFloor) {
   Indices all = bowl.AddDisc({0.0, 0.0, 0.02}, 0.05);
   const Indices rim = bowl.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.052);
   all = testing::Joined(all, rim);
-  core::Rng rng(1);
+  base::Rng rng(1);
   FeatureOptions options;
   const auto top = FindTopSurface(bowl.cloud, all, At(0.0), options, rng);
   ASSERT_TRUE(top);
@@ -124,7 +124,7 @@ TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
   });
   FeatureOptions options;
   const auto find = [&](bool bridged_rims) {
-    core::Rng rng(1);
+    base::Rng rng(1);
     options.bridged_rims = bridged_rims;
     return FindTopSurface(lip.cloud, all, At(0.0), options, rng);
   };

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {
@@ -103,7 +103,7 @@ TEST(SmallHand, GapFollowsFromTheHinges) {
   const Robot robot = Robot::Load(SmallCell());
   for (const auto& state : robot.hand().states) {
     const double touch = std::asin((0.055 - 0.008) / 0.095);  // tips' axes 0.016 apart
-    const double angle = state.closing * (touch + core::Deg(5)) - core::Deg(5);
+    const double angle = state.closing * (touch + base::Deg(5)) - base::Deg(5);
     const double axes = angle > 0.0
                             ? 2.0 * (0.055 - 0.095 * std::sin(angle))
                             : 0.11 * std::cos(angle) - 0.1 * std::sin(angle) * std::cos(angle);
@@ -114,9 +114,9 @@ TEST(SmallHand, GapFollowsFromTheHinges) {
 
 TEST(SmallHand, PassiveFingerFollowsItsSpringUpToItsLimit) {
   const Robot robot = Robot::Load(SmallCell());
-  const double closed = std::asin((0.055 - 0.008) / 0.095) + core::Deg(5);
+  const double closed = std::asin((0.055 - 0.008) / 0.095) + base::Deg(5);
   for (const auto& state : robot.hand().states) {
-    const double turn = std::min(state.closing * closed, core::Deg(30)) - core::Deg(5);
+    const double turn = std::min(state.closing * closed, base::Deg(30)) - base::Deg(5);
     const Eigen::Vector3d along(std::sin(turn), 0.0, std::cos(turn));
     for (const auto& shape : state.shapes) {
       if (shape.name != "passive") continue;

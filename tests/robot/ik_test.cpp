@@ -13,8 +13,8 @@ namespace {
 class Ik : public ::testing::TestWithParam<std::filesystem::path> {
  protected:
   Ik() : robot_(Robot::Load(GetParam())) {}
-  void ExpectSolves(const core::Pose& X_WH, const Eigen::VectorXd& q, const IkOptions& options) {
-    const core::Pose X = robot_.HandPose(q);
+  void ExpectSolves(const base::Pose& X_WH, const Eigen::VectorXd& q, const IkOptions& options) {
+    const base::Pose X = robot_.HandPose(q);
     EXPECT_LE((X.translation() - X_WH.translation()).norm(), options.position_tolerance_m);
     const Eigen::AngleAxisd turn(Eigen::Matrix3d(X.linear().transpose() * X_WH.linear()));
     // the angle of a rotation matrix is exact to about 1e-8
@@ -26,13 +26,13 @@ class Ik : public ::testing::TestWithParam<std::filesystem::path> {
 };
 
 TEST_P(Ik, SolvesNearlyEveryReachablePoseWithinToleranceAndLimits) {
-  core::Rng rng(11);
+  base::Rng rng(11);
   IkOptions options;
   options.max_solutions = 1;
   int solved = 0;
   constexpr int kPoses = 1000;
   for (int n = 0; n < kPoses; ++n) {
-    const core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
+    const base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
     const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng);
     solved += !solutions.empty();
     for (const auto& q : solutions) ExpectSolves(X_WH, q, options);
@@ -41,11 +41,11 @@ TEST_P(Ik, SolvesNearlyEveryReachablePoseWithinToleranceAndLimits) {
 }
 
 TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
-  core::Rng rng(12);
+  base::Rng rng(12);
   IkOptions options;
   options.max_solutions = 6;
   for (int n = 0; n < 50; ++n) {
-    const core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
+    const base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
     const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng);
     EXPECT_LE(solutions.size(), 6u);
     for (std::size_t i = 0; i < solutions.size(); ++i) {
@@ -59,14 +59,14 @@ TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
 }
 
 TEST_P(Ik, HasNoSolutionOutOfReach) {
-  core::Rng rng(13);
+  base::Rng rng(13);
   // Stretched out, the arm is shorter than the sum of all offsets between its frames.
   double reach_m = robot_.X_FH.translation().norm();
   for (const Link& link : robot_.links()) {
     if (link.parent >= 0) reach_m += link.X_PB.translation().norm();
   }
   for (int n = 0; n < 50; ++n) {
-    core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
+    base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
     const Eigen::Vector3d base_W = robot_.links().front().X_PB.translation();
     X_WH.translation() = base_W + (reach_m + 0.05) * (X_WH.translation() - base_W).normalized();
     EXPECT_TRUE(SolveIk(robot_, X_WH, robot_.home, {}, rng).empty());
@@ -74,19 +74,19 @@ TEST_P(Ik, HasNoSolutionOutOfReach) {
 }
 
 TEST_P(Ik, SameStreamSameBytes) {
-  core::Rng draw(14);
-  const core::Pose X_WH = robot_.HandPose(RandomJoints(robot_, draw));
-  core::Rng a(5), b(5);
+  base::Rng draw(14);
+  const base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, draw));
+  base::Rng a(5), b(5);
   EXPECT_EQ(SolveIk(robot_, X_WH, robot_.home, {}, a), SolveIk(robot_, X_WH, robot_.home, {}, b));
 }
 
 TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
-  core::Rng rng(15);
+  base::Rng rng(15);
   int lines = 0;
   for (int n = 0; n < 100; ++n) {
     const Eigen::VectorXd q0 = RandomJoints(robot_, rng, 0.3);
-    const core::Pose X_0 = robot_.HandPose(q0);
-    core::Pose X_1 = X_0;
+    const base::Pose X_0 = robot_.HandPose(q0);
+    base::Pose X_1 = X_0;
     X_1.translation() += Eigen::Vector3d(rng.Uniform(-0.1, 0.1), rng.Uniform(-0.1, 0.1), 0.1);
     X_1.linear() =
         Eigen::AngleAxisd(rng.Uniform(-0.5, 0.5), Eigen::Vector3d::UnitZ()) * X_0.linear();
@@ -97,7 +97,7 @@ TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
     const Eigen::Vector3d way = X_1.translation() - X_0.translation();
     for (std::size_t i = 0; i < path->size(); ++i) {
       const double t = static_cast<double>(i) / static_cast<double>(path->size() - 1);
-      const core::Pose X = robot_.HandPose((*path)[i]);
+      const base::Pose X = robot_.HandPose((*path)[i]);
       EXPECT_LT((X.translation() - X_0.translation() - t * way).norm(), 1.1e-6);
       EXPECT_TRUE(((*path)[i].array() >= robot_.lower.array()).all());
       EXPECT_TRUE(((*path)[i].array() <= robot_.upper.array()).all());
@@ -119,18 +119,18 @@ TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
 }
 
 TEST_P(Ik, StraightLineOutOfReachIsRefused) {
-  core::Pose X_WH = robot_.HandPose(robot_.home);
+  base::Pose X_WH = robot_.HandPose(robot_.home);
   X_WH.translation().x() += 3.0;
   EXPECT_FALSE(StraightLine(robot_, robot_.home, X_WH));
 }
 
 // A turn in place has as many steps as a point at kRotationRadius_m from the hand needs.
 TEST_P(Ik, ATurnInPlaceIsALineOfSmallTurns) {
-  core::Rng rng(16);
+  base::Rng rng(16);
   int lines = 0;
   for (int n = 0; n < 100; ++n) {
     const Eigen::VectorXd q0 = RandomJoints(robot_, rng, 0.3);
-    core::Pose X_WH = robot_.HandPose(q0);
+    base::Pose X_WH = robot_.HandPose(q0);
     X_WH.linear() = X_WH.linear() * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
     const auto path = StraightLine(robot_, q0, X_WH);
     if (!path) continue;
@@ -142,7 +142,7 @@ TEST_P(Ik, ATurnInPlaceIsALineOfSmallTurns) {
 
 // Held in one place, the arm turns its elbow away from its joints' limits.
 TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
-  core::Rng rng(17);
+  base::Rng rng(17);
   const Eigen::ArrayXd half = 0.5 * (robot_.upper - robot_.lower).array();
   const Eigen::ArrayXd middle = 0.5 * (robot_.upper + robot_.lower).array();
   const auto nearness = [&](const Eigen::VectorXd& q) {
@@ -152,7 +152,7 @@ TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
   int followed = 0;
   for (int n = 0; n < 50; ++n) {
     const Eigen::VectorXd q0 = RandomJoints(robot_, rng, 0.02);
-    const auto path = FollowPoses(robot_, q0, std::vector<core::Pose>(40, robot_.HandPose(q0)));
+    const auto path = FollowPoses(robot_, q0, std::vector<base::Pose>(40, robot_.HandPose(q0)));
     if (!path) continue;
     ++followed;
     better += nearness(path->back()) < nearness(q0);

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -21,7 +21,7 @@ TEST(RoundCorners, RightAngleHasTheAnalyticArc) {
   const auto pieces = RoundCorners({At(0, 0), At(1, 0), At(1, 2)}, corner_rad);
   ASSERT_EQ(pieces.size(), 3u);
   EXPECT_NEAR(pieces[0].length, 1.0 - r, 1e-12);
-  EXPECT_NEAR(pieces[1].length, 0.5 * core::kPi * r, 1e-12);
+  EXPECT_NEAR(pieces[1].length, 0.5 * base::kPi * r, 1e-12);
   EXPECT_NEAR(pieces[2].length, 2.0 - r, 1e-12);
   const VectorXd middle = pieces[1].Position(0.5 * pieces[1].length);
   EXPECT_NEAR((middle - At(1, 0)).norm(), corner_rad, 1e-12);
@@ -53,7 +53,7 @@ TEST(RoundCorners, ReversalsStopAndStraightOrRepeatedPointsDoNot) {
 // In seven dimensions: one piece goes on where the last ends, in its direction; the derivatives are
 // those of the position (by differences); no point is further than corner_rad from the polyline.
 TEST(RoundCorners, RandomPathsAreSmoothAndNear) {
-  core::Rng rng(3);
+  base::Rng rng(3);
   for (int n = 0; n < 200; ++n) {
     std::vector<VectorXd> points;
     for (int i = 0; i < 5; ++i) {

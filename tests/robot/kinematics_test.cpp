@@ -4,9 +4,9 @@
 #include <set>
 #include <tuple>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/units.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {
@@ -21,7 +21,7 @@ class Kinematics : public ::testing::TestWithParam<std::filesystem::path> {
 
 // Chains of about ten rotations and translations of about 1 m: rounding stays below 1e-14 a step.
 TEST_P(Kinematics, LinkAndHandPosesAreThoseOfMujoco) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int n = 0; n < 200; ++n) {
     const Eigen::VectorXd q = RandomJoints(robot_, rng);
     reference_.SetArm(q);
@@ -41,7 +41,7 @@ TEST_P(Kinematics, LinkAndHandPosesAreThoseOfMujoco) {
 }
 
 TEST_P(Kinematics, HandJacobianIsThatOfMujoco) {
-  core::Rng rng(2);
+  base::Rng rng(2);
   mjModel* m = reference_.m.get();
   const int hand = reference_.Find(mjOBJ_BODY, "hand");
   const std::vector<int> joints = reference_.ArmJoints();
@@ -91,15 +91,15 @@ TEST(Load, TheBaseIsWhatTheFirstJointTurnsOnWhateverItsName) {
   EXPECT_EQ(Robot::Load(OwnArm("seven_on_ceiling")).links().front().name, "arm/link0");
   // Another body that is called so is none.
   const auto file = std::filesystem::path(::testing::TempDir()) / "two_bases.xml";
-  std::string text = core::ReadFile(SmallCell());
+  std::string text = base::ReadFile(SmallCell());
   text.replace(text.find("name=\"stand\""), 12, "name=\"q/base\"");
-  core::WriteFile(file, text);
+  base::WriteFile(file, text);
   EXPECT_EQ(Robot::Load(file).links().front().name, "p/base");
 }
 
 TEST(Load, AnArmOnTheWorldItselfStandsWhereItsFirstLinkIs) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "on_world.xml";
-  std::string text = core::ReadFile(SmallCell());
+  std::string text = base::ReadFile(SmallCell());
   // Without pedestal and base: link1 hangs on the world, where it was.
   const auto from = text.find("<body name=\"pedestal\"");
   const auto to = text.find("<body name=\"link1\"");
@@ -115,13 +115,13 @@ TEST(Load, AnArmOnTheWorldItselfStandsWhereItsFirstLinkIs) {
                            "<exclude body1=\"pedestal\" body2=\"p/base\"/>"}) {
     text.erase(text.find(gone), std::string(gone).size());
   }
-  core::WriteFile(file, text);
+  base::WriteFile(file, text);
   const Robot robot = Robot::Load(file);
   const Robot whole = Robot::Load(SmallCell());
   EXPECT_TRUE(robot.links().front().shapes.empty());
   EXPECT_NEAR((robot.links().front().X_PB.translation() - Eigen::Vector3d(-0.45, 0, 0.3)).norm(), 0,
               1e-12);
-  core::Rng rng(3);
+  base::Rng rng(3);
   for (int n = 0; n < 20; ++n) {
     const Eigen::VectorXd q = RandomJoints(whole, rng);
     EXPECT_TRUE(robot.HandPose(q).isApprox(whole.HandPose(q), 1e-12));
@@ -131,8 +131,8 @@ TEST(Load, AnArmOnTheWorldItselfStandsWhereItsFirstLinkIs) {
 TEST(Load, AContinuousJointHasOneTurnToEitherSide) {
   const Robot robot = Robot::Load(OwnArm("seven_on_pedestal"));
   for (const int continuous : {0, 6}) {
-    EXPECT_DOUBLE_EQ(robot.lower[continuous], -2.0 * core::kPi);
-    EXPECT_DOUBLE_EQ(robot.upper[continuous], 2.0 * core::kPi);
+    EXPECT_DOUBLE_EQ(robot.lower[continuous], -2.0 * base::kPi);
+    EXPECT_DOUBLE_EQ(robot.upper[continuous], 2.0 * base::kPi);
   }
   EXPECT_DOUBLE_EQ(robot.upper[1], 1.8);
 }
@@ -163,11 +163,11 @@ TEST(Load, SelfPairsLeaveOutWhatHangsRigidlyTogetherAsTheEngineDoes) {
 
 TEST(Load, WhatTheSceneExcludesFromTheTableAndTheCellIsIgnored) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "excluded.xml";
-  std::string text = core::ReadFile(SmallCell());
+  std::string text = base::ReadFile(SmallCell());
   text.replace(text.find("<exclude body1=\"link1\" body2=\"link3\"/>"), 0,
                "<exclude body1=\"table\" body2=\"link1\"/>"
                "<exclude body1=\"stand\" body2=\"link7\"/>");
-  core::WriteFile(file, text);
+  base::WriteFile(file, text);
   const Robot robot = Robot::Load(file);
   for (std::size_t link = 0; link <= robot.links().size(); ++link) {
     EXPECT_EQ(robot.IgnoresTable(link), link == 1) << link;
@@ -185,14 +185,14 @@ TEST(Load, NamesTheFileAndWhatIsMissing) {
   try {
     Robot::Load(file);
     FAIL() << "should throw";
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("missing.xml"), std::string::npos);
   }
 }
 
 // The small cell with one thing wrong each: what the message has to name.
 TEST(Load, NamesWhatIsWrongInTheFile) {
-  const std::string cell = core::ReadFile(SmallCell());
+  const std::string cell = base::ReadFile(SmallCell());
   const auto file = std::filesystem::path(::testing::TempDir()) / "wrong_cell.xml";
   for (const auto& [right, wrong, named] :
        {std::tuple("name=\"workspace\"", "name=\"elsewhere\"", "workspace"),
@@ -203,11 +203,11 @@ TEST(Load, NamesWhatIsWrongInTheFile) {
     const auto at = text.find(right);
     ASSERT_NE(at, std::string::npos) << right;
     text.replace(at, std::string(right).size(), wrong);
-    core::WriteFile(file, text);
+    base::WriteFile(file, text);
     try {
       Robot::Load(file);
       ADD_FAILURE() << "should throw: " << wrong;
-    } catch (const core::InputError& error) {
+    } catch (const base::InputError& error) {
       EXPECT_NE(std::string(error.what()).find("wrong_cell.xml"), std::string::npos);
       EXPECT_NE(std::string(error.what()).find(named), std::string::npos) << error.what();
     }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "robot/robot.h"
 
 namespace rangegrasp {
@@ -32,7 +32,7 @@ inline std::vector<std::filesystem::path> AllCells() {
 
 inline std::string CellName(const std::filesystem::path& file) { return file.stem().string(); }
 
-inline Eigen::VectorXd RandomJoints(const robot::Robot& robot, core::Rng& rng,
+inline Eigen::VectorXd RandomJoints(const robot::Robot& robot, base::Rng& rng,
                                     double margin_rad = 0.02) {
   Eigen::VectorXd q(robot.dof());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -70,8 +70,8 @@ struct Reference {
       d->qpos[m->jnt_qposadr[joints[i]]] = q[static_cast<Eigen::Index>(i)];
     }
   }
-  core::Pose BodyPose(int body) const {
-    core::Pose X = core::Pose::Identity();
+  base::Pose BodyPose(int body) const {
+    base::Pose X = base::Pose::Identity();
     X.translation() = Eigen::Map<const Eigen::Vector3d>(d->xpos + 3 * body);
     X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->xmat + 9 * body);
     return X;

@@ -34,7 +34,7 @@ double SmoothingDeviation(const Robot& robot, const TimingOptions& options) {
          options.smoothing_s / 24.0;
 }
 
-void ExpectWithinLimits(const Robot& robot, const core::JointTrajectory& trajectory,
+void ExpectWithinLimits(const Robot& robot, const base::JointTrajectory& trajectory,
                         const TimingOptions& options) {
   const double dt = trajectory.period_s;
   // A mean of values within the limits is within them; what is left is rounding: 1e-15 / dt^2.
@@ -57,7 +57,7 @@ class Timing : public ::testing::TestWithParam<int> {
 };
 
 TEST_P(Timing, RandomPathsKeepAllLimitsMeetTheirEndsAndStayNear) {
-  core::Rng rng(static_cast<std::uint64_t>(GetParam()));
+  base::Rng rng(static_cast<std::uint64_t>(GetParam()));
   for (int n = 0; n < 10; ++n) {
     Path path{RandomJoints(robot_, rng)};
     const std::size_t count = 2 + rng.Index(7);
@@ -78,11 +78,11 @@ TEST_P(Timing, RandomPathsKeepAllLimitsMeetTheirEndsAndStayNear) {
 }
 
 TEST_P(Timing, DenseHandLinesAreFollowedClosely) {
-  core::Rng rng(static_cast<std::uint64_t>(GetParam()) + 100);
+  base::Rng rng(static_cast<std::uint64_t>(GetParam()) + 100);
   Eigen::VectorXd q0(7);
   q0 << 0.0, 0.2, 0.0, 1.4, 0.0, 1.4, 0.0;  // the hand in front of the arm, pointing down
   q0 += 0.1 * RandomJoints(robot_, rng);
-  core::Pose X_WH = robot_.HandPose(q0);
+  base::Pose X_WH = robot_.HandPose(q0);
   X_WH.translation() += Eigen::Vector3d(0.12, 0.05, -0.12);
   const auto line = StraightLine(robot_, q0, X_WH);
   ASSERT_TRUE(line);

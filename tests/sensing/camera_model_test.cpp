@@ -65,7 +65,7 @@ TEST(CameraModel, TheColumnsSpanTheFanWithTheDefaultLens) {
   const LineScannerOptions options;
   const double sensor_rad =
       2.0 * std::atan(0.5 * options.samples * options.pixel_pitch_m / options.focal_length_m);
-  EXPECT_NEAR(sensor_rad, options.fan_rad, core::Deg(1.0));
+  EXPECT_NEAR(sensor_rad, options.fan_rad, base::Deg(1.0));
 }
 
 TEST(PanAngle, IsSymmetricAndEvenlySpaced) {

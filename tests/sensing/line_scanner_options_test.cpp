@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/error.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/units.h"
 #include "sensing/line_scanner.h"
 #include "temp_folder.h"
 
@@ -26,7 +26,7 @@ class SensorFile : public ::testing::Test {
   std::string Error(const std::string& text) {
     try {
       Read(text);
-    } catch (const core::InputError& error) {
+    } catch (const base::InputError& error) {
       const std::string what = error.what();
       EXPECT_EQ(what.find(file_.string()), 0u) << what;
       return what.substr(file_.string().size());
@@ -75,7 +75,7 @@ TEST_F(SensorFile, ValuesAreInTheUnitOfTheirKey) {
       "quantisation_px: 0.5\n");
   LineScannerOptions expected;
   expected.profiles = 7;
-  expected.fan_rad = core::Deg(30.0);
+  expected.fan_rad = base::Deg(30.0);
   expected.baseline_m = 0.25;
   expected.pixel_pitch_m = 12e-6;
   expected.quantisation_px = 0.5;
@@ -122,14 +122,14 @@ TEST_F(SensorFile, ASyntaxErrorIsNamedWithItsLine) {
 }
 
 TEST_F(SensorFile, AMissingFileIsAnError) {
-  EXPECT_THROW(ReadLineScanner(file_ / "missing.yaml"), core::InputError);
+  EXPECT_THROW(ReadLineScanner(file_ / "missing.yaml"), base::InputError);
 }
 
 TEST(LineScannerKeys, EachHasASentence) {
-  auto map = core::YamlMap::ForDocumentation();
+  auto map = base::YamlMap::ForDocumentation();
   ReadLineScanner(map);
   EXPECT_EQ(map.Keys().size(), 28u);  // the options, and the type
-  for (const core::KeyDoc& key : map.Keys()) {
+  for (const base::KeyDoc& key : map.Keys()) {
     EXPECT_GT(key.doc.size(), 10u) << key.path;
     EXPECT_NE(key.doc.back(), '.') << key.path;
   }
@@ -138,7 +138,7 @@ TEST(LineScannerKeys, EachHasASentence) {
 TEST(LineScannerOptionsCheck, NamesTheKeyInItsUnit) {
   LineScannerOptions options;
   EXPECT_NO_THROW(CheckOptions(options));
-  options.fan_rad = core::Deg(200.0);
+  options.fan_rad = base::Deg(200.0);
   try {
     CheckOptions(options);
     FAIL();
@@ -149,13 +149,13 @@ TEST(LineScannerOptionsCheck, NamesTheKeyInItsUnit) {
 }
 
 TEST(LineScannerOptionsCheck, AScanWithOptionsOutOfRangeIsRefused) {
-  core::Rng rng(1);
+  base::Rng rng(1);
   LineScannerOptions options;
   options.samples = 0;
-  EXPECT_THROW(ScanScene({}, core::Pose::Identity(), options, rng), std::invalid_argument);
+  EXPECT_THROW(ScanScene({}, base::Pose::Identity(), options, rng), std::invalid_argument);
   options = {};
   options.dropout_begin_rad = options.dropout_end_rad;
-  EXPECT_THROW(ScanScene({}, core::Pose::Identity(), options, rng), std::invalid_argument);
+  EXPECT_THROW(ScanScene({}, base::Pose::Identity(), options, rng), std::invalid_argument);
 }
 
 }  // namespace

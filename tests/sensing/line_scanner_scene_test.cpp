@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sensing/line_scanner.h"
 #include "sensing/shapes.h"
 #include "sensing/surface_state.h"
@@ -20,13 +20,13 @@ using Eigen::Vector3d;
 using Meshes = std::vector<sim::VisualMesh>;
 
 /// At (0.80, 0, 0.62), looking to -x, pitch -37 degrees.
-core::Pose ScannerPose() {
-  const double pitch = core::Deg(37.0);
+base::Pose ScannerPose() {
+  const double pitch = base::Deg(37.0);
   Eigen::Matrix3d R_WS;
   R_WS.col(0) = Vector3d::UnitY();
   R_WS.col(2) = Vector3d(-std::cos(pitch), 0, -std::sin(pitch));
   R_WS.col(1) = R_WS.col(2).cross(R_WS.col(0));
-  return core::MakePose(R_WS, {0.80, 0, 0.62});
+  return base::MakePose(R_WS, {0.80, 0, 0.62});
 }
 
 Meshes Table() {
@@ -36,7 +36,7 @@ Meshes Table() {
 Meshes TableWithObjects() {
   Meshes meshes = Table();
   for (int i = 0; i < 12; ++i) {
-    const double angle = 2.0 * core::kPi * i / 12;
+    const double angle = 2.0 * base::kPi * i / 12;
     const double r = 0.05 + 0.07 * (i % 2);
     const Vector3d at(r * std::cos(angle), r * std::sin(angle), 0.0);
     const auto label = static_cast<std::uint32_t>(i + 1);
@@ -52,7 +52,7 @@ Meshes TableWithObjects() {
 Scan ScanOf(const Meshes& meshes, std::uint64_t seed = 1) {
   LineScannerOptions known;
   known.calibration_sigma_m = known.calibration_sigma_rad = 0.0;
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   return ScanScene(meshes, ScannerPose(), known, rng);
 }
 
@@ -82,7 +82,7 @@ TEST(TabletopScan, SeesADiscOfTwentyCentimetresUpToTwentyEight) {
   for (const double r : {0.0, 0.1, 0.2}) {
     for (int k = 0; k < 72; ++k) {
       for (double z = 0.0; z <= 0.281; z += 0.04) {
-        points.emplace_back(r * std::cos(core::Deg(5.0 * k)), r * std::sin(core::Deg(5.0 * k)), z);
+        points.emplace_back(r * std::cos(base::Deg(5.0 * k)), r * std::sin(base::Deg(5.0 * k)), z);
       }
     }
   }
@@ -94,10 +94,10 @@ TEST(TabletopScan, SeesADiscOfTwentyCentimetresUpToTwentyEight) {
 }
 
 TEST(TabletopScan, DepthNoiseInTheWorkspaceIsAQuarterToSixTenthsOfAMillimetre) {
-  const core::Pose X_SW = ScannerPose().inverse();
+  const base::Pose X_SW = ScannerPose().inverse();
   for (const double r : {0.0, 0.13}) {
     for (int k = 0; k < 36; ++k) {
-      const double a = core::Deg(10.0 * k);
+      const double a = base::Deg(10.0 * k);
       for (const double z : {0.0, 0.1, 0.2}) {
         const Vector3d p_S = X_SW * Vector3d(r * std::cos(a), r * std::sin(a), z);
         const double sigma = DepthSigma({}, std::hypot(p_S.x(), p_S.z()));

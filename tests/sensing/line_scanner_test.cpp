@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sensing/internal/camera_model.h"
 #include "sensing/internal/reflection.h"
 #include "sensing/shapes.h"
@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using Meshes = std::vector<sim::VisualMesh>;
 
 // In these tests W = S: the laser in the origin looks along z.
-const core::Pose kHead = core::Pose::Identity();
+const base::Pose kHead = base::Pose::Identity();
 
 // Its pose is known; every sample is lost or kept by itself.
 LineScannerOptions Known() {
@@ -41,7 +41,7 @@ LineScannerOptions Noiseless() {
 Meshes Wall(double z) { return {test::Level(z, -3, 3, -3, 3)}; }
 
 Scan ScanOf(const Meshes& meshes, const LineScannerOptions& options, std::uint64_t seed = 1) {
-  core::Rng rng(seed);
+  base::Rng rng(seed);
   return ScanScene(meshes, kHead, options, rng);
 }
 
@@ -79,9 +79,9 @@ TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
 
 // The pose as calibrated, and by it the pan axis of every profile.
 TEST(LineScanner, TheViewStandsWhereTheScannerDoes) {
-  const core::Pose X_WS = core::MakePose(
+  const base::Pose X_WS = base::MakePose(
       Eigen::AngleAxisd(0.3, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0.1, 0.2, 0.3});
-  core::Rng rng(1);
+  base::Rng rng(1);
   const Scan scan = ScanScene({}, X_WS, Noiseless(), rng);
   EXPECT_TRUE(scan.view.X_CV.isApprox(X_WS, 0.0));
   ASSERT_EQ(scan.view.image.origins_C.size(), 1u);
@@ -93,12 +93,12 @@ TEST(LineScanner, TheViewStandsWhereTheScannerDoes) {
 // apart. Off the middle both grow: over +-2 degrees by less than 2 (1 / cos^2(2 deg) - 1) = 0.25 %.
 TEST(LineScanner, SpacingIsThatOfTheRaysOnAWall) {
   LineScannerOptions options = Noiseless();
-  options.fan_rad = options.pan_range_rad = core::Deg(4.0);
+  options.fan_rad = options.pan_range_rad = base::Deg(4.0);
   options.samples = 101;
   options.profiles = 41;
   for (const double depth_m : {0.8, 1.2}) {
-    const double along_m = 2.0 * depth_m * std::tan(core::Deg(2.0)) / 100.0;
-    const double across_m = depth_m * core::Deg(4.0) / 40.0;
+    const double along_m = 2.0 * depth_m * std::tan(base::Deg(2.0)) / 100.0;
+    const double across_m = depth_m * base::Deg(4.0) / 40.0;
     EXPECT_NEAR(ScanOf(Wall(depth_m), options).view.spacing_m / (0.5 * (along_m + across_m)), 1.0,
                 0.0025);
   }
@@ -109,7 +109,7 @@ class PlaneNoise : public ::testing::TestWithParam<double> {};
 TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
   LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
-  options.pan_range_rad = core::Deg(20.0);
+  options.pan_range_rad = base::Deg(20.0);
   options.profiles = 60;
   const Scan scan = ScanOf(Wall(GetParam()), options);
   double sum = 0.0;
@@ -134,7 +134,7 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
 TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
   LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
-  options.pan_range_rad = core::Deg(20.0);
+  options.pan_range_rad = base::Deg(20.0);
   options.profiles = 150;
   const Scan scan = ScanOf(Wall(GetParam()), options);
   std::array<double, 2> squares{};  // the fan's middle half, the rest
@@ -177,7 +177,7 @@ TEST(LineScanner, SpeckleIsStationaryFromTheFirstSample) {
   options.speckle_sigma_m = 0.0002;
   options.samples = 16;
   options.profiles = 2000;
-  options.pan_range_rad = core::Deg(1.0);
+  options.pan_range_rad = base::Deg(1.0);
   const Scan scan = ScanOf(Wall(1.0), options);
   for (const int s : {0, 15}) {
     double squares = 0.0;
@@ -235,7 +235,7 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
   ForEach(scan, [&](std::size_t i, int, int) {
     const Vector3d d = scan.view.image.points_C[i] - center;
     if (scan.truth.state[i] != SampleState::kMeasured) return;
-    if (d.normalized().dot(view) < std::cos(core::Deg(50.0))) return;
+    if (d.normalized().dot(view) < std::cos(base::Deg(50.0))) return;
     const Eigen::Vector4d row(d.normalized().x(), d.normalized().y(), d.normalized().z(), 1.0);
     normal += row * row.transpose();
     right += row * (d.norm() - radius);
@@ -389,7 +389,7 @@ void ExpectDropouts(const Scan& scan, const std::vector<double>& probability) {
 
 TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
   const LineScannerOptions options = Known();
-  const double tilt = core::Deg(65.0);
+  const double tilt = base::Deg(65.0);
   const Vector3d along(0, std::cos(tilt), std::sin(tilt));
   const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));
   const Scan scan =
@@ -398,7 +398,7 @@ TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
   ForEach(scan, [&](std::size_t i, int p, int s) {
     const Vector3d ray = internal::PanRotation(internal::PanAngle(options, p)) *
                          Vector3d(0, internal::Slope(options, s), 1).normalized();
-    const double incidence_deg = core::ToDeg(std::acos(std::abs(ray.dot(normal))));
+    const double incidence_deg = base::ToDeg(std::acos(std::abs(ray.dot(normal))));
     probability[i] = std::clamp((incidence_deg - 60.0) / 20.0, 0.0, 1.0);
   });
   ExpectDropouts(scan, probability);
@@ -423,7 +423,7 @@ TEST(LineScanner, PatchesAreLostAsAWhole) {
   options.dropout_patch_m = 0.02;
   Meshes meshes = Wall(1.0);
   meshes[0].surface.gloss = 0.5;
-  options.saturation_angle_rad = core::kPi;
+  options.saturation_angle_rad = base::kPi;
   const Scan scan = ScanOf(meshes, options);
   std::size_t lost = 0, pairs = 0, same = 0;
   ForEach(scan, [&](std::size_t i, int, int s) {
@@ -546,12 +546,12 @@ TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
   LineScannerOptions options = Noiseless();
   options.samples = options.profiles = 4;
   options.calibration_sigma_m = 0.001;
-  options.calibration_sigma_rad = core::Deg(0.1);
+  options.calibration_sigma_rad = base::Deg(0.1);
   double squares_m = 0.0, squares_rad = 0.0;
   constexpr int kScans = 400;
   for (int seed = 1; seed <= kScans; ++seed) {
     const Scan scan = ScanOf(Wall(1.0), options, static_cast<std::uint64_t>(seed));
-    const core::Pose& known = scan.view.X_CV;
+    const base::Pose& known = scan.view.X_CV;
     squares_m += known.translation().squaredNorm();
     squares_rad += std::pow(Eigen::AngleAxisd(known.linear()).angle(), 2);
     EXPECT_EQ(scan.view.image.origins_C[0], known.translation());
@@ -562,7 +562,7 @@ TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
   // Of three normal components each: the deviation of the mean square is sqrt(2 / 3 / n) of it.
   const double tolerance = 4.0 * std::sqrt(2.0 / 3.0 / kScans);
   EXPECT_NEAR(squares_m / kScans / 1e-6, 1.0, tolerance);
-  EXPECT_NEAR(squares_rad / kScans / std::pow(core::Deg(0.1), 2), 1.0, tolerance);
+  EXPECT_NEAR(squares_rad / kScans / std::pow(base::Deg(0.1), 2), 1.0, tolerance);
 }
 
 TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
@@ -577,7 +577,7 @@ TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
                           -options.baseline_m * std::sin(pan));
     const Vector3d mirrored(point.x(), point.y(), -point.z());
     const double offset_deg =
-        core::ToDeg(std::acos(mirrored.normalized().dot((camera - point).normalized())));
+        base::ToDeg(std::acos(mirrored.normalized().dot((camera - point).normalized())));
     if (std::abs(offset_deg - 5.0) < 0.01) return;
     EXPECT_EQ(scan.truth.state[i],
               offset_deg < 5.0 ? SampleState::kDropout : SampleState::kMeasured);
@@ -587,7 +587,7 @@ TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
 
 TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   LineScannerOptions options = Noiseless();
-  options.pan_jitter_rad = core::Deg(0.02);
+  options.pan_jitter_rad = base::Deg(0.02);
   // A wall that is turned by 45 degrees about y: its depth in the fan at a pan angle a is
   // 1 / (cos a + sin a).
   const Scan scan = ScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
@@ -603,7 +603,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
       const double depth = std::hypot(q.x(), q.z());
       EXPECT_NEAR(std::atan2(q.x(), q.z()), pan, 1e-12);  // the nominal angle is what is known
       // cos a + sin a = sqrt(2) sin(a + 45 deg)
-      jitter.push_back(std::asin(1.0 / (depth * std::sqrt(2.0))) - core::Deg(45.0) - pan);
+      jitter.push_back(std::asin(1.0 / (depth * std::sqrt(2.0))) - base::Deg(45.0) - pan);
     }
     ASSERT_GT(jitter.size(), 100u);
     for (const double j : jitter) EXPECT_NEAR(j, jitter[0], 1e-5);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "geometry/random_points.h"
 #include "sensing/shapes.h"
 
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using geometry::testing::RandomDirection;
 using geometry::testing::RandomPoint;
 
-std::vector<sim::VisualMesh> RandomTriangles(core::Rng& rng) {
+std::vector<sim::VisualMesh> RandomTriangles(base::Rng& rng) {
   std::vector<sim::VisualMesh> meshes(5);
   for (auto& mesh : meshes) {
     for (std::uint32_t t = 0; t < 20; ++t) {
@@ -82,7 +82,7 @@ TEST(RayCaster, AgreesWithBruteForceOnRandomScenes) {
   int compared = 0;
   int found = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     const auto meshes = RandomTriangles(rng);
     const RayCaster caster(meshes);
     std::vector<Ray> rays;

@@ -4,12 +4,12 @@
 
 #include <array>
 
-#include "core/units.h"
+#include "base/units.h"
 
 namespace rangegrasp::sensing::internal {
 namespace {
 
-using core::Deg;
+using base::Deg;
 
 TEST(IncidenceLoss, RisesFromSixtyToEightyDegrees) {
   const LineScannerOptions options;

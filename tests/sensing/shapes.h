@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing::test {
@@ -49,8 +49,8 @@ inline sim::VisualMesh Sphere(const Eigen::Vector3d& center, double radius, int 
   };
   for (int i = 0; i <= rings; ++i) {
     for (int j = 0; j <= 2 * rings; ++j) {
-      const double a = core::kPi * i / rings;
-      const double b = core::kPi * j / rings;
+      const double a = base::kPi * i / rings;
+      const double b = base::kPi * j / rings;
       mesh.mesh_W.vertices.push_back(center + radius * Eigen::Vector3d(std::sin(a) * std::cos(b),
                                                                        std::sin(a) * std::sin(b),
                                                                        std::cos(a)));

@@ -37,7 +37,7 @@ TEST(ClassifySurface, BothShadowsOfAPlateLieWhereGeometryPutsThem) {
   std::vector<Eigen::Vector3d> points;
   const double step = 1e-4;
   for (double x = -0.2; x <= 0.2; x += step) points.emplace_back(x, 0.0, kWall);
-  const auto states = ClassifySurface(points, PlateBeforeWall(), core::Pose::Identity(), options);
+  const auto states = ClassifySurface(points, PlateBeforeWall(), base::Pose::Identity(), options);
   std::array<int, 5> count{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = points[i].x();
@@ -68,21 +68,21 @@ TEST(ClassifySurface, TheHeadsOwnHousingHidesNothing) {
       test::Box({0, 0, 0.05}, {0.02, 0.02, 0.01}),
       test::Box({options.baseline_m, 0, 0.05}, {0.02, 0.02, 0.01})};
   const auto states = ClassifySurface(std::vector<Eigen::Vector3d>{{0, 0, 1}}, housing,
-                                      core::Pose::Identity(), options);
+                                      base::Pose::Identity(), options);
   EXPECT_EQ(states[0], SurfaceState::kSeen);
 }
 
 TEST(ClassifySurface, WhatIsOutsideSweepFanOrWindowIsOutOfView) {
   const LineScannerOptions options;
   const std::vector<Eigen::Vector3d> points = {{0, 0, 1},
-                                               {std::tan(core::Deg(18.0)), 0, 1},
-                                               {0, std::tan(core::Deg(22.0)), 1},
+                                               {std::tan(base::Deg(18.0)), 0, 1},
+                                               {0, std::tan(base::Deg(22.0)), 1},
                                                // the laser's fan ends before the camera's view
                                                {0, 1.02 * std::tan(0.5 * options.fan_rad), 1},
                                                {0, 0, -1},
                                                {0, 0, 0.4},
                                                {0, 0, 3.0}};
-  const auto states = ClassifySurface(points, {}, core::Pose::Identity(), options);
+  const auto states = ClassifySurface(points, {}, base::Pose::Identity(), options);
   EXPECT_EQ(states[0], SurfaceState::kSeen);
   for (std::size_t i = 1; i < points.size(); ++i) EXPECT_EQ(states[i], SurfaceState::kOutOfView);
 }

@@ -6,7 +6,7 @@
 
 #include <functional>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim::internal {
@@ -56,7 +56,7 @@ class AuditBound : public ::testing::Test {
 
   void Place(double x, double y, double z, double turn_rad = 0.0) {
     world_.PlaceObject(
-        0, core::MakePose(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+        0, base::MakePose(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                           {x, y, z}));
   }
   void Forward() { mj_forward(world_.model(), world_.data()); }
@@ -122,7 +122,7 @@ TEST_F(AuditBound, Creep) {
   audit_.BeginRest();
   world_.data()->time += 0.4;
   world_.PlaceObject(
-      0, core::MakePose(Eigen::AngleAxisd(0.002, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+      0, base::MakePose(Eigen::AngleAxisd(0.002, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                         {-0.2, 1e-4, 2.0 - 0.01 - 0.02 + 1e-4}));
   audit_.EndRest();
   ExpectFailsBeyond("creep_m_s", (1e-4 + 0.005 * 0.002) / 0.4, &AuditBounds::creep_m_s);
@@ -142,7 +142,7 @@ TEST_F(AuditBound, CreepIsThatOfTheContacts) {
   const Eigen::AngleAxisd turn(turn_rad, Eigen::Vector3d::UnitX());
   const Eigen::Vector3d center(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4);
   world_.PlaceObject(0,
-                     core::MakePose(turn.toRotationMatrix(), contact + turn * (center - contact)));
+                     base::MakePose(turn.toRotationMatrix(), contact + turn * (center - contact)));
   audit_.EndRest();
   EXPECT_LT(audit_.Finish({}, true, true).creep_m_s, 1e-4 * turn_rad / 0.4 + 1e-9);
   EXPECT_GT(audit_.Finish({}, true, true).creep_rad_s, 0.9 * turn_rad / 0.4);
@@ -179,7 +179,7 @@ TEST_F(AuditBound, EqualityError) {
   world_.data()->qpos[world_.model()->jnt_qposadr[1]] = 0.0;
   Forward();
   Step(true);  // the maximum stays
-  ExpectFailsBeyond("equality_share", 0.003 / core::Deg(2.0), &AuditBounds::equality_share);
+  ExpectFailsBeyond("equality_share", 0.003 / base::Deg(2.0), &AuditBounds::equality_share);
   EXPECT_EQ(audit_.Finish({}, false, false).failed, "");  // nothing was held
 }
 
@@ -198,12 +198,12 @@ TEST_F(AuditBound, EnergyGained) {
   Forward();
   audit_.RestStep(false, /*motor_moves=*/true);  // and is the hand's work from now on
   audit_.RestStep(false);
-  const double gain_J = kMass_kg * (core::kGravity * 0.01 + 0.5);
+  const double gain_J = kMass_kg * (base::kGravity * 0.01 + 0.5);
   EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, gain_J, 1e-9);
   AuditBounds bounds;
-  bounds.energy_gain_m = 1.001 * gain_J / (kMass_kg * core::kGravity);
+  bounds.energy_gain_m = 1.001 * gain_J / (kMass_kg * base::kGravity);
   EXPECT_EQ(audit_.Finish(bounds, true, true).failed, "");
-  bounds.energy_gain_m = 0.999 * gain_J / (kMass_kg * core::kGravity);
+  bounds.energy_gain_m = 0.999 * gain_J / (kMass_kg * base::kGravity);
   EXPECT_THAT(audit_.Finish(bounds, true, true).failed, StartsWith("energy_gain_J "));
 }
 
@@ -271,7 +271,7 @@ TEST_F(AuditBound, WhatThePadsFeel) {
 TEST_F(AuditBound, PenetrationAsAShareOfWhatIsHeld) {
   AuditRecorder audit(world_, hand_, servo_, 1);
   const auto rest_at = [&](double x) {
-    world_.PlaceObject(1, core::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 2.0}));
+    world_.PlaceObject(1, base::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 2.0}));
     Forward();
     audit.Step(true, nullptr);
     audit.BeginRest();

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
@@ -16,7 +16,7 @@ using testing::WriteFile;
 // What sensors see of the same world is put together by other code.
 TEST(VisualBodies, StandWhereSensorsSeeThem) {
   World world(Tabletop(), {RepositoryObject("coffee_cup"), RepositoryObject("dextrose")}, {});
-  const core::Pose X_WO = core::MakePose(
+  const base::Pose X_WO = base::MakePose(
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix(),
       {0.1, -0.2, 0.3});
   world.PlaceObject(1, X_WO);
@@ -53,7 +53,7 @@ TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
     </worldbody></mujoco>)");
   World world(scene, {MakeObject("box", R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)")},
               {});
-  world.PlaceObject(0, core::MakePose(Eigen::Matrix3d::Identity(), {0.02, -0.01, 0.5605}));
+  world.PlaceObject(0, base::MakePose(Eigen::Matrix3d::Identity(), {0.02, -0.01, 0.5605}));
   ASSERT_TRUE(world.Settle());
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const auto forces = HandForces(world, 0.0);
@@ -70,7 +70,7 @@ TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
 
 TEST(HandForces, NeedAHand) {
   const World world(testing::PlaneScene(), {}, {});
-  EXPECT_THROW(HandForces(world, 0.0), core::InputError);
+  EXPECT_THROW(HandForces(world, 0.0), base::InputError);
 }
 
 }  // namespace

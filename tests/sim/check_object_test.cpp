@@ -22,13 +22,13 @@ const std::string kSolid = "<geom type='box' size='0.02 0.03 0.05' group='3' mas
 
 class CheckObjectTest : public testing::Test {
  protected:
-  std::vector<core::Finding> Check(const std::string& body, const std::string& head = kSurface) {
+  std::vector<base::Finding> Check(const std::string& body, const std::string& head = kSurface) {
     const auto file = folder_.Write("odd/odd.xml", "<mujoco>" + head +
                                                        "<worldbody><body name='odd'><freejoint/>" +
                                                        body + "</body></worldbody></mujoco>");
     return CheckObject({"odd", file});
   }
-  void ExpectOne(bool error, const std::string& what, const std::vector<core::Finding>& findings) {
+  void ExpectOne(bool error, const std::string& what, const std::vector<base::Finding>& findings) {
     ASSERT_EQ(findings.size(), 1U) << what;
     EXPECT_EQ(findings[0].error, error);
     EXPECT_THAT(findings[0].where, HasSubstr("odd.xml"));
@@ -43,7 +43,7 @@ TEST_F(CheckObjectTest, ShippedObjectsAreSound) {
        std::filesystem::directory_iterator(RANGEGRASP_SOURCE_DIR "/models/objects")) {
     const std::string name = entry.path().filename().string();
     for (const auto& finding : CheckObject({name, entry.path() / (name + ".xml")})) {
-      ADD_FAILURE() << core::TextOf(finding);
+      ADD_FAILURE() << base::TextOf(finding);
     }
   }
   EXPECT_THAT(Check(kSeen + kSolid), IsEmpty());

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <map>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/grasp_program.h"
 #include "sim/resting_poses.h"
 #include "sim/scene_files.h"
@@ -28,8 +28,8 @@ struct Case {
 HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
   HandMadeGrasp grasp;
   grasp.point_W = point_W;
-  grasp.yaw_rad = core::kPi / 2;  // closes across the arm's reach
-  grasp.pitch_rad = core::Deg(pitch_deg);
+  grasp.yaw_rad = base::kPi / 2;  // closes across the arm's reach
+  grasp.pitch_rad = base::Deg(pitch_deg);
   return grasp;
 }
 
@@ -44,7 +44,7 @@ World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
   const auto poses = StableRestingPoses(object, 0.0);
   const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
   world.PlaceObject(0,
-                    core::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
+                    base::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
   EXPECT_TRUE(world.Settle());
   return world;
 }
@@ -57,7 +57,7 @@ ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
     ADD_FAILURE() << "the arm does not reach the grasp of " << setup.object;
     return {};
   }
-  return Execute(world, 0, *program, hand, {}, core::Rng(1));
+  return Execute(world, 0, *program, hand, {}, base::Rng(1));
 }
 
 bool Delivered(const ExecutionLog& log) {
@@ -136,7 +136,7 @@ TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
   ASSERT_TRUE(program);
   program->withdraw_m = 0.006;
   const Eigen::Vector3d before_W = world.ObjectPose(0).translation();
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   ASSERT_FALSE(log.met_W.empty());
   EXPECT_FALSE(log.held_after_lift);
   EXPECT_LT((world.ObjectPose(0).translation() - before_W).norm(), 0.002);
@@ -150,7 +150,7 @@ TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
   auto program = testing::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(program);
   program->withdraw_m = 0.006;
-  EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, core::Rng(1))));
+  EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, base::Rng(1))));
 }
 
 ExecutionLog HandOver(const UserOptions& user, const char* object = "demo_tube") {
@@ -162,7 +162,7 @@ ExecutionLog HandOver(const UserOptions& user, const char* object = "demo_tube")
     return {};
   }
   program->user = user;
-  return Execute(world, 0, *program, {}, {}, core::Rng(1));
+  return Execute(world, 0, *program, {}, {}, base::Rng(1));
 }
 
 TEST(HandOver, APullIsFeltAndThePersonHasTheObject) {
@@ -255,7 +255,7 @@ std::string Bytes() {
   World world = Arrange(kBox);
   const auto program = testing::MakeProgram(world, kBox.grasp);
   if (!program) return "no program";
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   std::string bytes(reinterpret_cast<const char*>(world.data()->qpos),
                     sizeof(mjtNum) * static_cast<std::size_t>(world.model()->nq));
   bytes.append(reinterpret_cast<const char*>(world.data()->qvel),
@@ -304,7 +304,7 @@ TEST(Aperture, TellsAHeldObjectFromNothing) {
     auto program = testing::MakeProgram(world, setup->grasp);
     ASSERT_TRUE(program);
     program->ends_by = EndsBy::kAperture;
-    const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+    const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
     EXPECT_TRUE(log.aperture.holds_after_lift) << setup->object;
     EXPECT_TRUE(log.aperture.holds_after_carry) << setup->object;
     EXPECT_TRUE(Delivered(log)) << setup->object;
@@ -315,7 +315,7 @@ TEST(Aperture, TellsAHeldObjectFromNothing) {
       testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
   ASSERT_TRUE(program);
   program->ends_by = EndsBy::kAperture;
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   EXPECT_FALSE(log.aperture.holds_after_lift);
   EXPECT_FALSE(log.aperture.holds_after_carry);
   EXPECT_LT(log.lift_height_m, 0.01);
@@ -323,16 +323,16 @@ TEST(Aperture, TellsAHeldObjectFromNothing) {
 
 TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
   World world = Arrange(kBox);
-  const core::Pose before = world.ObjectPose(0);
+  const base::Pose before = world.ObjectPose(0);
   auto empty =
       testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
   const auto full = testing::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(empty && full);
   empty->ends_by = EndsBy::kAperture;
-  Execute(world, 0, *empty, {}, {}, core::Rng(1));
+  Execute(world, 0, *empty, {}, {}, base::Rng(1));
   world.SetArm(full->reach.positions.front());
   ASSERT_LT((world.ObjectPose(0).translation() - before.translation()).norm(), 0.001);
-  EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, core::Rng(1))));
+  EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, base::Rng(1))));
 }
 
 // Another object than the meant one is carried on, and what is told is of that one.
@@ -344,14 +344,14 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
     const auto poses = StableRestingPoses(object == 0 ? box : other, 0.0);
     const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
     world.PlaceObject(object,
-                      core::MakePose(face.R_WO.toRotationMatrix(),
+                      base::MakePose(face.R_WO.toRotationMatrix(),
                                      {0, object == 0 ? 0.0 : 0.15, face.height_m + 0.0002}));
   }
   ASSERT_TRUE(world.Settle());
   auto program = testing::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(program);
   program->ends_by = EndsBy::kAperture;
-  const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, base::Rng(1));
   EXPECT_TRUE(log.aperture.holds_after_carry);
   EXPECT_EQ(log.target, 0);
   EXPECT_TRUE(Delivered(log));
@@ -362,7 +362,7 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
 
 // The same motion, and then the shoulder turns on by 17 deg in a second, which brings the hand 0.2
 // m down.
-core::JointTrajectory AndDown(core::JointTrajectory motion) {
+base::JointTrajectory AndDown(base::JointTrajectory motion) {
   for (double t = 0.0; t < 1.0; t += motion.period_s) {
     Eigen::VectorXd q = motion.positions.back();
     q[1] += 0.3 * motion.period_s;
@@ -381,16 +381,16 @@ TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
       ASSERT_TRUE(program);
       program->ends_by = ends_by;
       if (motion == std::string("reach")) {
-        core::JointTrajectory to_grasp = program->reach;
+        base::JointTrajectory to_grasp = program->reach;
         to_grasp.positions.insert(to_grasp.positions.end(), program->approach.positions.begin(),
                                   program->approach.positions.end());
         program->reach = AndDown(to_grasp);
       } else {
-        core::JointTrajectory down = program->lift;
+        base::JointTrajectory down = program->lift;
         down.positions.resize(1);
         program->lift = AndDown(down);
       }
-      const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+      const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
       EXPECT_EQ(log.stopped_by_contact, std::vector<std::string>{motion});
       EXPECT_FALSE(log.held_after_lift) << motion;
       EXPECT_FALSE(Delivered(log)) << motion;
@@ -416,7 +416,7 @@ TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
         Eigen::Map<const Eigen::VectorXd>(now.data()->ctrl, now.ArmPositions().size());
     lag_rad = (sent - now.ArmPositions()).cwiseAbs().maxCoeff();
   };
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
   EXPECT_GE(lag_rad, 0.0);
   EXPECT_LT(lag_rad, 0.0045);  // 4 mrad, and what a step moves
   EXPECT_LT(log.audit.drive_limit_s, AuditBounds().drive_limit_s);
@@ -430,7 +430,7 @@ TEST(Execute, TellsOfItsMoments) {
   ExecutionObserver observer;
   observer.frame_period_s = 0.1;
   observer.on_moment = [&](const std::string& moment, World&) { ++seen[moment]; };
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
   for (const char* moment : {"pregrasp", "closed", "lifted", "delivered", "end"})
     EXPECT_EQ(seen[moment], 1) << moment;
   EXPECT_NEAR(seen["frame"], log.simulated_s / 0.1, 2.0);
@@ -438,8 +438,8 @@ TEST(Execute, TellsOfItsMoments) {
 
 TEST(Execute, AParkedTargetIsACallersMistake) {
   World world(testing::Tabletop(), {testing::RepositoryObject("dextrose")}, {});
-  EXPECT_THROW(Execute(world, 0, {}, {}, {}, core::Rng(1)), std::invalid_argument);
-  EXPECT_THROW(Execute(world, 1, {}, {}, {}, core::Rng(1)), std::invalid_argument);
+  EXPECT_THROW(Execute(world, 0, {}, {}, {}, base::Rng(1)), std::invalid_argument);
+  EXPECT_THROW(Execute(world, 1, {}, {}, {}, base::Rng(1)), std::invalid_argument);
 }
 
 }  // namespace

@@ -4,14 +4,14 @@
 
 #include <algorithm>
 
-#include "core/rng.h"
+#include "base/rng.h"
 
 namespace rangegrasp::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-std::vector<Vector3d> SomePoints(core::Rng& rng) {
+std::vector<Vector3d> SomePoints(base::Rng& rng) {
   std::vector<Vector3d> points;
   const Vector3d middle(rng.Uniform(-0.5, 0.5), rng.Uniform(-0.5, 0.5), rng.Uniform(0.0, 0.5));
   const double size = rng.Uniform(0.01, 0.6);
@@ -23,7 +23,7 @@ std::vector<Vector3d> SomePoints(core::Rng& rng) {
   return points;
 }
 
-Eigen::Matrix3d SomeAxes(core::Rng& rng) {
+Eigen::Matrix3d SomeAxes(base::Rng& rng) {
   const double x = rng.Uniform(-1.0, 1.0);
   return LookingAlong({x, rng.Uniform(0.1, 1.0), rng.Uniform(-1.0, 0.5)});
 }
@@ -42,7 +42,7 @@ class Seeded : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Framing, Seeded, testing::Range(0, 200));
 
 TEST_P(Seeded, EveryPointIsInThePictureWithItsMargin) {
-  core::Rng rng(static_cast<std::uint64_t>(GetParam()));
+  base::Rng rng(static_cast<std::uint64_t>(GetParam()));
   const auto points = SomePoints(rng);
   const FramingOptions options{.width_px = 640, .height_px = 480, .margin = 0.1};
   EXPECT_TRUE(AllInPicture(points, FrameAll(points, SomeAxes(rng), options), options, 0.1));
@@ -50,7 +50,7 @@ TEST_P(Seeded, EveryPointIsInThePictureWithItsMargin) {
 
 // A millimetre further ahead one of them is beyond the margin, wherever the camera steps aside.
 TEST_P(Seeded, NoPlaceIsNearer) {
-  core::Rng rng(static_cast<std::uint64_t>(GetParam()));
+  base::Rng rng(static_cast<std::uint64_t>(GetParam()));
   const auto points = SomePoints(rng);
   const FramingOptions options{
       .width_px = 640, .height_px = 480, .margin = 0.1, .min_distance_m = 0.0};

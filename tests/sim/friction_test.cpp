@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
-#include "core/error.h"
-#include "core/words.h"
+#include "base/error.h"
+#include "base/words.h"
 #include "sim/surfaces.h"
 
 namespace rangegrasp::sim {
@@ -32,7 +32,7 @@ TEST(Friction, StaticIsNeverBelowKinetic) {
     EXPECT_GE(row.on_laminate.static_mu, row.on_laminate.kinetic_mu) << row.name;
     for (const FrictionChoice choice : kChoices) {
       const FrictionPair pair = GloveFriction(row.glove, Choosing(choice), 0.1);
-      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.name << core::Word(choice);
+      EXPECT_GE(pair.static_mu, pair.kinetic_mu) << row.name << base::Word(choice);
     }
   }
 }
@@ -89,7 +89,7 @@ TEST(Friction, AnUnknownSurfaceIsNamedWithTheKnownOnes) {
   try {
     FindSurface(Shipped(), "velvet");
     FAIL();
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("velvet"), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("cardboard"), std::string::npos);
   }

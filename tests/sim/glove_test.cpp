@@ -28,7 +28,7 @@ class TwoTips : public ::testing::Test {
  protected:
   TwoTips()
       : world_(testing::WriteFile("two_tips.xml", kTwoTips), {Cube("cube"), Cube("other")}, {}) {
-    core::Rng rng(7);
+    base::Rng rng(7);
     world_.DrawFriction(rng);
   }
 
@@ -37,7 +37,7 @@ class TwoTips : public ::testing::Test {
   }
   // Its upper side 0.2 mm inside the tip, at a speed along y.
   void Under(int object, double x, double speed_m_s = 0.0) {
-    world_.PlaceObject(object, core::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 0.4702}));
+    world_.PlaceObject(object, base::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 0.4702}));
     world_.data()->qvel[world_.model()->nv - 12 + 6 * object + 1] = speed_m_s;
     mj_forward(world_.model(), world_.data());
   }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 
 namespace rangegrasp::sim::testing {
 namespace {
@@ -28,21 +28,21 @@ int FindBySuffix(const mjModel* model, mjtObj type, int count, const std::string
   return -1;
 }
 
-core::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
-  return core::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
+base::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
+  return base::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
                         Eigen::Map<const Eigen::Vector3d>(position));
 }
 
 // Quintic rest to rest along a path of joint positions, within 0.35 rad/s and 1.2 rad/s^2 at the
 // fastest joint.
-core::JointTrajectory Timed(const std::vector<Eigen::VectorXd>& path) {
+base::JointTrajectory Timed(const std::vector<Eigen::VectorXd>& path) {
   std::vector<double> length(1, 0.0);
   for (std::size_t i = 1; i < path.size(); ++i) {
     length.push_back(length.back() + (path[i] - path[i - 1]).cwiseAbs().maxCoeff());
   }
   const double total = length.back();
   const double duration = std::max({1.875 * total / 0.35, std::sqrt(5.78 * total / 1.2), 0.1});
-  core::JointTrajectory trajectory;
+  base::JointTrajectory trajectory;
   trajectory.period_s = kPeriod_s;
   const int samples = static_cast<int>(std::ceil(duration / kPeriod_s));
   for (int k = 0; k <= samples; ++k) {
@@ -57,7 +57,7 @@ core::JointTrajectory Timed(const std::vector<Eigen::VectorXd>& path) {
   return trajectory;
 }
 
-core::Pose GraspFrame(const HandMadeGrasp& grasp) {
+base::Pose GraspFrame(const HandMadeGrasp& grasp) {
   const Eigen::Vector3d x(std::cos(grasp.yaw_rad), std::sin(grasp.yaw_rad), 0.0);
   Eigen::Matrix3d R_WG;
   R_WG.col(0) = x;
@@ -65,10 +65,10 @@ core::Pose GraspFrame(const HandMadeGrasp& grasp) {
   R_WG.col(1) = R_WG.col(2).cross(x);
   // A turn about y_G that takes x_G (the thumb's side) towards z_G (down).
   R_WG = R_WG * Eigen::AngleAxisd(-grasp.pitch_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  return core::MakePose(R_WG, grasp.point_W);
+  return base::MakePose(R_WG, grasp.point_W);
 }
 
-core::Pose Raised(core::Pose X, double dz) {
+base::Pose Raised(base::Pose X, double dz) {
   X.translation().z() += dz;
   return X;
 }
@@ -86,7 +86,7 @@ TestArm::TestArm(const World& world) : model_(world.model()), data_(mj_makeData(
 
 TestArm::~TestArm() { mj_deleteData(data_); }
 
-core::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
+base::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     data_->qpos[model_->jnt_qposadr[joints_[i]]] = q[static_cast<Eigen::Index>(i)];
   }
@@ -95,18 +95,18 @@ core::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
   return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_);
 }
 
-core::Pose TestArm::ToolInHand(const std::string& tool) {
+base::Pose TestArm::ToolInHand(const std::string& tool) {
   mj_kinematics(model_, data_);
   const int site = FindBySuffix(model_, mjOBJ_SITE, static_cast<int>(model_->nsite), tool);
   return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_).inverse() *
          PoseOf(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
 }
 
-std::optional<Eigen::VectorXd> TestArm::Solve(const core::Pose& X_WH, Eigen::VectorXd q) {
+std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::VectorXd q) {
   const auto n = static_cast<Eigen::Index>(joints_.size());
   std::vector<mjtNum> jp(3 * static_cast<std::size_t>(model_->nv)), jr(jp.size());
   for (int iteration = 0; iteration < 300; ++iteration) {
-    const core::Pose X = HandPose(q);
+    const base::Pose X = HandPose(q);
     Eigen::Matrix<double, 6, 1> error;
     error.head<3>() = X_WH.translation() - X.translation();
     const Eigen::AngleAxisd turn(X_WH.linear() * X.linear().transpose());
@@ -135,9 +135,9 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const core::Pose& X_WH, Eigen::Vec
 
 std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp) {
   TestArm arm(world);
-  const core::Pose X_GH = arm.ToolInHand(grasp.tool).inverse();
-  const core::Pose X_WG = GraspFrame(grasp);
-  core::Pose X_WDelivery = X_WG;
+  const base::Pose X_GH = arm.ToolInHand(grasp.tool).inverse();
+  const base::Pose X_WG = GraspFrame(grasp);
+  base::Pose X_WDelivery = X_WG;
   X_WDelivery.translation().head<2>() = world.SitePose("delivery").translation().head<2>();
   // Turn the hand with the arm's first joint, so that the wrist keeps its range.
   const Eigen::Vector2d from(X_WG.translation().x() + 0.5, X_WG.translation().y());
@@ -145,7 +145,7 @@ std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp&
   const double swing = std::atan2(to.y(), to.x()) - std::atan2(from.y(), from.x());
   X_WDelivery.linear() = Eigen::AngleAxisd(swing, Eigen::Vector3d::UnitZ()) * X_WG.linear();
 
-  const auto line = [&](const core::Pose& X_start, double dz, const Eigen::VectorXd& seed) {
+  const auto line = [&](const base::Pose& X_start, double dz, const Eigen::VectorXd& seed) {
     std::vector<Eigen::VectorXd> path;
     Eigen::VectorXd q = seed;
     for (int k = 0; k <= 20; ++k) {
@@ -158,7 +158,7 @@ std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp&
   };
 
   const Eigen::VectorXd home = world.ArmPositions();
-  core::Rng rng(1);
+  base::Rng rng(1);
   for (int attempt = 0; attempt < 60; ++attempt) {
     Eigen::VectorXd seed = home;
     seed[1] = 0.4;

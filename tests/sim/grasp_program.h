@@ -28,10 +28,10 @@ class TestArm {
   TestArm(const TestArm&) = delete;
   TestArm& operator=(const TestArm&) = delete;
 
-  core::Pose HandPose(const Eigen::VectorXd& q);
-  core::Pose ToolInHand(const std::string& tool);
+  base::Pose HandPose(const Eigen::VectorXd& q);
+  base::Pose ToolInHand(const std::string& tool);
   /// Joint positions that bring the hand there, from a seed; nullopt if the search ends elsewhere.
-  std::optional<Eigen::VectorXd> Solve(const core::Pose& X_WH, Eigen::VectorXd q);
+  std::optional<Eigen::VectorXd> Solve(const base::Pose& X_WH, Eigen::VectorXd q);
 
  private:
   const mjModel* model_;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/internal/contacts.h"
 #include "sim/scene_files.h"
 #include "sim/surfaces.h"
@@ -21,7 +21,7 @@ World OnSlope(double tilt_rad) {
       {testing::MakeObject("brick", R"(<geom type="box" size="0.06 0.06 0.02" mass="0.5"/>)")}, {});
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  world.PlaceObject(0, core::MakePose(R, R * Eigen::Vector3d(0, 0, kHalf_m)));
+  world.PlaceObject(0, base::MakePose(R, R * Eigen::Vector3d(0, 0, kHalf_m)));
   return world;
 }
 
@@ -40,10 +40,10 @@ TEST(Incline, SlidesAboveCoulombsAngleAndNotBelow) {
   const double mu =
       FindSurface(ReadSurfaces(ShippedSurfaces()), "cardboard").on_laminate.kinetic_mu;
   const double critical = std::atan(mu);
-  EXPECT_LT(SlideIn(1.0, critical - core::Deg(1.0)), 1e-4);
+  EXPECT_LT(SlideIn(1.0, critical - base::Deg(1.0)), 1e-4);
   for (const double above : {1.0, 5.0, 15.0}) {
-    const double tilt = critical + core::Deg(above);
-    const double acceleration = core::kGravity * (std::sin(tilt) - mu * std::cos(tilt));
+    const double tilt = critical + base::Deg(above);
+    const double acceleration = base::kGravity * (std::sin(tilt) - mu * std::cos(tilt));
     // Contacts take a few steps to load: a part of the first hundredths of a second.
     EXPECT_NEAR(SlideIn(1.0, tilt), 0.5 * acceleration, 0.03 * acceleration + 0.002) << above;
   }
@@ -74,7 +74,7 @@ TEST(Incline, SlipSwitchesFromStaticToKinetic) {
       world.Step();
     }
     const double acceleration =
-        core::kGravity * (std::sin(tilt) - pair.kinetic_mu * std::cos(tilt));
+        base::kGravity * (std::sin(tilt) - pair.kinetic_mu * std::cos(tilt));
     const double slide = push_m_s > 0 ? push_m_s + 0.5 * acceleration : 0.0;
     // The net acceleration is a tenth of either of its terms, so that 1 % of friction is 10 % of
     // it.

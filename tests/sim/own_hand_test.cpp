@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "hand_cell.h"
 #include "sim/execute.h"
 #include "sim/grasp_program.h"
@@ -26,7 +26,7 @@ struct Case {
 testing::HandMadeGrasp GraspOf(const Case& setup) {
   testing::HandMadeGrasp grasp;
   grasp.point_W = {0, 0, setup.height_m};
-  grasp.yaw_rad = core::kPi / 2;
+  grasp.yaw_rad = base::kPi / 2;
   grasp.tool = "tcp";
   return grasp;
 }
@@ -37,7 +37,7 @@ World Arrange(const TempFolder& folder, const Case& setup) {
   const auto poses = StableRestingPoses(object, 0.0);
   const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
   world.PlaceObject(0,
-                    core::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
+                    base::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
   EXPECT_TRUE(world.Settle());
   return world;
 }
@@ -54,7 +54,7 @@ TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
   World world = Arrange(folder, GetParam());
   const auto program = testing::MakeProgram(world, GraspOf(GetParam()));
   ASSERT_TRUE(program);
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   EXPECT_TRUE(Delivered(log));
   EXPECT_EQ(log.audit.failed, "");
   // What the pads feel is what was commanded: the drives' forces by the hand's own kinematics.
@@ -69,7 +69,7 @@ TEST_P(OwnHand, BesideTheObjectLiftsNothing) {
   const auto program =
       testing::MakeProgram(world, testing::Beside(GraspOf(GetParam()), {-0.085, 0, 0}));
   ASSERT_TRUE(program);
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, core::Rng(1));
+  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   EXPECT_FALSE(log.held_after_lift);
   EXPECT_LT(log.lift_height_m, 0.01);
 }
@@ -87,7 +87,7 @@ TEST_P(OwnHand, NothingLocks) {
     if (moment != "lifted") return;
     EXPECT_TRUE(std::equal(ranges.begin(), ranges.end(), w.model()->jnt_range));
   };
-  Execute(world, 0, *program, {}, {}, core::Rng(1), observer);
+  Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
 }
 
 INSTANTIATE_TEST_SUITE_P(Hands, OwnHand,

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <set>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
@@ -63,7 +63,7 @@ TEST(Renderer, NamesTheCamerasThatExist) {
   try {
     renderer.Render(world, "backyard");
     FAIL();
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("backyard"));
     EXPECT_THAT(error.what(), ::testing::HasSubstr("overview"));
   }

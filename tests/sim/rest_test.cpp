@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 #include "sim/world.h"
@@ -24,11 +24,11 @@ TEST_P(EveryObject, StaysInItsRestingPoses) {
     total += pose.probability;
     const RestingFace& face = pose.faces.front();
     const Eigen::Matrix3d R = face.R_WO.toRotationMatrix();
-    world.PlaceObject(0, core::MakePose(R, {0, 0, face.height_m + 0.001}));
+    world.PlaceObject(0, base::MakePose(R, {0, 0, face.height_m + 0.001}));
     EXPECT_TRUE(world.Settle()) << pose.label;
-    const core::Pose X = world.ObjectPose(0);
+    const base::Pose X = world.ObjectPose(0);
     const Eigen::Vector3d up_O = R.transpose() * Eigen::Vector3d::UnitZ();
-    EXPECT_GT((X.linear() * up_O).z(), std::cos(core::Deg(3.0))) << pose.label;
+    EXPECT_GT((X.linear() * up_O).z(), std::cos(base::Deg(3.0))) << pose.label;
     EXPECT_NEAR(X.translation().z(), face.height_m, 0.002) << pose.label;
   }
   EXPECT_NEAR(total, 1.0, 1e-9);

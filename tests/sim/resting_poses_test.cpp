@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
@@ -14,7 +14,7 @@ namespace {
 using testing::MakeObject;
 
 // The march that finds a tilt goes by half degrees.
-constexpr double kTilt = 0.5 * core::kPi / 180.0;
+constexpr double kTilt = 0.5 * base::kPi / 180.0;
 
 // A box of 2a x 2b x 2c rests on three pairs of faces; it tips from the face 2a x 2b, at height c,
 // over its nearer edge at atan(min(a, b) / c). Its faces' solid angles from the centre are 4
@@ -33,7 +33,7 @@ TEST(StableRestingPoses, BoxIsAnalytic) {
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(poses[i].faces[0].height_m, height[i], 1e-6);
     EXPECT_NEAR(poses[i].tipping_rad, tipping[i], kTilt);
-    EXPECT_NEAR(poses[i].probability, 2 * share[i] / (4 * core::kPi), 1e-6);
+    EXPECT_NEAR(poses[i].probability, 2 * share[i] / (4 * base::kPi), 1e-6);
     EXPECT_EQ(poses[i].label, "pose" + std::to_string(i));
   }
 }
@@ -74,7 +74,7 @@ TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
   double flank = 0.0;
   int rays = 0;
   for (double z = -0.995; z < 1.0; z += 0.01) {
-    for (double angle = 0.005; angle < 2 * core::kPi; angle += 0.01, ++rays) {
+    for (double angle = 0.005; angle < 2 * base::kPi; angle += 0.01, ++rays) {
       const Eigen::Vector3d d(std::sqrt(1 - z * z) * std::cos(angle),
                               std::sqrt(1 - z * z) * std::sin(angle), z);
       const double through_flank = std::abs(d.y()) / 0.02;
@@ -140,17 +140,17 @@ TEST(FaceAtRest, TellsHowAnObjectRests) {
   };
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
   EXPECT_EQ(label({0.0, x}), "pose1");
-  EXPECT_EQ(label({core::kPi, x}), "pose1");
-  EXPECT_EQ(label({core::Deg(20.0), x}), "none");
+  EXPECT_EQ(label({base::kPi, x}), "pose1");
+  EXPECT_EQ(label({base::Deg(20.0), x}), "none");
   for (int i = 0; i < 100; ++i) {
     const Eigen::AngleAxisd roll(0.0628 * i, Eigen::Vector3d::UnitZ());
-    const Eigen::Matrix3d R = Eigen::AngleAxisd(core::kPi / 2, x).toRotationMatrix() * roll;
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(base::kPi / 2, x).toRotationMatrix() * roll;
     const auto rest = FaceAtRest(poses, R);
     ASSERT_TRUE(rest) << i;
     EXPECT_EQ(rest->pose->label, "pose0") << i;
     // The face is the one that is down, not another member of the pose.
     const Eigen::Vector3d down_O = rest->face->R_WO.conjugate() * -Eigen::Vector3d::UnitZ();
-    EXPECT_GT((R * down_O).dot(-Eigen::Vector3d::UnitZ()), std::cos(core::Deg(5.0))) << i;
+    EXPECT_GT((R * down_O).dot(-Eigen::Vector3d::UnitZ()), std::cos(base::Deg(5.0))) << i;
   }
 }
 

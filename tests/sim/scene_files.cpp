@@ -1,6 +1,6 @@
 #include "sim/scene_files.h"
 
-#include "core/units.h"
+#include "base/units.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::sim::testing {
@@ -17,7 +17,7 @@ std::filesystem::path PlaneScene(double tilt_rad) {
       R"(<mujoco><option timestep="0.002" integrator="implicitfast" cone="elliptic" impratio="10"
   noslip_iterations="10"><flag sleep="enable"/></option><worldbody><body name="table">
   <geom type="plane" size="0 0 1" condim="6" friction="0.2 0.005 0.002" euler="0 )" +
-          std::to_string(core::ToDeg(tilt_rad)) + R"( 0"/></body></worldbody></mujoco>)");
+          std::to_string(base::ToDeg(tilt_rad)) + R"( 0"/></body></worldbody></mujoco>)");
 }
 
 ObjectModel MakeObject(const std::string& name, const std::string& geoms) {

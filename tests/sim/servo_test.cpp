@@ -7,8 +7,8 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-core::JointTrajectory Ramp() {
-  core::JointTrajectory trajectory;
+base::JointTrajectory Ramp() {
+  base::JointTrajectory trajectory;
   trajectory.period_s = 0.01;
   for (int k = 0; k <= 50; ++k)
     trajectory.positions.push_back(Eigen::VectorXd::Constant(2, 0.3 * k * 0.01));

@@ -13,7 +13,7 @@ HandControlOptions Quiet() {
 
 // When a slide at a speed that begins at 0.1 s is heard first; 0 if it never is within a second.
 double HeardAt(const HandControlOptions& options, double speed_m_s, double step_s) {
-  SlipSensor sensor(options, core::Rng(3));
+  SlipSensor sensor(options, base::Rng(3));
   for (int i = 0; i * step_s < 1.0; ++i) {
     const double time_s = i * step_s;
     if (sensor.Tick(time_s, time_s >= 0.1 ? speed_m_s : 0.0)) return time_s;
@@ -31,7 +31,7 @@ TEST(SlipSensor, HearsWhatIsAboveTheThresholdAfterTheDelay) {
 }
 
 TEST(SlipSensor, IsSilentAgainAfterTheSlide) {
-  SlipSensor sensor(Quiet(), core::Rng(3));
+  SlipSensor sensor(Quiet(), base::Rng(3));
   bool heard = false;
   for (int i = 0; i < 100; ++i) heard = sensor.Tick(0.002 * i, i < 50 ? 0.01 : 0.0);
   EXPECT_FALSE(heard);
@@ -42,8 +42,8 @@ TEST(SlipSensor, IsSilentAgainAfterTheSlide) {
 TEST(SlipSensor, NoiseIsOfEachReading) {
   HandControlOptions options;
   options.slip_delay_s = 0.0;
-  SlipSensor at_threshold(options, core::Rng(3));
-  SlipSensor still(options, core::Rng(4));
+  SlipSensor at_threshold(options, base::Rng(3));
+  SlipSensor still(options, base::Rng(4));
   int heard = 0;
   int false_alarms = 0;
   for (int i = 0; i < 4000; ++i) {

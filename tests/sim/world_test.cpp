@@ -7,8 +7,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/units.h"
+#include "base/error.h"
+#include "base/units.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
@@ -23,15 +23,15 @@ using testing::WriteFile;
 
 constexpr char kBox[] = R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)";
 
-core::Pose At(double x, double y, double z) {
-  return core::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
+base::Pose At(double x, double y, double z) {
+  return base::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
 }
 
 // The text of the InputError that building a world of these files throws.
 std::string Complaint(const std::filesystem::path& scene, const std::vector<ObjectModel>& objects) {
   try {
     World(scene, objects, {});
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     return error.what();
   }
   return "no complaint";
@@ -76,12 +76,12 @@ TEST(World, DrawsAPairForEachObjectFromItsRange) {
   EXPECT_EQ(world.glove_friction(0).static_mu, 0.6);
   double low = 1.0, high = 0.0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    core::Rng rng(seed);
+    base::Rng rng(seed);
     world.DrawFriction(rng);
     const double first = world.glove_friction(0).static_mu;
     EXPECT_NE(first, world.glove_friction(1).static_mu);
     EXPECT_NE(first, world.glove_friction(-1).static_mu);
-    core::Rng again(seed);
+    base::Rng again(seed);
     world.DrawFriction(again);
     EXPECT_EQ(world.glove_friction(0).static_mu, first);
     low = std::min(low, first);
@@ -161,7 +161,7 @@ TEST(World, UnknownNamesAreNamedWithTheKnownOnes) {
   try {
     world.SitePose("moon");
     FAIL();
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("moon"));
     EXPECT_THAT(error.what(), HasSubstr("delivery"));
   }

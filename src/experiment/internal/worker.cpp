@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::experiment::internal {
 namespace {
@@ -35,7 +35,7 @@ constexpr int kNotSent = 4;
 constexpr int kThrew = 5;
 
 [[noreturn]] void ThrowErrno(const char* what) {
-  throw core::RunError(std::string(what) + ": " + strerror(errno));
+  throw base::RunError(std::string(what) + ": " + strerror(errno));
 }
 
 // As it goes through the pipe: MessagePack keeps strings and numbers as they are.
@@ -95,7 +95,7 @@ bool Worker::Read() {
 
 Result Worker::Finish() {
   int status = 0;
-  const core::Stopwatch waited;
+  const base::Stopwatch waited;
   while (waitpid(pid_, &status, WNOHANG) == 0) {
     if (waited.Seconds() > kGrace_s) {
       // Threads of libraries that run when nothing else does (Mesa's, which stores shaders) end

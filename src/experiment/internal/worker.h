@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "core/stopwatch.h"
+#include "base/stopwatch.h"
 #include "experiment/record.h"
 
 namespace rangegrasp::experiment::internal {
@@ -13,7 +13,7 @@ class Worker {
  public:
   /// @param run  called in the child; whatever it prints does not mix with what this process
   /// prints.
-  /// @throws core::RunError if no process or pipe can be made.
+  /// @throws base::RunError if no process or pipe can be made.
   Worker(const Case& which, double limit_s, const std::function<Result(const Case&)>& run);
   /// Kills the process if it still runs.
   ~Worker();
@@ -39,7 +39,7 @@ class Worker {
 
   Case which_;
   double limit_s_;
-  core::Stopwatch watch_;
+  base::Stopwatch watch_;
   int pid_ = -1;
   int pipe_ = -1;
   int log_ = -1;

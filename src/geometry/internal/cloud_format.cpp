@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::geometry::internal {
 std::optional<std::string_view> LineReader::Next() {
@@ -21,7 +21,7 @@ std::optional<std::string_view> LineReader::Next() {
 }
 
 void LineReader::Throw(const std::string& message) const {
-  throw core::InputError(fmt::format("{}:{}: {}", file_.string(), line_, message));
+  throw base::InputError(fmt::format("{}:{}: {}", file_.string(), line_, message));
 }
 
 std::vector<std::string_view> Words(std::string_view line) {

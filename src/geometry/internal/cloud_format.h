@@ -35,7 +35,7 @@ class LineReader {
   std::optional<std::string_view> Next();
   /// Bytes consumed so far.
   std::size_t position() const { return position_; }
-  /// @throws core::InputError "file:line: message", the message formatted as fmt::format does.
+  /// @throws base::InputError "file:line: message", the message formatted as fmt::format does.
   template <class... Args>
   [[noreturn]] void Fail(fmt::format_string<Args...> message, Args&&... args) const {
     Throw(fmt::format(message, std::forward<Args>(args)...));
@@ -55,7 +55,7 @@ std::vector<std::string_view> Words(std::string_view line);
 /// A number, "nan" among them; nullopt if the word is anything else.
 std::optional<double> ParseNumber(std::string_view word);
 /// The point that the first three words are, which may be nan.
-/// @throws core::InputError naming file and line if one is no number.
+/// @throws base::InputError naming file and line if one is no number.
 Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words);
 /// A word for a message: shortened, without unprintable bytes, in quotes.
 std::string Quoted(std::string_view word);

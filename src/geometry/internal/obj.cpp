@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/number.h"
+#include "base/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
@@ -29,7 +29,7 @@ std::optional<std::string_view> NextLine(LineReader& lines, std::string& joined)
 
 /// Of "7", "7/1", "7//3", "7/1/3"; counted from 1, below 0 from the last one back.
 std::uint32_t VertexOf(const LineReader& lines, std::string_view word, std::size_t vertices) {
-  const auto number = core::NumberFrom<std::int64_t>(word.substr(0, word.find('/')));
+  const auto number = base::NumberFrom<std::int64_t>(word.substr(0, word.find('/')));
   const auto n = static_cast<std::int64_t>(vertices);
   if (!number || *number == 0 || *number > n || *number < -n) {
     lines.Fail("a face names vertex {}; there are {} up to here, from 1", Quoted(word), vertices);

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/number.h"
+#include "base/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
@@ -37,7 +37,7 @@ Counts ReadCounts(LineReader& lines, std::size_t bytes) {
   head.erase(head.begin());
   if (head.empty()) head = NextWords(lines);
   const auto count = [&](std::size_t i) {
-    const auto n = i < head.size() ? core::NumberFrom<std::uint32_t>(head[i]) : std::nullopt;
+    const auto n = i < head.size() ? base::NumberFrom<std::uint32_t>(head[i]) : std::nullopt;
     if (!n) lines.Fail("the numbers of vertices and faces must stand here, e.g. '8 12 0'");
     return *n;
   };
@@ -64,13 +64,13 @@ PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes) {
   for (std::uint32_t i = 0; i < counts.faces; ++i) {
     const WordList words = NextWords(lines);
     const auto corners =
-        words.empty() ? std::nullopt : core::NumberFrom<std::uint32_t>(words.front());
+        words.empty() ? std::nullopt : base::NumberFrom<std::uint32_t>(words.front());
     if (!corners || words.size() <= *corners) {
       lines.Fail("face {} of {} must have a number of corners and as many vertices", i,
                  counts.faces);
     }
     for (std::size_t k = 1; k <= *corners; ++k) {
-      const auto vertex = core::NumberFrom<std::uint32_t>(words[k]);
+      const auto vertex = base::NumberFrom<std::uint32_t>(words[k]);
       if (!vertex || *vertex >= counts.vertices) {
         lines.Fail("face {} names vertex '{}'; there are {}, from 0", i, words[k], counts.vertices);
       }

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/number.h"
+#include "base/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
@@ -38,7 +38,7 @@ void NeedPerField(const LineReader& lines, const WordList& words, const Header& 
 
 std::size_t CountOf(const LineReader& lines, const WordList& words, std::size_t i,
                     std::size_t min) {
-  const auto value = i < words.size() ? core::NumberFrom<std::size_t>(words[i]) : std::nullopt;
+  const auto value = i < words.size() ? base::NumberFrom<std::size_t>(words[i]) : std::nullopt;
   if (!value || *value < min || *value >= kEndOfCounts) {
     lines.Fail("{} is {}; a whole number from {} to {} is needed", words[0],
                i < words.size() ? Quoted(words[i]) : "missing", min, kEndOfCounts - 1);

@@ -10,7 +10,7 @@
 namespace rangegrasp::geometry::internal {
 
 /// Reads the bytes of a PCD file (ascii, binary, binary_compressed).
-/// @throws core::InputError naming file and line.
+/// @throws base::InputError naming file and line.
 CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes);
 
 /// Expands LZF data (Lehmann's liblzf format, as PCD's binary_compressed has it) to exactly `size`

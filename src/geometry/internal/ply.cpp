@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-#include "core/number.h"
+#include "base/number.h"
 #include "geometry/internal/cloud_format.h"
 
 namespace rangegrasp::geometry::internal {
@@ -57,7 +57,7 @@ Type TypeOf(const LineReader& lines, std::string_view word) {
 
 void ReadElement(const LineReader& lines, const std::vector<std::string_view>& words,
                  Header& header) {
-  const auto count = words.size() == 3 ? core::NumberFrom<std::size_t>(words[2]) : std::nullopt;
+  const auto count = words.size() == 3 ? base::NumberFrom<std::size_t>(words[2]) : std::nullopt;
   if (!count || *count >= kEndOfCounts)
     lines.Fail("an element needs a name and a count below 2^31");
   header.in_vertex = words[1] == "vertex";

@@ -17,17 +17,17 @@ bool IsPly(std::string_view bytes);
 std::string PlyVertexHeader(std::size_t vertices);
 
 /// Checks what stands before the data of a PLY, in full. @return how many faces it declares.
-/// @throws core::InputError naming file and line: an unknown key or type, no x, y and z, no end,
+/// @throws base::InputError naming file and line: an unknown key or type, no x, y and z, no end,
 /// more elements than the data can hold.
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the faces too: lists vertex_indices or vertex_index of the element face.
-/// @throws core::InputError naming file and line, also a list that the file cannot hold and a
+/// @throws base::InputError naming file and line, also a list that the file cannot hold and a
 /// vertex that is not there.
 PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the vertices of a PLY file (ascii, binary of either byte order).
-/// @throws core::InputError naming file and line.
+/// @throws base::InputError naming file and line.
 CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace rangegrasp::geometry::internal

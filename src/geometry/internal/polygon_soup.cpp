@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "geometry/internal/triangulate.h"
 
 namespace rangegrasp::geometry::internal {
@@ -54,7 +54,7 @@ void CleanVertices(TriangleMesh& mesh) {
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup) {
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
     if (soup.points[i].allFinite()) continue;
-    throw core::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
+    throw base::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
   }
   PolygonMesh result;
   result.polygons = soup.Polygons();
@@ -65,7 +65,7 @@ PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& 
     AppendTriangles(soup.points, corners, result.mesh.triangles);
     result.polygon.resize(result.mesh.triangles.size(), i);
   }
-  if (result.mesh.triangles.empty()) throw core::InputError(file.string() + ": has no triangles");
+  if (result.mesh.triangles.empty()) throw base::InputError(file.string() + ": has no triangles");
   CleanVertices(result.mesh);
   return result;
 }

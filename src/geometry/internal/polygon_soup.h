@@ -22,7 +22,7 @@ struct PolygonSoup {
 
 /// Cuts polygons into triangles where they stand, equal vertices joined, unused ones left out.
 /// A polygon of less than three corners has none.
-/// @throws core::InputError naming the file: a vertex that is not finite, no triangle.
+/// @throws base::InputError naming the file: a vertex that is not finite, no triangle.
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup);
 
 }  // namespace rangegrasp::geometry::internal

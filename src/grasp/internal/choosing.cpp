@@ -27,7 +27,7 @@ bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
   const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
   for (const double lift : LiftsOf(task, candidate)) {
-    core::Pose X_CH = candidate.grasp.X_CH;
+    base::Pose X_CH = candidate.grasp.X_CH;
     X_CH.translation() -= lift * approach;
     if (HitsTableClosing(collider, task.hand, X_CH, openings)) {
       if (candidate.to_contact) continue;
@@ -47,7 +47,7 @@ bool IsFree(const collision::HandCollider& collider, const Task& task, Candidate
 }  // namespace
 
 std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
-                                       const core::Pose& X_CH, const Openings& openings) {
+                                       const base::Pose& X_CH, const Openings& openings) {
   const bool one = openings.narrow == openings.wide;
   for (const std::size_t s : {openings.wide, openings.narrow}) {
     if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
@@ -57,7 +57,7 @@ std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
 }
 
 bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
-                      const core::Pose& X_CH, const Openings& openings) {
+                      const base::Pose& X_CH, const Openings& openings) {
   const std::size_t last = std::min(openings.held + 1, hand.states.size() - 1);
   for (std::size_t s = openings.wide; s <= last; ++s) {
     if (collider.HitsTable(X_CH, s)) return true;

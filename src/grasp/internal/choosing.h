@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "collision/hand_collider.h"
 #include "grasp/internal/placing.h"
+#include "robot/collision/hand_collider.h"
 
 namespace rangegrasp::grasp::internal {
 
@@ -24,11 +24,11 @@ struct Openings {
 
 /// The wide opening, then the narrow one, that clears obstacles and the object itself.
 std::optional<std::size_t> FreeOpening(const collision::HandCollider& collider,
-                                       const core::Pose& X_CH, const Openings& openings);
+                                       const base::Pose& X_CH, const Openings& openings);
 /// Whether the hand meets the table at an opening from the wide one to the one just beyond the
 /// held.
 bool HitsTableClosing(const collision::HandCollider& collider, const robot::HandModel& hand,
-                      const core::Pose& X_CH, const Openings& openings);
+                      const base::Pose& X_CH, const Openings& openings);
 
 /// Checks candidates in the order of their scores and appends those that are free to `accepted`;
 /// the best one of every group that collides goes to `rejected`.

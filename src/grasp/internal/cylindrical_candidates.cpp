@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/units.h"
+#include "base/units.h"
 
 namespace rangegrasp::grasp::internal {
 using Eigen::Vector3d;
@@ -20,7 +20,7 @@ std::vector<Candidate> CylindricalCandidates(Task& task) {
   std::vector<double> pitches{best};
   if (task.options.pitches) pitches.push_back(best - options.second_pitch_rad);
   for (int k = 0; k < options.yaw_steps; ++k) {
-    const double yaw = 2.0 * core::kPi * k / options.yaw_steps;
+    const double yaw = 2.0 * base::kPi * k / options.yaw_steps;
     const View view =
         MakeView(task, task.coarse, center, -*axis, Eigen::AngleAxisd(yaw, *axis) * towards_arm);
     const Band band = MakeBand(task, view, 0.0);

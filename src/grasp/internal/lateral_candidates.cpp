@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/units.h"
+#include "base/units.h"
 
 namespace rangegrasp::grasp::internal {
 namespace {

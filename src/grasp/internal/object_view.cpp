@@ -38,8 +38,8 @@ View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& or
   Eigen::Matrix3d R_CA;
   R_CA << x, z.cross(x), z;
   View view;
-  view.X_CA = core::MakePose(R_CA, origin_C);
-  const core::Pose X_AC = view.X_CA.inverse();
+  view.X_CA = base::MakePose(R_CA, origin_C);
+  const base::Pose X_AC = view.X_CA.inverse();
   view.coarse.reserve(coarse.points.size());
   view.top_m = view.y_min_m = kInfinity;
   view.bottom_m = view.y_max_m = -kInfinity;
@@ -62,7 +62,7 @@ Band MakeBand(const Task& task, const View& view, double y0_m) {
   const PlacingOptions& options = task.options.placing;
   Band band;
   band.y_m = y0_m;
-  const core::Pose X_AC = view.X_CA.inverse();
+  const base::Pose X_AC = view.X_CA.inverse();
   const Eigen::RowVector3d y_row = X_AC.linear().row(1);
   const double y_shift = X_AC.translation().y() - y0_m;
   const double deepest = view.top_m + options.max_reach_m;

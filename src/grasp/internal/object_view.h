@@ -26,7 +26,7 @@ struct Task {
 
 /// The object in a frame A with the axes of G: z the approach, x the closing direction.
 struct View {
-  core::Pose X_CA;
+  base::Pose X_CA;
   geometry::Points coarse;
   Eigen::Vector3d com;
   Eigen::Vector3d up;     ///< the table's normal

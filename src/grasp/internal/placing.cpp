@@ -86,8 +86,8 @@ Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& orig
   Grasp& grasp = candidate.grasp;
   grasp.type = type;
   grasp.pitch_rad = pitch_rad;
-  grasp.X_CG = core::MakePose(view.X_CA.linear(), view.X_CA * center_A);
-  grasp.X_CH = core::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
+  grasp.X_CG = base::MakePose(view.X_CA.linear(), view.X_CA * center_A);
+  grasp.X_CH = base::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
                HandProfiles::X_TH(task.hand, pitch_rad);
   return candidate;
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "grasp/closing.h"
 
 namespace rangegrasp::grasp::internal {
@@ -61,7 +61,7 @@ Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& f
   Vector3d best = first;
   double min_width = kInfinity;
   for (int k = 0; k < options.narrow_steps; ++k) {
-    const double turn = core::Deg(180.0 * k / options.narrow_steps);
+    const double turn = base::Deg(180.0 * k / options.narrow_steps);
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
     double low = kInfinity;
     double high = -kInfinity;
@@ -133,7 +133,7 @@ std::vector<Vector3d> LeaningApproaches(const Task& task, double lean_rad) {
   const Vector3d to_arm = NormalPart(task.arm_C - task.com_C, task.up_C);
   std::vector<Vector3d> approaches;
   for (int k = 0; k < sides; ++k) {
-    const Vector3d from = Eigen::AngleAxisd(core::Deg(360.0 * k / sides), task.up_C) * to_arm;
+    const Vector3d from = Eigen::AngleAxisd(base::Deg(360.0 * k / sides), task.up_C) * to_arm;
     approaches.push_back(-std::cos(lean_rad) * task.up_C - std::sin(lean_rad) * from);
   }
   return approaches;
@@ -271,7 +271,7 @@ std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round) {
   for (const Vector3d& approach : approaches) {
     const Vector3d across = Across(task, approach);
     for (int turn = 0; turn < options.crowded_turns; ++turn) {
-      const double angle = core::Deg(360.0 * turn / options.crowded_turns);
+      const double angle = base::Deg(360.0 * turn / options.crowded_turns);
       const View view = MakeView(task, task.coarse, task.com_C, approach,
                                  Eigen::AngleAxisd(angle, approach) * across);
       for (const double offset : options.crowded_offsets_m) {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/count_to_beat.h"
-#include "core/units.h"
+#include "base/count_to_beat.h"
+#include "base/units.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/circle.h"
 #include "perception/internal/planar.h"
@@ -61,7 +61,7 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
 /// least wall are not on it.
 std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls,
                                   const std::function<bool(const Circle2&)>& admissible,
-                                  const FeatureOptions& options, core::Rng& rng) {
+                                  const FeatureOptions& options, base::Rng& rng) {
   std::optional<Circle2> best;
   std::size_t best_count = 0;
   for (int draw = 0; draw < kDrawsPerCircleDraw * options.circle.draws; ++draw) {
@@ -69,7 +69,7 @@ std::optional<Circle2> DrawCircle(const std::vector<Wall>& walls,
     const Wall& b = walls[rng.Index(walls.size())];
     const auto circle = NormalsMeet(a, b, options);
     if (!circle || circle->radius_m > options.circle.max_radius_m || !admissible(*circle)) continue;
-    const std::size_t count = core::CountToBeat(
+    const std::size_t count = base::CountToBeat(
         walls, best_count, [&](const Wall& wall) { return IsOn(*circle, wall, options); });
     if (count > best_count) {
       best_count = count;
@@ -105,7 +105,7 @@ bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options
 std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
                                     const PlanarFrame& frame,
                                     const std::function<bool(const Circle2&)>& admissible,
-                                    const FeatureOptions& options, core::Rng& rng) {
+                                    const FeatureOptions& options, base::Rng& rng) {
   const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
   if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
   auto circle = DrawCircle(walls, admissible, options, rng);
@@ -121,7 +121,7 @@ std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& poin
 
 std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const geometry::Plane& table,
-                                         const FeatureOptions& options, core::Rng& rng) {
+                                         const FeatureOptions& options, base::Rng& rng) {
   const PlanarFrame frame = MakePlanarFrame(table, top.center_C);
   const auto any = [](const Circle2&) { return true; };
   const auto circle = CircleAcross(cloud, points, frame, any, options, rng);
@@ -164,7 +164,7 @@ bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAx
   const auto flat =
       Flatten(MakePlanarFrame(top.plane, top.center_C), geometry::Select(cloud.points, top.points));
   return geometry::BuildAlphaShape2(flat, options.top.rim_alpha_m).area_m2 <
-         options.axis.ring_share * core::kPi * axis.radius_m * axis.radius_m;
+         options.axis.ring_share * base::kPi * axis.radius_m * axis.radius_m;
 }
 
 }  // namespace rangegrasp::perception::internal

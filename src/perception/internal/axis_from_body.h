@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/feature_options.h"
 #include "perception/internal/circle.h"
 #include "perception/internal/planar.h"
@@ -33,14 +33,14 @@ bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options
 std::optional<Circle2> CircleAcross(const geometry::PointCloud& cloud,
                                     const geometry::Indices& points, const PlanarFrame& frame,
                                     const std::function<bool(const Circle2&)>& admissible,
-                                    const FeatureOptions& options, core::Rng& rng);
+                                    const FeatureOptions& options, base::Rng& rng);
 
 /// An upright axis from the outer wall by CircleAcross; its circle is at the height of the body's
 /// top.
 std::optional<RotationAxis> AxisFromBody(const geometry::PointCloud& cloud,
                                          const geometry::Indices& points, const TopSurface& top,
                                          const geometry::Plane& table,
-                                         const FeatureOptions& options, core::Rng& rng);
+                                         const FeatureOptions& options, base::Rng& rng);
 
 /// Whether the top is a lid on the axis: the rim share of its rim lies within the circle, and what
 /// of it lies on the circle goes far enough round.

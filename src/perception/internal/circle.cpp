@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/count_to_beat.h"
-#include "core/units.h"
+#include "base/count_to_beat.h"
+#include "base/units.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::perception::internal {
@@ -91,7 +91,7 @@ std::optional<Circle2> FitCircle2(std::span<const Eigen::Vector2d> points) {
 }
 
 std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptions& options,
-                                   core::Rng& rng) {
+                                   base::Rng& rng) {
   if (rim.size() < 3) return std::nullopt;
   std::optional<Circle> best;
   std::size_t best_count = 0;
@@ -101,7 +101,7 @@ std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptio
     const std::size_t c = rng.Index(rim.size());
     const auto circle = CircleThrough(rim[a], rim[b], rim[c]);
     if (!circle || circle->radius_m > options.max_radius_m) continue;
-    const std::size_t count = core::CountToBeat(rim, best_count, [&](const Eigen::Vector3d& p) {
+    const std::size_t count = base::CountToBeat(rim, best_count, [&](const Eigen::Vector3d& p) {
       return CircleDistance(*circle, p) <= options.distance_m;
     });
     if (count > best_count) {
@@ -131,10 +131,10 @@ double ArcOf(const geometry::PointCloud& cloud, const geometry::Indices& points,
   std::vector<bool> seen(kArcBins, false);
   for (const auto i : points) {
     const Eigen::Vector3d d = cloud.points[i] - circle.center;
-    const double turn = std::atan2(d.dot(v), d.dot(u)) / (2.0 * core::kPi) + 0.5;
+    const double turn = std::atan2(d.dot(v), d.dot(u)) / (2.0 * base::kPi) + 0.5;
     seen[std::min<std::size_t>(kArcBins - 1, static_cast<std::size_t>(turn * kArcBins))] = true;
   }
-  return 2.0 * core::kPi * static_cast<double>(std::count(seen.begin(), seen.end(), true)) /
+  return 2.0 * base::kPi * static_cast<double>(std::count(seen.begin(), seen.end(), true)) /
          kArcBins;
 }
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "geometry/point_cloud.h"
 #include "perception/feature_options.h"
 
@@ -34,7 +34,7 @@ double CircleDistance(const Circle& circle, const Eigen::Vector3d& p);
 /// distance wins (eq. 5.6, 5.7), then least-squares refits to the inliers. O(draws * n).
 /// @return nullopt if no draw gave a circle of an admissible radius.
 std::optional<CircleFit> FitCircle(geometry::PointSpan rim, const CircleFitOptions& options,
-                                   core::Rng& rng);
+                                   base::Rng& rng);
 
 /// How far round the circle's axis the points go [rad], counted in bins of 10 deg.
 double ArcOf(const geometry::PointCloud& cloud, const geometry::Indices& points,

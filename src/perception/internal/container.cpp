@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -167,7 +167,7 @@ class Axis {
           along.push_back(upright_[i][along_]);
         }
       }
-      at.push_back(core::UpperMedianOf(std::move(positions)));
+      at.push_back(base::UpperMedianOf(std::move(positions)));
       const auto others = static_cast<std::size_t>(options_.min_end_points);
       ends.push_back(SupportedEnd(along, others, options_.wall_m));
       for (auto& s : along) s = -s;

@@ -237,7 +237,7 @@ class Joining {
 
   /// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
   /// joined.
-  bool JoinOne(core::Rng& rng) {
+  bool JoinOne(base::Rng& rng) {
     std::vector<std::size_t> order(parts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -265,7 +265,7 @@ class Joining {
     return true;
   }
 
-  void Join(std::size_t fragment, std::size_t host, core::Rng& rng) {
+  void Join(std::size_t fragment, std::size_t host, base::Rng& rng) {
     parts_[host] = DescribeUnion(context_, parts_[host], parts_[fragment], rng);
     footprints_[host] = MakeFootprint(context_, parts_[host]);
     names_[host] = next_name_++;
@@ -290,7 +290,7 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
                    MakeFootprint(context, host));
 }
 
-void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng) {
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
   Joining joining(context, parts);
   while (joining.JoinOne(rng)) {
   }

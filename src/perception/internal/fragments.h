@@ -46,6 +46,6 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
 
 /// Joins fragments to hosts by FindKinship, fragments with fewer points first, until nothing
 /// changes, and describes the unions.
-void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng);
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
 
 }  // namespace rangegrasp::perception::internal

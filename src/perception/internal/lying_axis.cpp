@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/count_to_beat.h"
+#include "base/count_to_beat.h"
 #include "perception/internal/axis_from_body.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/ridge.h"
@@ -83,14 +83,14 @@ std::optional<Circle2> Touching(const Wall& wall, double table_v) {
 /// The circle on the table that the most wall points are on; a body that lies rests on it, which
 /// says more than the arc seen from above. nullopt if too few are on any.
 std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double table_v,
-                                     const FeatureOptions& options, core::Rng& rng) {
+                                     const FeatureOptions& options, base::Rng& rng) {
   if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
   std::optional<Circle2> best;
   std::size_t best_count = 0;
   for (int draw = 0; draw < options.circle.draws; ++draw) {
     const auto circle = Touching(walls[rng.Index(walls.size())], table_v);
     if (!circle || circle->radius_m > options.circle.max_radius_m) continue;
-    const std::size_t count = core::CountToBeat(
+    const std::size_t count = base::CountToBeat(
         walls, best_count, [&](const Wall& wall) { return IsOn(*circle, wall, options); });
     if (count > best_count) {
       best_count = count;
@@ -169,7 +169,7 @@ bool Agrees(const PointCloud& cloud, const Indices& points, const FeatureOptions
 
 std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices& points,
                                           const geometry::Plane& table,
-                                          const FeatureOptions& options, core::Rng& rng) {
+                                          const FeatureOptions& options, base::Rng& rng) {
   const auto direction = Direction(cloud, points, table, options);
   if (!direction) return std::nullopt;
   const PlanarFrame frame = FrameAcross(cloud, points, *direction, table.normal);

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/feature_options.h"
 #include "perception/scene.h"
 
@@ -17,6 +17,6 @@ namespace rangegrasp::perception::internal {
 std::optional<RotationAxis> FindLyingAxis(const geometry::PointCloud& cloud,
                                           const geometry::Indices& points,
                                           const geometry::Plane& table,
-                                          const FeatureOptions& options, core::Rng& rng);
+                                          const FeatureOptions& options, base::Rng& rng);
 
 }  // namespace rangegrasp::perception::internal

@@ -69,7 +69,7 @@ bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
 }
 
 /// The union's rims: as the alpha shape gives it, and with its gaps bridged.
-std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, core::Rng& rng) {
+std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, base::Rng& rng) {
   std::vector<RimCircle> rims;
   for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
     const auto fit =
@@ -102,7 +102,7 @@ bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double 
 
 /// The union of both, if it is rotational and both parts agree with it.
 std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a, const Part& b,
-                                    core::Rng& rng) {
+                                    base::Rng& rng) {
   const auto& [cloud, table, views, options] = context;
   Part both = DescribeUnion(context, a, b, rng);
   if (!both.axis) return std::nullopt;
@@ -128,7 +128,7 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
 
 }  // namespace
 
-void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng) {
+void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
   for (std::size_t a = 0; a < parts.size(); ++a) {
     for (std::size_t b = a + 1; b < parts.size();) {
       std::optional<Part> both;

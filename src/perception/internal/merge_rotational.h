@@ -11,6 +11,6 @@ namespace rangegrasp::perception::internal {
 /// points of both agrees with their sections), at least the rim share of each part's rim points
 /// lies on its circle, and at least half of each part's body agrees. The first of the pair keeps
 /// its place.
-void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, core::Rng& rng);
+void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
 
 }  // namespace rangegrasp::perception::internal

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/stopwatch.h"
-#include "core/units.h"
+#include "base/stopwatch.h"
+#include "base/units.h"
 #include "perception/internal/completion.h"
 #include "perception/internal/fragments.h"
 #include "perception/internal/merge_rotational.h"
@@ -71,7 +71,7 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 
 void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
   // Objects of one height to the millimetre are as high: noise must not order them.
-  const auto millimetres = [](double metres) { return std::lround(metres * core::kMmPerM); };
+  const auto millimetres = [](double metres) { return std::lround(metres * base::kMmPerM); };
   std::stable_sort(objects.begin(), objects.end(),
                    [&](const PerceivedObject& a, const PerceivedObject& b) {
                      const long height_a = millimetres(a.height_m);
@@ -86,9 +86,9 @@ void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
 std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
                                           const std::vector<Indices>& segments,
                                           const geometry::Plane& table, const SensorViews& views,
-                                          const FeatureOptions& options, core::Rng& rng,
+                                          const FeatureOptions& options, base::Rng& rng,
                                           StageSeconds& seconds) {
-  core::Stopwatch watch;
+  base::Stopwatch watch;
   const ObjectContext context{cloud, table, views, options};
   std::vector<Part> parts;
   parts.reserve(segments.size());

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/internal/part.h"
 
 namespace rangegrasp::perception::internal {
@@ -13,7 +13,7 @@ namespace rangegrasp::perception::internal {
 std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
                                           const std::vector<geometry::Indices>& segments,
                                           const geometry::Plane& table, const SensorViews& views,
-                                          const FeatureOptions& options, core::Rng& rng,
+                                          const FeatureOptions& options, base::Rng& rng,
                                           StageSeconds& seconds);
 
 }  // namespace rangegrasp::perception::internal

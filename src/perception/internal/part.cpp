@@ -9,7 +9,7 @@
 
 namespace rangegrasp::perception::internal {
 
-Part DescribePart(const ObjectContext& context, geometry::Indices points, core::Rng& rng) {
+Part DescribePart(const ObjectContext& context, geometry::Indices points, base::Rng& rng) {
   const auto& [cloud, table, views, options] = context;
   Part part{std::move(points), std::nullopt, std::nullopt};
   part.top = FindTopSurface(cloud, part.points, table, options, rng);
@@ -24,7 +24,7 @@ Part DescribePart(const ObjectContext& context, geometry::Indices points, core::
   return part;
 }
 
-Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, core::Rng& rng) {
+Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, base::Rng& rng) {
   geometry::Indices both;
   both.reserve(a.points.size() + b.points.size());
   std::merge(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/feature_options.h"
 #include "perception/internal/sensor_view.h"
 #include "perception/scene.h"
@@ -28,9 +28,9 @@ struct Part {
 };
 
 /// Top surface and rotation axis of a set of points.
-Part DescribePart(const ObjectContext& context, geometry::Indices points, core::Rng& rng);
+Part DescribePart(const ObjectContext& context, geometry::Indices points, base::Rng& rng);
 
 /// The same of the points of both.
-Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, core::Rng& rng);
+Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, base::Rng& rng);
 
 }  // namespace rangegrasp::perception::internal

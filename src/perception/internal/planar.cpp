@@ -9,7 +9,7 @@
 #include <set>
 #include <utility>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -123,7 +123,7 @@ double HighestLine(const PlanarFrame& frame, const geometry::Plane& table,
   }
   std::vector<double> offsets;
   for (const auto& [slice, highest] : slices) offsets.push_back(highest.second);
-  return core::UpperMedianOf(std::move(offsets));
+  return base::UpperMedianOf(std::move(offsets));
 }
 
 double SupportedEnd(std::vector<double> values, std::size_t others, double band_m) {

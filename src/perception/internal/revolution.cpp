@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/quantile.h"
-#include "core/units.h"
+#include "base/quantile.h"
+#include "base/units.h"
 #include "geometry/groups.h"
 #include "geometry/hull.h"
 #include "perception/internal/body_profile.h"
@@ -71,7 +71,7 @@ double FloorDepth(const ObjectContext& context, const Part& part, double inner_m
     }
   }
   if (depths.size() < static_cast<std::size_t>(options.min_floor_points)) return 0.0;
-  return core::UpperMedianOf(std::move(depths));
+  return base::UpperMedianOf(std::move(depths));
 }
 
 /// The cavity from the axis at its floor up to the rim. Where its floor was not seen, the deepest
@@ -105,7 +105,7 @@ geometry::TriangleMesh Revolve(const Revolution& r, const std::vector<ProfilePoi
   geometry::TriangleMesh mesh;
   for (const ProfilePoint& p : profile) {
     for (int k = 0; k < sides; ++k) {
-      Eigen::Vector3d vertex = r.At(p, 2.0 * core::kPi * k / sides);
+      Eigen::Vector3d vertex = r.At(p, 2.0 * base::kPi * k / sides);
       if (table.Distance(vertex) < 0.0) vertex = table.Project(vertex);
       mesh.vertices.push_back(vertex);
     }
@@ -153,7 +153,7 @@ std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
 void AddRing(const ObjectContext& context, const Revolution& r, const ProfilePoint& p,
              Points& points) {
   const double step_rad = context.options.completion.step_rad;
-  const auto steps = static_cast<int>(std::lround(2.0 * core::kPi / step_rad));
+  const auto steps = static_cast<int>(std::lround(2.0 * base::kPi / step_rad));
   for (int k = 0; k < steps; ++k) {
     const Eigen::Vector3d q = r.At(p, k * step_rad);
     if (context.table.Distance(q) >= 0.0) points.push_back(q);

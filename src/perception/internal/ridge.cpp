@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/quantile.h"
+#include "base/quantile.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-using core::QuantileOf;
+using base::QuantileOf;
 using geometry::Indices;
 using geometry::PointCloud;
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "perception/internal/axis_from_body.h"
 #include "perception/internal/axis_refinement.h"
 #include "perception/internal/body_profile.h"
@@ -21,7 +21,7 @@ using geometry::PointCloud;
 /// The first rule.
 std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& rim,
                                         const TopSurface& top, double min_arc_rad,
-                                        const FeatureOptions& options, core::Rng& rng) {
+                                        const FeatureOptions& options, base::Rng& rng) {
   const auto fit = FitCircle(geometry::Select(cloud.points, rim), options.circle, rng);
   if (!fit) return std::nullopt;
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
@@ -89,7 +89,7 @@ bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationA
 /// The axis of a body whose rim gives no circle: its lip is too thin, or its lid has holes.
 std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& points,
                                        const TopSurface& top, const geometry::Plane& table,
-                                       const FeatureOptions& options, core::Rng& rng) {
+                                       const FeatureOptions& options, base::Rng& rng) {
   auto axis = AxisFromBody(cloud, points, top, table, options, rng);
   if (!axis) return std::nullopt;
   const bool ring = IsThinRing(cloud, top, *axis, options);
@@ -106,7 +106,7 @@ std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& p
 /// From its rim, else from its wall; not refined yet.
 std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const geometry::Plane& table,
-                                         const FeatureOptions& options, core::Rng& rng) {
+                                         const FeatureOptions& options, base::Rng& rng) {
   for (const bool bridged : {false, true}) {
     if (top.ridge || (bridged && !options.bridged_rims)) break;
     const Indices& rim = bridged ? top.bridged_rim : top.rim;
@@ -136,7 +136,7 @@ double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circl
 
 std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
                                              const TopSurface& top, const geometry::Plane& table,
-                                             const FeatureOptions& options, core::Rng& rng) {
+                                             const FeatureOptions& options, base::Rng& rng) {
   auto axis = StandingAxis(cloud, points, top, table, options, rng);
   if (axis && options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
   return axis;
@@ -144,7 +144,7 @@ std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indi
 
 std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
                                              const TopSurface& top, const geometry::Plane& table,
-                                             const FeatureOptions& options, core::Rng& rng) {
+                                             const FeatureOptions& options, base::Rng& rng) {
   auto axis = FindStandingAxis(cloud, points, top, table, options, rng);
   if (axis || !options.lying_axes) return axis;
   axis = FindLyingAxis(cloud, points, table, options, rng);

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/feature_options.h"
 #include "perception/internal/circle.h"
 #include "perception/scene.h"
@@ -18,13 +18,13 @@ namespace rangegrasp::perception::internal {
 std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
                                              const geometry::Indices& points, const TopSurface& top,
                                              const geometry::Plane& table,
-                                             const FeatureOptions& options, core::Rng& rng);
+                                             const FeatureOptions& options, base::Rng& rng);
 
 /// The same of a body that stands, alone.
 std::optional<RotationAxis> FindStandingAxis(const geometry::PointCloud& cloud,
                                              const geometry::Indices& points, const TopSurface& top,
                                              const geometry::Plane& table,
-                                             const FeatureOptions& options, core::Rng& rng);
+                                             const FeatureOptions& options, base::Rng& rng);
 
 /// Share of the points on the circle's curve.
 double ShareOnCircle(const geometry::PointCloud& cloud, const geometry::Indices& points,

@@ -7,7 +7,7 @@
 #include <functional>
 #include <utility>
 
-#include "core/count_to_beat.h"
+#include "base/count_to_beat.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/planar.h"
 #include "perception/internal/ridge.h"
@@ -49,7 +49,7 @@ Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
 /// How many, if it is more than `to_beat`.
 std::size_t CountNear(const PointCloud& cloud, const Indices& points, const Plane& plane,
                       double distance_m, std::size_t to_beat) {
-  return core::CountToBeat(points, to_beat, [&](std::uint32_t i) {
+  return base::CountToBeat(points, to_beat, [&](std::uint32_t i) {
     return std::abs(plane.Distance(cloud.points[i])) <= distance_m;
   });
 }
@@ -61,7 +61,7 @@ Plane TurnedUp(const Plane& plane, const Eigen::Vector3d& up) {
 /// Eq. 5.5 among planes that are themselves within the angle of the table; refitted.
 std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candidates,
                                   const Eigen::Vector3d& up, const FeatureOptions& options,
-                                  core::Rng& rng) {
+                                  base::Rng& rng) {
   if (candidates.size() < kMinCorners) return std::nullopt;
   const double min_cosine = std::cos(options.top.normal_angle_rad);
   std::optional<Plane> best;
@@ -98,7 +98,7 @@ double MeanHeight(const PointCloud& cloud, const Indices& points, const Plane& t
 
 /// The fullest plane, or one above it that holds the options' share of its points.
 std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates,
-                              const Plane& table, const FeatureOptions& options, core::Rng& rng) {
+                              const Plane& table, const FeatureOptions& options, base::Rng& rng) {
   Indices left = candidates;
   std::optional<Plane> top;
   double top_height = 0.0;
@@ -245,7 +245,7 @@ std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segmen
 
 std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
                                          const Plane& table, const FeatureOptions& options,
-                                         core::Rng& rng) {
+                                         base::Rng& rng) {
   if (segment.size() < kMinCorners) return std::nullopt;
   if (options.ridge_tops) {
     if (const auto ridge = FindRidge(cloud, segment, table, options)) {

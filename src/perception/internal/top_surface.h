@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "perception/feature_options.h"
 #include "perception/scene.h"
 
@@ -18,7 +18,7 @@ namespace rangegrasp::perception::internal {
 std::optional<TopSurface> FindTopSurface(const geometry::PointCloud& cloud,
                                          const geometry::Indices& segment,
                                          const geometry::Plane& table,
-                                         const FeatureOptions& options, core::Rng& rng);
+                                         const FeatureOptions& options, base::Rng& rng);
 
 /// The highest points as a top surface, whatever the plane that holds the most: the lip of a bowl
 /// has fewer points than its floor. nullopt where they are a fold.

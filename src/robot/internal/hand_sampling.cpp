@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "geometry/support.h"
-#include "mjcf/hand_closing.h"
+#include "robot/mjcf/hand_closing.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -142,9 +142,9 @@ struct Pads {
 /// The middle of a geom's side in a direction. Of two flat pads the engine names any of the points
 /// that are nearest to each other.
 Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d& direction_W) {
-  const core::Pose X_WS = mjcf.GeomPose(geom);
+  const base::Pose X_WS = mjcf.GeomPose(geom);
   const double half_m =
-      geometry::Support(mjcf.ShapeOf(geom, X_WS), core::Pose::Identity(), direction_W) -
+      geometry::Support(mjcf.ShapeOf(geom, X_WS), base::Pose::Identity(), direction_W) -
       direction_W.dot(X_WS.translation());
   return X_WS.linear().transpose() * (half_m * direction_W);
 }
@@ -203,7 +203,7 @@ Eigen::Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
 
 HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
   const mjModel& m = mjcf.model();
-  const core::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
+  const base::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
   HandModel::State state;
   state.closing = closing;
   for (int g : parts.geoms) {
@@ -228,11 +228,11 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
 
 /// The furthest a geom reaches along the unit vector n_W.
 double Reach(const Mjcf& mjcf, int geom, const Eigen::Vector3d& n_W) {
-  return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), core::Pose::Identity(), n_W);
+  return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), base::Pose::Identity(), n_W);
 }
 
 /// From the front of what is fixed to the hand's root to the tool centre, along the approach.
-double PalmDepth(const Mjcf& mjcf, const Parts& parts, const core::Pose& X_WG) {
+double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
   const Eigen::Vector3d approach_W = X_WG.linear().col(2);
   double front = -std::numeric_limits<double>::infinity();
   for (int g : parts.geoms) {
@@ -265,8 +265,8 @@ HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
     hand.states.push_back(StateNow(mjcf, parts, pads, closing));
   }
   SetClosing(mjcf, parts, 0.0);
-  const core::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
-  const core::Pose X_WG = mjcf.SitePose(tip_site);
+  const base::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
+  const base::Pose X_WG = mjcf.SitePose(tip_site);
   hand.X_HG_tip = X_HW * X_WG;
   hand.X_HG_power = X_HW * mjcf.SitePose(power_site);
   hand.level = parts.closing.has_value();

@@ -22,7 +22,7 @@ constexpr int kPatience = 8;
 constexpr double kMinProgress = 0.7;
 
 /// Position and rotation error (the rotation vector of R_target R^T) in W.
-Vector6 PoseError(const core::Pose& X_target, const core::Pose& X) {
+Vector6 PoseError(const base::Pose& X_target, const base::Pose& X) {
   const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_target.linear() * X.linear().transpose()));
   Vector6 error;
   error << X_target.translation() - X.translation(), turn.angle() * turn.axis();
@@ -52,7 +52,7 @@ Eigen::VectorXd Step(Eigen::MatrixXd& J, const Vector6& error, double damping,
 
 }  // namespace
 
-bool RefineIk(const Robot& robot, const core::Pose& X_WH, const Eigen::VectorXd& lower,
+bool RefineIk(const Robot& robot, const base::Pose& X_WH, const Eigen::VectorXd& lower,
               const Eigen::VectorXd& upper, const IkTolerance& tolerance, Eigen::VectorXd& q) {
   Eigen::MatrixXd J;
   double checkpoint = std::numeric_limits<double>::infinity();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/units.h"
+#include "base/units.h"
 #include "robot/internal/hand_sampling.h"
 #include "robot/internal/mjcf.h"
 #include "robot/robot.h"
@@ -16,7 +16,7 @@ using internal::Mjcf;
 /// What an arm's continuous joint (one without limits) is given as its range to either side of
 /// zero, and at least half of it to either side of home: the drive turns on for ever, but no motion
 /// needs more.
-constexpr double kContinuous_rad = 2.0 * core::kPi;
+constexpr double kContinuous_rad = 2.0 * base::kPi;
 
 /// Bodies from the base (what the first joint turns on) to the one that carries the hand. The base
 /// is found as the hand's ancestor, whatever it is called; it may be the world itself.
@@ -106,7 +106,7 @@ void AddShapes(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
   for (int g = 0; g < m.ngeom; ++g) {
     const auto position = LinkOf(mjcf, chain, hand, m.geom_bodyid[g]);
     if (!mjcf.Collides(g) || !position) continue;
-    const core::Pose X_BS = mjcf.BodyPose(chain[*position]).inverse() * mjcf.GeomPose(g);
+    const base::Pose X_BS = mjcf.BodyPose(chain[*position]).inverse() * mjcf.GeomPose(g);
     links[*position].shapes.push_back(mjcf.ShapeOf(g, X_BS));
   }
 }
@@ -183,11 +183,11 @@ std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<in
 constexpr double kTableTop_m = 1e-6;
 
 /// The table's top is what lies level at z = 0 under the workspace.
-bool IsTableTop(const Mjcf& mjcf, int geom, const core::Pose& X_WWorkspace) {
+bool IsTableTop(const Mjcf& mjcf, int geom, const base::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
   if (m.geom_type[geom] == mjGEOM_PLANE) return true;
   if (m.geom_type[geom] != mjGEOM_BOX) return false;
-  const core::Pose X_WS = mjcf.GeomPose(geom);
+  const base::Pose X_WS = mjcf.GeomPose(geom);
   const Eigen::Map<const Eigen::Vector3d> half(m.geom_size + 3 * geom);
   const double top = X_WS.translation().z() + X_WS.linear().row(2).cwiseAbs().dot(half);
   const Eigen::Vector3d p_S = X_WS.inverse() * X_WWorkspace.translation();
@@ -202,7 +202,7 @@ struct FixedGeoms {
 };
 
 FixedGeoms FindFixed(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
-                     const core::Pose& X_WWorkspace) {
+                     const base::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
   // An open box with objects in it is part of what is to be seen, not of the work cell's drawing.
   const int container = mjcf.FindIfAny(mjOBJ_SITE, "container");
@@ -241,7 +241,7 @@ void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& rob
 }
 
 /// Of the site "wrist_scanner" in the hand's root body; nullopt if the scene has none.
-std::optional<core::Pose> WristScanner(const Mjcf& mjcf, int hand) {
+std::optional<base::Pose> WristScanner(const Mjcf& mjcf, int hand) {
   const int site = mjcf.FindIfAny(mjOBJ_SITE, "wrist_scanner");
   if (site < 0) return std::nullopt;
   const mjModel& m = mjcf.model();

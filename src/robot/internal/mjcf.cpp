@@ -6,8 +6,8 @@
 #include <array>
 #include <cstdint>
 
-#include "core/error.h"
-#include "mjcf/names.h"
+#include "base/error.h"
+#include "robot/mjcf/names.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -69,15 +69,15 @@ geometry::TriangleMesh HullOf(const mjModel& m, int mesh) {
 
 }  // namespace
 
-core::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
+base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
   const Eigen::Quaterniond q(quat[0], quat[1], quat[2], quat[3]);
-  return core::MakePose(q.normalized().toRotationMatrix(), {pos[0], pos[1], pos[2]});
+  return base::MakePose(q.normalized().toRotationMatrix(), {pos[0], pos[1], pos[2]});
 }
 
-core::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
+base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
   Eigen::Matrix3d R;
   R << mat[0], mat[1], mat[2], mat[3], mat[4], mat[5], mat[6], mat[7], mat[8];
-  return core::MakePose(R, {pos[0], pos[1], pos[2]});
+  return base::MakePose(R, {pos[0], pos[1], pos[2]});
 }
 
 Mjcf::Mjcf(const std::filesystem::path& file)
@@ -89,13 +89,13 @@ Mjcf::Mjcf(const std::filesystem::path& file)
     const QuietEngine quiet;
     model_.reset(mj_loadXML(path.c_str(), nullptr, text.data(), static_cast<int>(text.size())));
   }
-  if (!model_) throw core::InputError(file.string() + ": " + text.data());
+  if (!model_) throw base::InputError(file.string() + ": " + text.data());
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
 }
 
 void Mjcf::Fail(const std::string& what) const {
-  throw core::InputError(file_.string() + ": " + what);
+  throw base::InputError(file_.string() + ": " + what);
 }
 
 std::string Mjcf::Name(mjtObj type, int id) const {
@@ -157,7 +157,7 @@ bool Mjcf::Collides(int geom) const {
   return model_->geom_contype[geom] != 0 || model_->geom_conaffinity[geom] != 0;
 }
 
-geometry::Shape Mjcf::ShapeOf(int geom, const core::Pose& X_BS) const {
+geometry::Shape Mjcf::ShapeOf(int geom, const base::Pose& X_BS) const {
   const mjModel& m = *model_;
   geometry::Shape shape;
   shape.kind = KindOf(m.geom_type[geom]);
@@ -172,13 +172,13 @@ geometry::Shape Mjcf::ShapeOf(int geom, const core::Pose& X_BS) const {
   return shape;
 }
 
-core::Pose Mjcf::BodyPose(int body) const {
+base::Pose Mjcf::BodyPose(int body) const {
   return FromPosMat(data_->xpos + 3 * body, data_->xmat + 9 * body);
 }
-core::Pose Mjcf::GeomPose(int geom) const {
+base::Pose Mjcf::GeomPose(int geom) const {
   return FromPosMat(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom);
 }
-core::Pose Mjcf::SitePose(int site) const {
+base::Pose Mjcf::SitePose(int site) const {
   return FromPosMat(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "geometry/shape.h"
 
 namespace rangegrasp::robot::internal {
@@ -17,21 +17,21 @@ namespace rangegrasp::robot::internal {
 /// so that models attached with any prefix are found.
 class Mjcf {
  public:
-  /// @throws core::InputError with the file and MuJoCo's own message.
+  /// @throws base::InputError with the file and MuJoCo's own message.
   explicit Mjcf(const std::filesystem::path& file);
 
   const mjModel& model() const { return *model_; }
   mjData& data() const { return *data_; }
 
-  /// The element's id. @throws core::InputError if there is none, or more than one.
+  /// The element's id. @throws base::InputError if there is none, or more than one.
   int Require(mjtObj type, std::string_view name) const;
   /// The first such element; -1 if there is none.
   int FindIfAny(mjtObj type, std::string_view name) const;
-  /// Ids of the elements of a tuple. @throws core::InputError if missing, empty or of another type.
+  /// Ids of the elements of a tuple. @throws base::InputError if missing, empty or of another type.
   std::vector<int> Tuple(std::string_view name, mjtObj type) const;
   /// The same; empty if there is no such tuple.
   std::vector<int> TupleIfAny(std::string_view name, mjtObj type) const;
-  /// A custom numeric. @throws core::InputError if it is missing or of another size.
+  /// A custom numeric. @throws base::InputError if it is missing or of another size.
   Eigen::VectorXd Numeric(std::string_view name, int size) const;
 
   std::string Name(mjtObj type, int id) const;
@@ -39,12 +39,12 @@ class Mjcf {
   bool InSubtree(int body, int root) const;
   bool Collides(int geom) const;
   /// The geom as a shape in frame B, with its pose X_BS given.
-  geometry::Shape ShapeOf(int geom, const core::Pose& X_BS) const;
+  geometry::Shape ShapeOf(int geom, const base::Pose& X_BS) const;
 
   /// Poses in W at the present joint positions.
-  core::Pose BodyPose(int body) const;
-  core::Pose GeomPose(int geom) const;
-  core::Pose SitePose(int site) const;
+  base::Pose BodyPose(int body) const;
+  base::Pose GeomPose(int geom) const;
+  base::Pose SitePose(int site) const;
 
   [[noreturn]] void Fail(const std::string& what) const;
 
@@ -55,7 +55,7 @@ class Mjcf {
 };
 
 /// A pose from MuJoCo's position and quaternion, or rotation matrix (row-major).
-core::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
-core::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat);
+base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
+base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat);
 
 }  // namespace rangegrasp::robot::internal

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/quantile.h"
-#include "core/units.h"
+#include "base/quantile.h"
+#include "base/units.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 
@@ -52,9 +52,9 @@ void Check(const char* figure, double value, double bound, std::string& failed) 
 
 }  // namespace
 
-core::Pose PoseInHand(const World& world, const HandGeoms& hand, int target) {
+base::Pose PoseInHand(const World& world, const HandGeoms& hand, int target) {
   // Both from the last kinematics, which lags the state by one step: the same instant for both.
-  const core::Pose X_WH = BodyPose(world.data(), hand.body());
+  const base::Pose X_WH = BodyPose(world.data(), hand.body());
   return X_WH.inverse() * BodyPose(world.data(), world.object_body(target));
 }
 
@@ -116,7 +116,7 @@ void AuditRecorder::BeginRest() {
   rest_energy_ = Energy();
   slid_at_rest_ = motor_moved_ = false;
   rest_contacts_.clear();
-  const core::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
+  const base::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
   for (const ContactPoint& contact :
        ContactsOf(world_->model(), world_->data(), *hand_, world_->object_body(target_))) {
     const Eigen::Vector3d point_H = X_HW * contact.point_W;
@@ -146,7 +146,7 @@ void AuditRecorder::RestStep(bool slides, bool motor_moves) {
 void AuditRecorder::EndRest() {
   const double rest_s = world_->time_s() - rest_start_s_;
   if (rest_s <= 0.0) return;
-  const core::Pose X_HO = PoseInHand(*world_, *hand_, target_);
+  const base::Pose X_HO = PoseInHand(*world_, *hand_, target_);
   const Eigen::AngleAxisd turned(X_HO.linear() * rest_pose_.linear().transpose());
   audit_.creep_rad_s = turned.angle() / rest_s;
   for (const RestingContact& contact : rest_contacts_) {
@@ -166,7 +166,7 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
                             bool held_after_carry) const {
   Audit audit = audit_;
   if (!penetration_.empty()) {
-    audit.penetration_p95_m = core::QuantileOf(penetration_, kPercentile);
+    audit.penetration_p95_m = base::QuantileOf(penetration_, kPercentile);
     audit.penetration_max_m = *std::max_element(penetration_.begin(), penetration_.end());
   }
   if (thickness_m_ > 0.0) audit.penetration_share = audit.penetration_max_m / thickness_m_;
@@ -181,7 +181,7 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
   Check("penetration_share", audit.penetration_share, bounds.penetration_share, failed);
   Check("equality_share", audit.equality_share, bounds.equality_share, failed);
   Check("grip_share", audit.grip_share, bounds.grip_share, failed);
-  const double weight_N = world_->ObjectMass(target_) * core::kGravity;
+  const double weight_N = world_->ObjectMass(target_) * base::kGravity;
   Check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N, failed);
   if (!held_after_carry || slid_at_rest_) return audit;
   Check("creep_m_s", audit.creep_m_s, bounds.creep_m_s, failed);

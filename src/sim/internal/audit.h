@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
+#include "base/frames.h"
 #include "sim/execute.h"
 #include "sim/internal/contacts.h"
 #include "sim/internal/servo.h"
@@ -11,7 +11,7 @@
 namespace rangegrasp::sim::internal {
 
 /// Pose of the target in the hand's root body.
-core::Pose PoseInHand(const World& world, const HandGeoms& hand, int target);
+base::Pose PoseInHand(const World& world, const HandGeoms& hand, int target);
 
 /// Gathers the audit's figures step by step.
 class AuditRecorder {
@@ -60,7 +60,7 @@ class AuditRecorder {
   Audit audit_;
   std::vector<double> levers_;  // by equality
   std::vector<char> at_limit_;  // by the arm's joints
-  core::Pose rest_pose_ = core::Pose::Identity();
+  base::Pose rest_pose_ = base::Pose::Identity();
   std::vector<RestingContact> rest_contacts_;
   double thickness_m_ = 0.0;
   double rest_start_s_ = 0.0;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "core/error.h"
-#include "mjcf/hand_file.h"
+#include "base/error.h"
+#include "robot/mjcf/hand_file.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
 #include "sim/internal/visual.h"
@@ -48,7 +48,7 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
   std::set<int> pad_bodies;
   for (const int sensor : touch_sensors_) {
     if (model->sensor_type[sensor] != mjSENS_TOUCH) {
-      throw core::InputError(fmt::format("tuple \"grip_sensors\": sensor \"{}\" is no touch sensor",
+      throw base::InputError(fmt::format("tuple \"grip_sensors\": sensor \"{}\" is no touch sensor",
                                          mj_id2name(model, mjOBJ_SENSOR, sensor)));
     }
     pad_bodies.insert(model->site_bodyid[model->sensor_objid[sensor]]);

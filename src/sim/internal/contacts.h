@@ -15,7 +15,7 @@ double NormalForce(const mjModel* model, const mjData* data, int i);
 /// The hand's collision geoms and what they are.
 class HandGeoms {
  public:
-  /// @throws core::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints",
+  /// @throws base::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints",
   /// "fingertips"), or a
   /// grip sensor that is no touch sensor.
   explicit HandGeoms(const mjModel* model);

@@ -3,7 +3,7 @@
 #include <csetjmp>
 #include <cstring>
 
-#include "core/error.h"
+#include "base/error.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
@@ -67,7 +67,7 @@ void CallEngine(std::vector<std::string>* warnings, const std::function<void()>&
     throw;
   }
   recovery = outer;
-  if (!ok) throw core::RunError(std::string("MuJoCo: ") + here.message);
+  if (!ok) throw base::RunError(std::string("MuJoCo: ") + here.message);
 }
 
 }  // namespace rangegrasp::sim::internal

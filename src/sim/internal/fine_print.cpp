@@ -9,8 +9,8 @@
 #include <mutex>
 #include <tuple>
 
-#include "core/rng.h"
-#include "core/units.h"
+#include "base/rng.h"
+#include "base/units.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim::internal {
@@ -240,7 +240,7 @@ class Printer {
            (corner(0, 1) * (1 - u) + corner(1, 1) * u) * v;
   }
 
-  core::Rng rng_;
+  base::Rng rng_;
   std::uint32_t seed_;
   int factor_ = 1;
   double texels_per_mm_ = 1.0;
@@ -279,7 +279,7 @@ int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
     }
     const double texels = share * model->tex_width[texture] * model->tex_height[texture];
     if (texels <= 0.0) continue;
-    mm_per_texel = std::sqrt(area_m2 / texels) * core::kMmPerM;
+    mm_per_texel = std::sqrt(area_m2 / texels) * base::kMmPerM;
     return texture;
   }
   return -1;
@@ -298,7 +298,7 @@ Texture TextureIn(const mjModel* model, int texture) {
 // long as a tenth of a picture.
 const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrint& print) {
   // What is printed on an object is its label's: the same in all scenes.
-  const std::uint64_t seed = core::DeriveSeed(
+  const std::uint64_t seed = base::DeriveSeed(
       0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
   using Key = std::tuple<std::uint64_t, double, double, int, double>;
   static std::map<Key, Texture> printed;

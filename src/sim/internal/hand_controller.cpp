@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/kinematics.h"
 #include "sim/internal/names.h"
@@ -28,7 +28,7 @@ constexpr double kAtClosedEnd_rad = 0.01;
 
 int MotorOf(const mjModel* model) {
   const auto motors = TupleOf(model, mjOBJ_ACTUATOR, "hand_motor");
-  if (motors.size() != 1) throw core::InputError("tuple \"hand_motor\" must hold one actuator");
+  if (motors.size() != 1) throw base::InputError("tuple \"hand_motor\" must hold one actuator");
   return motors[0];
 }
 
@@ -51,7 +51,7 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
   }
   const auto force = NumericOf(model, "grip_force");
   if (!force.empty() && force.size() != 2) {
-    throw core::InputError(
+    throw base::InputError(
         "numeric \"grip_force\" must hold two values: the first grip and the strongest one [N]");
   }
   if (!force.empty()) {

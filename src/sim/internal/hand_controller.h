@@ -18,7 +18,7 @@ namespace rangegrasp::sim::internal {
 /// shares of closing.
 class HandController {
  public:
-  /// @throws core::InputError naming what the scene lacks ("hand_joints", "hand_motor", or what
+  /// @throws base::InputError naming what the scene lacks ("hand_joints", "hand_motor", or what
   /// "hand_motors" asks for.
   HandController(World& world, const HandGeoms& hand, const HandControlOptions& options);
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "mjcf/grip_forces.h"
+#include "base/error.h"
+#include "robot/mjcf/grip_forces.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/kinematics.h"
 
@@ -22,7 +22,7 @@ constexpr int kSamples = 12;
 
 HandMotors::HandMotors(mjModel* model, double strongest_N)
     : model_(model), motors_(mjcf::HandMotors(model)), tool_(mjcf::ToolSite(model, "tcp_tip")) {
-  if (tool_ < 0) throw core::InputError("the hand has no site \"tcp\"");
+  if (tool_ < 0) throw base::InputError("the hand has no site \"tcp\"");
   CallEngine(nullptr, [&] { closing_ = mjcf::CloseOnNothing(model); });
   DataPtr scratch(mj_makeData(model));
   for (const mjcf::HandMotor& motor : motors_) drives_.push_back({motor, {}, 0.0, 0.0, 0.0});

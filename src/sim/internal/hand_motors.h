@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "mjcf/hand_closing.h"
+#include "robot/mjcf/hand_closing.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -14,7 +14,7 @@ namespace rangegrasp::sim::internal {
 class HandMotors {
  public:
   /// @param strongest_N  between the two sides: what a plain motor's servo is made stiff for
-  /// @throws core::InputError if the hand's file says too little, or what cannot be.
+  /// @throws base::InputError if the hand's file says too little, or what cannot be.
   HandMotors(mjModel* model, double strongest_N);
 
   const mjcf::HandClosing& closing() const { return closing_; }

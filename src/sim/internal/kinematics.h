@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "core/frames.h"
+#include "base/frames.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -12,19 +12,19 @@ namespace rangegrasp::sim::internal {
 inline Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) {
   return Eigen::Map<const Eigen::Vector3d>(p);
 }
-inline core::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
-  return core::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
+inline base::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
+  return base::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
                         Vec3(position));
 }
 
 /// Poses in W as of the last kinematics.
-inline core::Pose BodyPose(const mjData* data, int body) {
+inline base::Pose BodyPose(const mjData* data, int body) {
   return PoseOf(data->xpos + 3 * body, data->xmat + 9 * body);
 }
-inline core::Pose GeomPose(const mjData* data, int geom) {
+inline base::Pose GeomPose(const mjData* data, int geom) {
   return PoseOf(data->geom_xpos + 3 * geom, data->geom_xmat + 9 * geom);
 }
-inline core::Pose SitePose(const mjData* data, int site) {
+inline base::Pose SitePose(const mjData* data, int site) {
   return PoseOf(data->site_xpos + 3 * site, data->site_xmat + 9 * site);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mjcf/names.h"
+#include "robot/mjcf/names.h"
 
 namespace rangegrasp::sim::internal {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <regex>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "base/error.h"
+#include "base/file.h"
 #include "sim/friction.h"
 #include "sim/internal/names.h"
 #include "sim/internal/visual.h"
@@ -17,13 +17,13 @@ namespace {
 
 constexpr char kDefaultSurface[] = "cardboard";  // of an object that names none
 
-core::InputError Wrong(const std::filesystem::path& file, const std::string& what) {
-  return core::InputError(file.string() + ": " + what);
+base::InputError Wrong(const std::filesystem::path& file, const std::string& what) {
+  return base::InputError(file.string() + ": " + what);
 }
 
 // The engine reads "nan" as "not given" and puts its own default there.
 void RefuseNan(const std::filesystem::path& file) {
-  const std::string text = core::ReadFile(file);
+  const std::string text = base::ReadFile(file);
   static const std::regex nan(
       "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*\\bnan\\b",
       std::regex::icase);
@@ -158,7 +158,7 @@ Surface SurfaceOf(const mjSpec* spec, const std::filesystem::path& file) {
   const std::vector<Surface> known = SurfacesFor(file);
   try {
     return FindSurface(known, name);
-  } catch (const core::InputError& error) {
+  } catch (const base::InputError& error) {
     throw Wrong(file, error.what());
   }
 }
@@ -210,7 +210,7 @@ mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& fi
 
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options) {
-  if (!(options.timestep_s > 0.0)) throw core::InputError("timestep_s must be above 0");
+  if (!(options.timestep_s > 0.0)) throw base::InputError("timestep_s must be above 0");
   SpecPtr scene = Parse(scene_mjcf);
   mjs_setDeepCopy(scene.get(), 1);
   scene->option.timestep = options.timestep_s;
@@ -232,7 +232,7 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   }
   try {
     built.model = Compile(scene.get(), scene_mjcf, built.warnings);
-  } catch (const core::InputError&) {
+  } catch (const base::InputError&) {
     // Is it an object's fault? Then say which.
     for (const ObjectModel& object : objects) BuildObject(object);
     throw;

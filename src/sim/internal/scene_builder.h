@@ -31,14 +31,14 @@ struct BuiltScene {
 };
 
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.
-/// @throws core::InputError naming the file and what is wrong with it.
+/// @throws base::InputError naming the file and what is wrong with it.
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options);
 
-/// An object alone, checked to be one. @throws core::InputError likewise.
+/// An object alone, checked to be one. @throws base::InputError likewise.
 BuiltScene BuildObject(const ObjectModel& object);
 
-/// Whether a file holds one free body and nothing else. @throws core::InputError if it is no MJCF.
+/// Whether a file holds one free body and nothing else. @throws base::InputError if it is no MJCF.
 bool IsObject(const std::filesystem::path& mjcf);
 
 }  // namespace rangegrasp::sim::internal

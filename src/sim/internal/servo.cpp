@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "base/error.h"
 #include "sim/internal/names.h"
 
 namespace rangegrasp::sim::internal {
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
-Eigen::VectorXd VelocityAt(const core::JointTrajectory& trajectory, std::size_t sample) {
+Eigen::VectorXd VelocityAt(const base::JointTrajectory& trajectory, std::size_t sample) {
   const auto& q = trajectory.positions;
   if (sample == 0 || sample + 1 >= q.size()) return Eigen::VectorXd::Zero(q[0].size());
   return (q[sample + 1] - q[sample - 1]) / (2.0 * trajectory.period_s);
@@ -19,7 +19,7 @@ Eigen::VectorXd VelocityAt(const core::JointTrajectory& trajectory, std::size_t 
 
 }  // namespace
 
-JointCommand CommandAt(const core::JointTrajectory& trajectory, double time_s) {
+JointCommand CommandAt(const base::JointTrajectory& trajectory, double time_s) {
   const auto& q = trajectory.positions;
   const double place =
       std::clamp(time_s / trajectory.period_s, 0.0, static_cast<double>(q.size() - 1));
@@ -34,7 +34,7 @@ ArmServo::ArmServo(const mjModel* model)
     : joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
       actuators_(TupleOf(model, mjOBJ_ACTUATOR, "arm_actuators")) {
   if (joints_.size() != actuators_.size()) {
-    throw core::InputError(
+    throw base::InputError(
         "tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
   }
 }

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/trajectory.h"
+#include "base/trajectory.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -14,7 +14,7 @@ namespace rangegrasp::sim::internal {
 struct JointCommand {
   Eigen::VectorXd position, velocity;
 };
-JointCommand CommandAt(const core::JointTrajectory& trajectory, double time_s);
+JointCommand CommandAt(const base::JointTrajectory& trajectory, double time_s);
 
 /// The arm's position servos. The reference velocity is fed forward against the servo's own
 /// damping: control = reference + (kv + damping) / kp * reference velocity.

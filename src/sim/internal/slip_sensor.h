@@ -2,7 +2,7 @@
 
 #include <deque>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "sim/execute.h"
 
 namespace rangegrasp::sim::internal {
@@ -11,7 +11,7 @@ namespace rangegrasp::sim::internal {
 /// noise at a fixed period whatever the time step is, and told when the delay has passed.
 class SlipSensor {
  public:
-  SlipSensor(const HandControlOptions& options, core::Rng rng) : options_(options), rng_(rng) {}
+  SlipSensor(const HandControlOptions& options, base::Rng rng) : options_(options), rng_(rng) {}
 
   /// Once a time step. @param speed_m_s  of the fastest contact with a pad; 0 where none slides
   /// @return whether the newest reading that has come through tells of a slip.
@@ -24,7 +24,7 @@ class SlipSensor {
   };
 
   HandControlOptions options_;
-  core::Rng rng_;
+  base::Rng rng_;
   std::deque<Reading> underway_;
   double next_s_ = 0.0;
   bool heard_ = false;

@@ -195,7 +195,7 @@ geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments)
 
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
                    const Eigen::Vector3d& direction_W) {
-  const core::Pose X_WG = GeomPose(data, geom);
+  const base::Pose X_WG = GeomPose(data, geom);
   const Eigen::Vector3d direction_G = X_WG.linear().transpose() * direction_W;
   double reach = 0.0;
   if (model->geom_type[geom] == mjGEOM_MESH) {
@@ -213,7 +213,7 @@ double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
 
 double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m) {
   if (model->geom_type[b] == mjGEOM_PLANE) {
-    const core::Pose X_WP = GeomPose(data, b);
+    const base::Pose X_WP = GeomPose(data, b);
     const Eigen::Vector3d normal_W = X_WP.linear().col(2);
     const double lowest = -ReachOfGeom(model, data, a, -normal_W);
     return std::min(limit_m, lowest - normal_W.dot(X_WP.translation()));

@@ -3,12 +3,12 @@
 
 #include <cstdio>
 
-#include "core/rng.h"
+#include "base/rng.h"
 #include "geometry/hull.h"
 #include "sim/info.h"
 
 int main() {
-  rangegrasp::core::Rng rng(1);
+  rangegrasp::base::Rng rng(1);
   std::vector<Eigen::Vector3d> points;
   while (points.size() < 1000) {
     const double x = rng.Uniform(-1.0, 1.0);

@@ -1,0 +1,88 @@
+#include "base/image/offscreen_context.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string_view>
+
+#include "base/error.h"
+#include "base/image/open_gl.h"
+
+namespace rangegrasp::image {
+namespace {
+
+constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each other
+constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
+constexpr GLint kAccumulationBits = 0;
+constexpr std::size_t kRgba = 4;  // bytes a pixel
+
+// One thread draws, the caller's. Mesa's own threads are not there in a process that is forked
+// after them, which then waits for them for ever; and the threads of a case's process end late on a
+// busy machine, so that it seems to hang. Whoever wants them sets the variable.
+void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
+
+}  // namespace
+
+bool DrawBeforeForking() {
+  DrawInThisThread();
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/1);  // the cache on disk has a thread
+  return std::string_view(std::getenv("LP_NUM_THREADS")) == "0";
+}
+
+void OffscreenContext::ContextDeleter::operator()(osmesa_context* context) const {
+  if (OSMesaGetCurrentContext() == context) {
+    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  }
+  OSMesaDestroyContext(context);
+}
+
+OffscreenContext::OffscreenContext(int width_px, int height_px)
+    : width_px_(width_px), height_px_(height_px) {
+  if (width_px < 1 || height_px < 1) {
+    throw std::invalid_argument("a picture needs a positive size");
+  }
+  DrawInThisThread();
+  rgba_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * kRgba);
+  context_.reset(
+      OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));
+  MakeCurrent();
+}
+
+OffscreenContext::~OffscreenContext() = default;
+
+void OffscreenContext::MakeCurrent() {
+  if (context_ &&
+      OSMesaMakeCurrent(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {
+    return;
+  }
+  throw base::RunError(fmt::format(
+      "no offscreen OpenGL context of {} x {} pixels can be made (OSMesa)", width_px_, height_px_));
+}
+
+Image OffscreenContext::Picture(int oversampling) const {
+  Image image{width_px_ / oversampling, height_px_ / oversampling, {}};
+  image.rgb.reserve(3 * static_cast<std::size_t>(image.width) *
+                    static_cast<std::size_t>(image.height));
+  const int parts = oversampling * oversampling;
+  glFinish();
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        int sum = 0;
+        for (int part = 0; part < parts; ++part) {
+          const int from_y = (image.height - 1 - y) * oversampling + part / oversampling;
+          const int from_x = x * oversampling + part % oversampling;
+          const auto pixel =
+              static_cast<std::size_t>(from_y) * static_cast<std::size_t>(width_px_) +
+              static_cast<std::size_t>(from_x);
+          sum += rgba_[kRgba * pixel + channel];
+        }
+        image.rgb.push_back(static_cast<std::uint8_t>(sum / parts));
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace rangegrasp::image

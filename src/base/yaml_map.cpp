@@ -1,0 +1,331 @@
+#include "base/yaml_map.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/systems.h"
+
+namespace rangegrasp::base {
+namespace {
+
+// What all mappings of one file share.
+struct Document {
+  std::filesystem::path file;
+  std::vector<KeyDoc> keys;
+  std::vector<std::string> overridden;  ///< paths that --set gave a value
+  bool only_documentation = false;
+
+  KeyDoc& Key(const std::string& path) {
+    const auto known =
+        std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& k) { return k.path == path; });
+    if (known != keys.end()) return *known;
+    keys.push_back({path, "", "", "", "", false});
+    return keys.back();
+  }
+};
+
+template <typename T>
+bool Convert(const YAML::Node& node, T& value) {
+  return node.IsScalar() && YAML::convert<T>::decode(node, value);
+}
+
+std::string Shown(const YAML::Node& node) {
+  if (node.IsNull()) return "no value";
+  return node.IsScalar() ? "'" + node.Scalar() + "'" : std::string("a list or map");
+}
+
+}  // namespace
+
+struct YamlMap::Impl {
+  std::shared_ptr<Document> document;
+  std::string prefix;  ///< "" or "outer.inner."
+  YAML::Node node;     ///< a map, or null
+  std::vector<std::string> asked;
+
+  std::string At(const YAML::Mark& mark) const {
+    return fmt::format("{}:{}: ", document->file.string(), std::max(mark.line, 0) + 1);
+  }
+
+  // Where the key stands (a value may begin on a later line); the map's begin if it is absent.
+  YAML::Mark MarkOf(const std::string& key) const {
+    if (node.IsMap()) {
+      for (const auto& entry : node) {
+        if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark();
+      }
+    }
+    return node.Mark();
+  }
+
+  // The parser takes a key that stands twice and keeps one value without a word.
+  void CheckNoKeyTwice() const {
+    std::vector<std::string> seen;
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+      if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+        throw InputError(At(entry.first.Mark()) + "key '" + key + "': stands twice");
+      }
+      seen.push_back(key);
+    }
+  }
+
+  // Notes the key for the documentation and as known.
+  void Ask(const std::string& key, const std::string& type, const std::string& default_value,
+           const std::string& range, const std::string& doc) {
+    asked.push_back(key);
+    KeyDoc& entry = document->Key(prefix + key);
+    entry = {prefix + key, type, default_value, range, doc, entry.required};
+  }
+
+  // Puts "key.inner=value" into the tree below `root`.
+  void Override(const std::string& text) {
+    const std::size_t sign = text.find('=');
+    if (sign == std::string::npos || sign == 0) {
+      throw InputError("--set '" + text + "': must be KEY=VALUE, e.g. physics.timestep_ms=1");
+    }
+    const std::string path = text.substr(0, sign);
+    YAML::Node value;
+    try {
+      value = YAML::Load(text.substr(sign + 1));
+    } catch (const YAML::Exception& e) {
+      throw InputError("--set '" + text + "': the value is not valid YAML: " + e.msg);
+    }
+    const std::vector<std::string> keys = Split(path, '.');
+    YAML::Node at = node;
+    for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+      if (at[keys[i]].IsDefined() && !at[keys[i]].IsMap()) {
+        throw InputError("--set '" + text + "': '" + keys[i] + "' holds no keys");
+      }
+      at.reset(at[keys[i]]);
+    }
+    at[keys.back()] = value;
+    document->overridden.push_back(path);
+  }
+};
+
+YamlMap::YamlMap(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+YamlMap::~YamlMap() = default;
+YamlMap::YamlMap(YamlMap&&) noexcept = default;
+
+YamlMap YamlMap::FromFile(const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides) {
+  return FromText(ReadFile(file), file, overrides);
+}
+
+YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides) {
+  auto impl = std::make_unique<Impl>();
+  impl->document = std::make_shared<Document>();
+  impl->document->file = file;
+  try {
+    impl->node = YAML::Load(text);
+  } catch (const YAML::ParserException& e) {
+    throw InputError(impl->At(e.mark) + "not valid YAML: " + e.msg);
+  } catch (const YAML::Exception& e) {
+    throw InputError(file.string() + ": cannot be read: " + e.what());
+  }
+  if (!impl->node.IsMap()) {
+    throw InputError(impl->At(impl->node.Mark()) + "the file must hold 'key: value' lines");
+  }
+  impl->CheckNoKeyTwice();
+  for (const std::string& one : overrides) impl->Override(one);
+  return YamlMap(std::move(impl));
+}
+
+YamlMap YamlMap::ForDocumentation() {
+  auto impl = std::make_unique<Impl>();
+  impl->document = std::make_shared<Document>();
+  impl->document->only_documentation = true;
+  return YamlMap(std::move(impl));
+}
+
+const std::filesystem::path& YamlMap::file() const { return impl_->document->file; }
+
+bool YamlMap::Has(const std::string& key) const {
+  const YAML::Node& node = impl_->node;
+  return node.IsMap() && node[key].IsDefined();
+}
+
+bool YamlMap::HoldsMap(const std::string& key) const {
+  const YAML::Node& node = impl_->node;  // what is not const makes keys that are absent
+  return Has(key) && node[key].IsMap();
+}
+
+std::vector<std::string> YamlMap::Names() const {
+  std::vector<std::string> names;
+  if (!impl_->node.IsMap()) return names;
+  for (const auto& entry : impl_->node) {
+    names.push_back(entry.first.IsScalar() ? entry.first.Scalar() : "?");
+  }
+  return names;
+}
+
+YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
+  impl_->Ask(key, "mapping", "", "", doc);
+  auto impl = std::make_unique<Impl>();
+  impl->document = impl_->document;
+  impl->prefix = impl_->prefix + key + ".";
+  if (Has(key)) {
+    const YAML::Node& all = impl_->node;
+    impl->node = all[key];
+    if (!impl->node.IsMap()) Fail(key, "must hold 'key: value' lines");
+    impl->CheckNoKeyTwice();
+  }
+  return YamlMap(std::move(impl));
+}
+
+void YamlMap::Fail(const std::string& key, const std::string& what) const {
+  const auto& overridden = impl_->document->overridden;
+  const std::string path = impl_->prefix + key;
+  const bool by_hand = std::find(overridden.begin(), overridden.end(), path) != overridden.end();
+  throw InputError((by_hand ? "--set " + path + ": " : impl_->At(impl_->MarkOf(key))) + "key '" +
+                   key + "': " + what);
+}
+
+void YamlMap::Require(const std::string& key) {
+  impl_->document->Key(impl_->prefix + key).required = true;
+  if (!Has(key) && !impl_->document->only_documentation) {
+    Fail(key, "is missing and has no default");
+  }
+}
+
+void YamlMap::Read(const std::string& key, std::string& value, const std::string& doc) {
+  impl_->Ask(key, "text", value, "", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  if (!Convert(node, value) || value.empty()) Fail(key, Shown(node) + " is no text");
+}
+
+void YamlMap::Read(const std::string& key, bool& value, const std::string& doc) {
+  impl_->Ask(key, "true or false", value ? "true" : "false", "", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  if (!Convert(node, value)) Fail(key, Shown(node) + " must be true or false");
+}
+
+void YamlMap::Read(const std::string& key, std::uint64_t& value, const std::string& doc) {
+  impl_->Ask(key, "whole number", fmt::format("{}", value), "from 0", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  if (!Convert(node, value) || node.Scalar().front() == '-') {
+    Fail(key, Shown(node) + " must be a whole number from 0");
+  }
+}
+
+void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
+                   const std::string& doc) {
+  impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  if (!node.IsSequence()) Fail(key, Shown(node) + " must be a list, e.g. [a, b]");
+  if (node.size() == 0) Fail(key, "is an empty list; it must name one at least, e.g. [a, b]");
+  value.clear();
+  for (const YAML::Node& item : node) {
+    std::string text;
+    if (!Convert(item, text)) Fail(key, "holds something that is no text");
+    value.push_back(text);
+  }
+}
+
+void YamlMap::Read(const std::string& key, int& value, int low, int high, const std::string& doc) {
+  impl_->Ask(key, "whole number", fmt::format("{}", value), fmt::format("{} to {}", low, high),
+             doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  int read = 0;
+  if (!Convert(node, read) || read < low || read > high) {
+    Fail(key, fmt::format("{} must be a whole number from {} to {}", Shown(node), low, high));
+  }
+  value = read;
+}
+
+void YamlMap::ReadScaled(const std::string& key, double& value, double unit, double low,
+                         double high, const std::string& doc) {
+  impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit), fmt::format("{} to {}", low, high),
+             doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  double read = 0.0;
+  if (!Convert(node, read) || !std::isfinite(read) || read < low || read > high) {
+    Fail(key, fmt::format("{} must be a number from {} to {}", Shown(node), low, high));
+  }
+  value = read * unit;
+}
+
+void YamlMap::Read(const std::string& key, std::optional<double>& value, double low, double high,
+                   const std::string& doc) {
+  double read = value.value_or(0.0);
+  ReadScaled(key, read, 1.0, low, high, doc);
+  if (!value) impl_->document->Key(impl_->prefix + key).default_value.clear();
+  if (Has(key)) value = read;
+}
+
+void YamlMap::Read(const std::string& key, std::string& value,
+                   const std::vector<std::string>& words, const std::string& doc) {
+  auto position =
+      static_cast<std::size_t>(std::find(words.begin(), words.end(), value) - words.begin());
+  ReadWord(key, position, words, doc);
+  value = words[position];
+}
+
+void YamlMap::ReadWord(const std::string& key, std::size_t& position,
+                       const std::vector<std::string>& words, const std::string& doc) {
+  impl_->Ask(key, "word", words[position], "one of " + Join(words), doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  std::string word;
+  if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(words));
+  const auto found = std::find(words.begin(), words.end(), word);
+  if (found == words.end()) {
+    CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node.Mark()));
+    Fail(key, MustBeOneOf(word, words));
+  }
+  position = static_cast<std::size_t>(found - words.begin());
+}
+
+void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values,
+                        const std::vector<std::string>& words, const std::string& doc) {
+  Read(key, values, doc);
+  impl_->document->Key(impl_->prefix + key).range = "of " + Join(words);
+  for (const std::string& word : values) {
+    if (std::find(words.begin(), words.end(), word) != words.end()) continue;
+    Fail(key, MustBeOneOf(word, words));
+  }
+}
+
+void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
+                       const std::string& doc) {
+  impl_->Ask(key, "path", value.generic_string(), "", doc);
+  if (!Has(key)) return;
+  const YAML::Node node = impl_->node[key];
+  std::string text;
+  if (!Convert(node, text) || text.empty()) Fail(key, Shown(node) + " is no text");
+  const std::filesystem::path path =
+      (impl_->document->file.parent_path() / text).lexically_normal();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    Fail(key, "'" + text + "' does not exist (looked for " + path.string() +
+                  "; paths are relative to the YAML file)");
+  }
+  value = path;
+}
+
+void YamlMap::Finish() const {
+  if (!impl_->node.IsMap()) return;
+  for (const auto& entry : impl_->node) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+    if (std::find(impl_->asked.begin(), impl_->asked.end(), key) != impl_->asked.end()) continue;
+    CheckBuilt("key", impl_->prefix + key, impl_->At(entry.first.Mark()));
+    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + key +
+                     "'; nearest valid key: '" + NearestWord(key, impl_->asked) +
+                     "'; valid: " + Join(impl_->asked));
+  }
+}
+
+const std::vector<KeyDoc>& YamlMap::Keys() const { return impl_->document->keys; }
+
+}  // namespace rangegrasp::base

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/words.h"
+
+namespace rangegrasp::base {
+
+/// What a key of a file means: a line of the documentation that is made from the code.
+struct KeyDoc {
+  std::string path;           ///< "physics.timestep_ms"
+  std::string type;           ///< "number", "whole number", "text", "path", "list", ...
+  std::string default_value;  ///< as it would be written; empty where there is none
+  std::string range;          ///< "0.1 to 4", "one of a, b", or empty
+  std::string doc;            ///< one sentence
+  bool required = false;
+};
+
+/// A YAML mapping that is read key by key and knows which keys there are: what is left over at
+/// Finish is an error that names the file, the line and the nearest valid key. Values that are
+/// absent leave their default untouched. Every key says in a few words what it means: the reading
+/// code is the table of keys that the documentation is made from.
+///
+///   auto map = YamlMap::FromFile("experiment.yaml");
+///   map.Read("seed", seed, "what all random streams are derived from");
+///   auto physics = map.Child("physics", "the simulation");
+///   physics.ReadScaled("timestep_ms", timestep_s, kMm, 0.1, 4.0, "step of the engine");
+///   physics.Finish();
+///   map.Finish();
+///
+/// Every method throws base::InputError as "file:line: key 'x': what is wrong, what would be
+/// right".
+class YamlMap {
+ public:
+  /// @param overrides  "key.inner=value" each, in place of what the file says; the value is YAML.
+  static YamlMap FromFile(const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides = {});
+  /// The same of a text; `file` is what errors name and what paths are relative to.
+  static YamlMap FromText(const std::string& text, const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides = {});
+  /// A mapping without a key: what reads it leaves its keys in Keys.
+  static YamlMap ForDocumentation();
+  ~YamlMap();
+  YamlMap(YamlMap&&) noexcept;
+
+  const std::filesystem::path& file() const;
+  bool Has(const std::string& key) const;
+  /// Whether the key holds keys of its own.
+  bool HoldsMap(const std::string& key) const;
+  /// The keys that stand there, in the file's order.
+  std::vector<std::string> Names() const;
+  /// The mapping under a key; an empty one if the key is absent.
+  YamlMap Child(const std::string& key, const std::string& doc = "");
+
+  void Read(const std::string& key, std::string& value, const std::string& doc = "");
+  void Read(const std::string& key, bool& value, const std::string& doc = "");
+  void Read(const std::string& key, std::uint64_t& value, const std::string& doc = "");
+  void Read(const std::string& key, std::vector<std::string>& value, const std::string& doc = "");
+  void Read(const std::string& key, int& value, int low, int high, const std::string& doc = "");
+  /// value = number in the file * unit; the range is in the file's unit.
+  void ReadScaled(const std::string& key, double& value, double unit, double low, double high,
+                  const std::string& doc = "");
+  void Read(const std::string& key, double& value, double low, double high,
+            const std::string& doc = "") {
+    ReadScaled(key, value, 1.0, low, high, doc);
+  }
+  void Read(const std::string& key, std::optional<double>& value, double low, double high,
+            const std::string& doc = "");
+  /// One of the words.
+  void Read(const std::string& key, std::string& value, const std::vector<std::string>& words,
+            const std::string& doc);
+  /// One of an enum's words.
+  template <HasWords Enum>
+  void Read(const std::string& key, Enum& value, const std::string& doc = "") {
+    auto position = static_cast<std::size_t>(value);
+    ReadWord(key, position, WordList<Enum>(), doc);
+    value = static_cast<Enum>(position);
+  }
+  /// Words of an enum, at least one.
+  template <HasWords Enum>
+  void Read(const std::string& key, std::vector<Enum>& values, const std::string& doc = "") {
+    std::vector<std::string> words;
+    words.reserve(values.size());
+    for (const Enum value : values) words.emplace_back(Word(value));
+    ReadWords(key, words, WordList<Enum>(), doc);
+    values.clear();
+    for (const std::string& word : words) values.push_back(FromWord<Enum>(word, key));
+  }
+  /// A path, relative to the file's folder if it is not absolute; it must exist.
+  void ReadPath(const std::string& key, std::filesystem::path& value, const std::string& doc = "");
+  /// Throws if the key is absent.
+  void Require(const std::string& key);
+
+  /// Throws if a key was never asked for.
+  void Finish() const;
+  /// Throws an InputError for a key's value, with file and line.
+  [[noreturn]] void Fail(const std::string& key, const std::string& what) const;
+
+  /// All keys that were asked for so far, of this mapping and of those in it, in that order.
+  const std::vector<KeyDoc>& Keys() const;
+
+ private:
+  struct Impl;
+  explicit YamlMap(std::unique_ptr<Impl> impl);
+  void ReadWord(const std::string& key, std::size_t& position,
+                const std::vector<std::string>& words, const std::string& doc);
+  void ReadWords(const std::string& key, std::vector<std::string>& values,
+                 const std::vector<std::string>& words, const std::string& doc);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rangegrasp::base

@@ -1,0 +1,130 @@
+#include "grasp/mover.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace rangegrasp::grasp {
+namespace {
+
+planning::PlanningScene SceneFrom(const Detection& detection) {
+  planning::PlanningScene scene;
+  const auto& plane = detection.table_C;
+  scene.table_z_m = -plane.offset_m / plane.normal.z();
+  scene.target_W = detection.objects.front().surface_C;
+  for (std::size_t i = 1; i < detection.objects.size(); ++i) {
+    scene.obstacles_W.push_back(detection.objects[i].surface_C);
+  }
+  const auto& measured = detection.obstacles.measured_C;
+  scene.obstacles_W.insert(scene.obstacles_W.end(), measured.begin(), measured.end());
+  return scene;
+}
+
+class PlannedMover : public Mover {
+ public:
+  PlannedMover(const MoverOptions& options, double friction_cone_rad, const robot::Robot& robot)
+      : options_(options), friction_cone_rad_(friction_cone_rad), robot_(robot) {}
+
+  Move Plan(const Detection& detection, const Eigen::VectorXd& q_start,
+            base::Rng& rng) const override {
+    const planning::PlanningScene seen = SceneFrom(detection);
+    const auto& unseen = detection.obstacles.unseen_C;
+    planning::PlanningScene all = seen;
+    all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
+    planning::Planner planner(robot_, options_.planning);
+    Move move;
+    // A grasp that is expected to hold is worth a bolder motion.
+    for (const bool sound : {true, false}) {
+      const std::vector<std::size_t> grasps = Free(detection, sound);
+      const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
+        if (move.plan || grasps.empty()) return false;
+        planner.SetScene(scene);
+        move = After(move, PlanFirst(planner, detection, grasps, {q_start, may_brush}, rng));
+        return move.plan.has_value();
+      };
+      plan(all, false);
+      // Nothing may be there, and the approach stops at what it touches.
+      if (!unseen.empty() && plan(seen, false)) move.blind = true;
+      // Neighbors may give way.
+      if (!seen.obstacles_W.empty() && plan(seen, true)) {
+        move.blind = !unseen.empty();
+        move.brushes = true;
+      }
+    }
+    return move;
+  }
+
+ private:
+  struct Conditions {
+    const Eigen::VectorXd& q_start;
+    bool may_brush;
+  };
+
+  static Move After(const Move& before, Move move) {
+    move.tried += before.tried;
+    return move;
+  }
+
+  /// Those whose contacts are predicted to lie within the friction cones, or the others.
+  std::vector<std::size_t> Free(const Detection& detection, bool sound) const {
+    std::vector<std::size_t> free;
+    for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
+      const DetectedGrasp& grasp = detection.grasps[i];
+      const bool holds = grasp.contact_angle_rad <= friction_cone_rad_;
+      if (!grasp.collides && holds == sound) free.push_back(i);
+    }
+    return free;
+  }
+
+  /// A motion for the first of the grasps that has one.
+  Move PlanFirst(planning::Planner& planner, const Detection& detection,
+                 std::span<const std::size_t> grasps, const Conditions& conditions,
+                 base::Rng& rng) const {
+    Move move;
+    std::map<std::string, int> failures;
+    for (const std::size_t i : grasps) {
+      if (move.tried == options_.max_plans) break;
+      ++move.tried;
+      planning::PickRequest request = RequestFor(detection.grasps[i]);
+      request.q_start = conditions.q_start;
+      request.may_brush = conditions.may_brush;
+      auto planned = planner.Plan(request, rng);
+      if (planned.plan) {
+        move.plan = std::move(planned.plan);
+        move.grasp = i;
+        return move;
+      }
+      ++failures[std::string(base::Word(planned.failure)) +
+                 (planned.blocked_by.empty() ? "" : " (" + planned.blocked_by + ")")];
+    }
+    for (const auto& [word, count] : failures) {
+      move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);
+    }
+    return move;
+  }
+
+  static planning::PickRequest RequestFor(const DetectedGrasp& grasp) {
+    planning::PickRequest request;
+    request.X_WH = grasp.X_CH;
+    request.approach_W = grasp.approach_C;
+    request.opening_m = grasp.opening_m;
+    request.closed_gap_m = grasp.width_m;
+    return request;
+  }
+
+  const MoverOptions& options_;
+  double friction_cone_rad_;
+  const robot::Robot& robot_;
+};
+
+}  // namespace
+
+std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
+                                        const robot::Robot& robot) {
+  return std::make_unique<PlannedMover>(options, friction_cone_rad, robot);
+}
+
+}  // namespace rangegrasp::grasp

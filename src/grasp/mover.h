@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/rng.h"
+#include "base/words.h"
+#include "grasp/detection.h"
+#include "robot/planning/planning.h"
+#include "robot/robot.h"
+
+namespace rangegrasp::grasp {
+
+/// A motion for one of the detection's grasps, or why there is none.
+struct Move {
+  std::optional<planning::PickPlan> plan;
+  std::size_t grasp = 0;  ///< of Detection::grasps, which the plan is for
+  int tried = 0;          ///< grasps that were offered to the planner
+  bool blind = false;     ///< the motion passes through space that was not seen
+  bool brushes = false;   ///< the object may push its neighbors while it is lifted
+  std::string
+      failures;  ///< "no_ik x3, approach_blocked (link5 and the hand) x2", of what was given up
+};
+
+/// Stage 4: plans the arm's motions for the first object, its best grasps first.
+class Mover {
+ public:
+  virtual ~Mover() = default;
+  /// @param q_start  where the arm stands
+  virtual Move Plan(const Detection& detection, const Eigen::VectorXd& q_start,
+                    base::Rng& rng) const = 0;
+};
+
+struct MoverOptions {
+  planning::PlanOptions planning;
+  int max_plans = 24;  ///< grasps that are offered to the planner before the trial is given up
+};
+
+/// Inverse kinematics, straight lines and OMPL. Grasps whose contacts lie within the friction cone
+/// come first. The options and the robot must outlive it.
+std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
+                                        const robot::Robot& robot);
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,104 @@
+#include "grasp/scene_view.h"
+
+#include <algorithm>
+
+namespace rangegrasp::draw {
+namespace {
+
+// Colours, sizes of dots and widths of lines on a white ground; grasps stand out.
+const Color kTable{0.55F, 0.65F, 0.80F, 1.0F};
+const Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
+const Color kRest{0.7F, 0.7F, 0.7F, 1.0F};
+const Color kRim{0.0F, 0.0F, 0.0F, 1.0F};
+const Color kHand{0.85F, 0.68F, 0.55F, 0.75F};
+const Color kApproach{0.0F, 0.55F, 0.15F, 1.0F};
+constexpr float kDot_px = 1.5F;
+constexpr float kObjectDot_px = 2.5F;
+constexpr float kOutlierDot_px = 4.0F;
+constexpr float kContactDot_px = 8.0F;
+constexpr float kRim_px = 1.5F;
+constexpr float kApproach_px = 2.0F;
+constexpr double kApproach_m = 0.1;  // drawn before the tool centre
+constexpr int kSegments = 16;        // of the hand's round shapes
+
+// A scene is seen from this many of its radii away, between the sensor's direction, up and the
+// side.
+constexpr double kViewDistance = 4.2;
+constexpr double kViewUp = 0.25;
+constexpr double kViewSide = 0.45;
+constexpr double kMinRadius_m = 0.1;
+
+void DrawObject(const perception::Scene& scene, const perception::PerceivedObject& object,
+                const Color& color, Canvas& canvas) {
+  canvas.dots.push_back(
+      {geometry::Select(scene.cloud.points, object.points), color, kObjectDot_px});
+  if (object.top && !object.top->rim.empty()) {
+    auto rim = geometry::Select(scene.cloud.points, object.top->rim);
+    rim.push_back(rim.front());
+    canvas.lines.push_back({std::move(rim), kRim, kRim_px});
+  }
+}
+
+void DrawGrasp(const grasp::Grasp& grasp, const robot::HandModel& hand, Canvas& canvas) {
+  geometry::TriangleMesh mesh;
+  for (const auto& shape : hand.AtGap(grasp.opening_m).shapes) {
+    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), grasp.X_CH),
+                     mesh);
+  }
+  const Eigen::Vector3d tool = grasp.X_CG.translation();
+  canvas.lines.push_back(
+      {{tool - kApproach_m * grasp.X_CG.linear().col(2), tool}, kApproach, kApproach_px});
+  const Eigen::Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
+  canvas.dots.push_back({{tool - half, tool + half}, kApproach, kContactDot_px});
+  canvas.surfaces.push_back({std::move(mesh), kHand});
+}
+
+}  // namespace
+
+Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
+                 const std::vector<std::vector<grasp::Grasp>>& grasps,
+                 const robot::HandModel& hand) {
+  Canvas canvas;
+  canvas.dots.push_back({geometry::Select(points_C, scene.table.points), kTable, kDot_px});
+  canvas.dots.push_back({geometry::Select(points_C, scene.outliers), kOutlier, kOutlierDot_px});
+  std::vector<char> used(scene.cloud.size(), 0);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    DrawObject(scene, scene.objects[i], PaletteColor(i), canvas);
+    for (const auto p : scene.objects[i].points) used[p] = 1;
+  }
+  geometry::Points rest;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) rest.push_back(scene.cloud.points[i]);
+  }
+  canvas.dots.push_back({std::move(rest), kRest, kDot_px});
+  for (const auto& of_object : grasps) {
+    const auto best = std::find_if(of_object.begin(), of_object.end(),
+                                   [](const grasp::Grasp& g) { return !g.collides; });
+    if (best != of_object.end()) DrawGrasp(*best, hand, canvas);
+  }
+  return canvas;
+}
+
+View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C) {
+  return LookAtPoints(scene.cloud.points, scene.table.plane.normal, sensor_origin_C);
+}
+
+View LookAtPoints(geometry::PointSpan points, const Eigen::Vector3d& up,
+                  const Eigen::Vector3d& sensor_origin_C) {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = kMinRadius_m;
+  if (!points.empty()) {
+    center = geometry::Centroid(points);
+    for (const auto& p : points) radius = std::max(radius, (p - center).norm());
+  }
+  const Eigen::Vector3d to_sensor = (sensor_origin_C - center).normalized();
+  const Eigen::Vector3d side = up.cross(to_sensor).normalized();
+  View view;
+  view.target = center;
+  view.eye =
+      center + kViewDistance * radius * (to_sensor + kViewUp * up + kViewSide * side).normalized();
+  view.up = up;
+  return view;
+}
+
+}  // namespace rangegrasp::draw

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/rng.h"
+#include "base/trajectory.h"
+#include "geometry/mesh.h"
+#include "robot/timing.h"
+
+namespace rangegrasp::planning {
+
+/// What must not be hit: the work cell, the table's plane and the perceived objects, in W.
+struct PlanningScene {
+  double table_z_m = 0.0;
+  std::vector<geometry::TriangleMesh>
+      obstacles_W;  ///< perceived, completed surfaces, without the one to be grasped
+  geometry::TriangleMesh target_W;  ///< the one to be grasped
+};
+
+struct PickRequest {
+  Eigen::VectorXd q_start;
+  base::Pose X_WH = base::Pose::Identity();  ///< hand at the grasp
+  Eigen::Vector3d approach_W = -Eigen::Vector3d::UnitZ();
+  double opening_m = 0.1;     ///< gap of the pads during the approach
+  double closed_gap_m = 0.0;  ///< gap when the object is held
+  /// The object may push what it touches while it is lifted, if it is clear of it when it has been:
+  /// neighbors give way, and the completed surface is a guess. Hand and arm may not.
+  bool may_brush = false;
+};
+
+struct PlanOptions {
+  double approach_m = 0.2;  ///< the start above the grasp along the approach axis (section 4.3)
+  double lift_m = 0.2;
+  /// The object is let go this far above the height it stood at: table and object may be off by the
+  /// sensor's calibration (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses
+  /// into the table moves the arm.
+  double lower_clearance_m = 0.010;
+  /// What was seen down to less than this above the table stands on it, and is not lowered further:
+  /// the lowest points are the table's by the preselection, or lost at grazing light.
+  double standing_m = 0.03;
+  double retreat_m = 0.15;  ///< back along the approach axis after release
+  double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
+  /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
+  /// been checked closer than that: in the approach, the lift, the lowering and the retreat.
+  double collision_margin_m = 0.003;
+  double resolution_rad = 0.04;  ///< of path validity checks (2-norm of the joint step)
+  int ik_solutions = 6;          ///< branches tried, best first, whose approach is free
+  int ik_per_branch = 8;         ///< solutions drawn for each of them: most are blocked
+  /// A solution costs this for each joint right at a limit, falling to 0 over the zone: a second of
+  /// travel is worth a joint with room to move on.
+  double limit_cost_s = 1.0;
+  double limit_zone_rad = 0.35;  ///< 20 deg
+  /// Of approach and lift where the whole length is blocked: high above the table the arm may lack
+  /// the room.
+  double shortened = 0.6;
+  int planning_iterations = 1500;    ///< of RRTConnect, for one query
+  double planning_s = 2.0;           ///< bound for one OMPL query, a backstop to the iterations
+  double carry_tilt_rad = 0.44;      ///< the object leans no further in transit (25 deg)
+  int carry_yaws = 12;               ///< turns about the vertical tried for the delivery
+  int carry_goals = 3;               ///< of the carry in joint space, where the arc is blocked
+  double step_m = 0.01;              ///< between poses of straight lines and arcs
+  robot::TimingOptions free_motion;  ///< published limits
+  /// With the object in the hand: slower, since a tall or heavy one tips and slips when it is
+  /// shaken (an acceleration of half the limits is below 0.1 g at the hand).
+  robot::TimingOptions held_motion{.velocity_scale = 0.7, .acceleration_scale = 0.5};
+};
+
+/// A whole pick and place, all collision-checked against perceived geometry.
+struct PickPlan {
+  base::JointTrajectory reach;     ///< start to the pose approach_m above the grasp
+  base::JointTrajectory approach;  ///< straight
+  base::JointTrajectory lift;      ///< straight, vertical
+  base::JointTrajectory carry;     ///< to above the delivery place
+  base::JointTrajectory lower;     ///< straight, vertical
+  base::JointTrajectory retreat;   ///< straight back along the approach axis after release
+};
+
+/// The stage that a plan ended in.
+enum class PlanFailure {
+  kNone,
+  kNoIk,             ///< the arm reaches the grasp in no configuration
+  kApproachBlocked,  ///< in each of them something stands in the way of the approach
+  kNoReach,          ///< no way from q_start to the start of an approach was found
+  kNoCarry           ///< none from the lifted grasp to the delivery place
+};
+constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
+  return {"none", "no_ik", "approach_blocked", "no_reach", "no_carry"};
+}
+
+struct PlanResult {
+  std::optional<PickPlan> plan;
+  PlanFailure failure = PlanFailure::kNone;
+  /// What was in the way, by the names of the MJCF: of the approaches that were blocked the most
+  /// frequent ("arm/link6 and the hand"), or of the start where nothing leads away from it; may be
+  /// empty.
+  std::string blocked_by;
+  double ik_s = 0.0, path_s = 0.0;  ///< wall seconds
+};
+
+/// Plans with OMPL (RRTConnect in joint space, then shortcuts) and FCL.
+///
+/// Inverse kinematics at the grasp gives branches, those near to q_start and far from the limits
+/// first. Each is followed through approach, lift, carry, lowering and retreat as motions of the
+/// hand on lines; the carry runs on an arc about the arm's base, turned about the vertical alone.
+/// The first branch that is free all the way, and that RRTConnect reaches from q_start, wins. Where
+/// the arc is blocked for all, RRTConnect plans the carry with the tilt bounded.
+///
+/// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
+/// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
+/// allows, where it was seen to stand on something else. What it touches at the grasp is no
+/// obstacle to its lift until they have parted; after that nothing that was perceived may be
+/// touched.
+///
+/// Samples come from rng alone and the number of iterations bounds a query, so that the same scene
+/// and arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.
+class Planner {
+ public:
+  Planner(const robot::Robot& robot, PlanOptions options);
+  ~Planner();
+  /// What all plans from now on have to keep clear of; an empty scene before.
+  void SetScene(PlanningScene scene);
+  PlanResult Plan(const PickRequest& request, base::Rng& rng);
+  /// Whether the arm may stand there, its hand empty and open: within its limits, clear of itself
+  /// and of all of the scene.
+  bool IsFree(const Eigen::VectorXd& q) const;
+  /// The same for a motion between two such places; nullopt if none was found.
+  std::optional<base::JointTrajectory> PlanMotion(const Eigen::VectorXd& q_start,
+                                                  const Eigen::VectorXd& q_goal, base::Rng& rng);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rangegrasp::planning

@@ -1,0 +1,83 @@
+#include "sensing/hand_eye.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+
+#include "base/file.h"
+#include "base/units.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using base::kDeg;
+using base::kMm;
+
+// What a file may hold: far beyond any cell, near enough to find a wrong unit.
+constexpr double kMaxDistance_mm = 1e5;
+// A quaternion written with five digits is this near to 1.
+constexpr double kQuaternionTolerance = 1e-4;
+
+}  // namespace
+
+base::Pose ReadPose(base::YamlMap& map, const std::string& of) {
+  Eigen::Vector3d position;
+  constexpr std::array<const char*, 3> kPositionKeys = {"x_mm", "y_mm", "z_mm"};
+  for (int i = 0; i < 3; ++i) {
+    const char* key = kPositionKeys[static_cast<std::size_t>(i)];
+    map.Require(key);
+    map.ReadScaled(key, position[i], base::kMm, -kMaxDistance_mm, kMaxDistance_mm, "origin " + of);
+  }
+  std::array<double, 4> q{};
+  constexpr std::array<const char*, 4> kRotationKeys = {"qw", "qx", "qy", "qz"};
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    map.Require(kRotationKeys[i]);
+    map.Read(kRotationKeys[i], q[i], -1.0, 1.0, "unit quaternion: the axes " + of);
+  }
+  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
+    map.Fail("qw",
+             fmt::format("the quaternion's length is {:.6g}; 1 would be right", rotation.norm()));
+  }
+  map.Finish();
+  return base::MakePose(rotation.normalized().toRotationMatrix(), position);
+}
+
+base::Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
+  map.Require(key);
+  base::YamlMap pose = map.Child(key, of);
+  return ReadPose(pose, of);
+}
+
+std::string PoseText(const std::string& name, const base::Pose& pose) {
+  const Eigen::Vector3d p = pose.translation() * base::kMmPerM;
+  const Eigen::Quaterniond q(pose.rotation());
+  return fmt::format(
+      "{}:\n  x_mm: {:.17g}\n  y_mm: {:.17g}\n  z_mm: {:.17g}\n  qw: {:.17g}\n  qx: {:.17g}\n  qy: "
+      "{:.17g}\n  qz: {:.17g}\n",
+      name, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+}
+
+HandEye ReadHandEye(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
+  HandEye hand_eye;
+  hand_eye.X_HS = ReadPoseOf(map, "head", "of the sensor's head in the hand's frame");
+  map.ReadScaled("error_mm", hand_eye.shift_error_m, kMm, 0.0, 100.0,
+                 "standard error of its place, root mean square");
+  map.ReadScaled("error_deg", hand_eye.turn_error_rad, kDeg, 0.0, 30.0, "and of its turn");
+  map.Finish();
+  return hand_eye;
+}
+
+void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file) {
+  base::WriteFile(file,
+                  "# Where a sensor's head sits on the hand (axes of the head: x right, y down, z "
+                  "forward), and the\n# standard errors of that.\n" +
+                      PoseText("head", hand_eye.X_HS) +
+                      fmt::format("error_mm: {:.17g}\nerror_deg: {:.17g}\n",
+                                  hand_eye.shift_error_m / kMm, hand_eye.turn_error_rad / kDeg));
+}
+
+}  // namespace rangegrasp::sensing

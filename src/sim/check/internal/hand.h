@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/check/internal/model.h"
+
+namespace rangegrasp::check::internal {
+
+/// What a hand's file is likely to mean where it does not say it.
+struct HandGuess {
+  std::vector<int> motors;      ///< actuators that move a joint of the hand
+  std::vector<int> fingertips;  ///< geoms that collide on bodies without others below them
+  std::string open, closed;     ///< ends of the drives' ways, as values of a numeric
+};
+HandGuess GuessHand(Model& model);
+
+/// A site "tcp" to paste into the body "hand": between the pads, x across them, z away from the
+/// palm. In words where pads are not known yet.
+std::string SuggestTool(Model& model);
+
+/// What is wrong with a hand of "hand_motors", by closing it: CheckHand's part of it.
+void CheckClosing(Model& model);
+
+}  // namespace rangegrasp::check::internal

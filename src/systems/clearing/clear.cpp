@@ -1,0 +1,250 @@
+#include "clearing/clear.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/stopwatch.h"
+#include "grasp/workspace.h"
+#include "trial/between.h"
+
+namespace rangegrasp::clearing {
+namespace {
+
+using trial::Attempt;
+using trial::Outcome;
+using trial::Sensed;
+
+// Attempts that end before a grasp only pass an object over; more of them for each grasp than this
+// are no clearing: a pile of twelve has fewer pieces.
+constexpr int kAttemptsPerGrasp = 20;
+// What is this far below the table is on the floor.
+constexpr double kFloor_m = -0.1;
+
+const Samples& FirstSamples(const Attempt& attempt) {
+  return attempt.detected.detection.objects.front().samples;
+}
+
+// The object whose label most of the samples bear; nullopt for the scene's.
+std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
+  const auto votes = trial::ObjectVotes(samples, sensed);
+  const auto most = std::max_element(
+      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == votes.end() || most->first < 0 || most->first >= objects) return std::nullopt;
+  return most->first;
+}
+
+class Run {
+ public:
+  Run(const trial::Cell& cell, const ClearingOptions& options, int max_grasps, sim::World& world,
+      std::uint64_t seed, const ClearingObserver& observer)
+      : cell_(cell),
+        options_(options),
+        max_grasps_(max_grasps),
+        world_(world),
+        seed_(seed),
+        observer_(observer),
+        tried_(options),
+        ends_(static_cast<std::size_t>(world.objects())) {
+    for (int i = 0; i < world.objects(); ++i) EndOf(i).object = world.object_name(i);
+  }
+
+  Clearing Go() {
+    std::optional<Stop> stop;
+    while (!stop) stop = Next();
+    result_.stop = *stop;
+    DescribeLeft();
+    if (observer_.on_end) observer_.on_end(world_);
+    result_.objects = std::move(ends_);
+    return std::move(result_);
+  }
+
+ private:
+  ObjectEnd& EndOf(int object) { return ends_[static_cast<std::size_t>(object)]; }
+
+  // One attempt. @return why the run ends, if it does.
+  std::optional<Stop> Next() {
+    if (!sensed_) Scan();
+    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
+    Step step;
+    step.scan = result_.scans;
+    step.attempt = Try();
+    const Attempt& attempt = step.attempt;
+    const bool detector_failed = attempt.outcome == Outcome::kDetectorFailed;
+    if (detector_failed || attempt.outcome == Outcome::kCrashed) {
+      result_.detail = attempt.stage + ": " + attempt.detail;
+      result_.steps.push_back(std::move(step));
+      return detector_failed ? Stop::kDetectorFailed : Stop::kCrashed;
+    }
+    last_ = attempt.detected.detection;
+    result_.perceived = last_.objects.size();
+    // Of an object that is not there nothing can be measured: truth ends the run.
+    const bool empty = !last_.objects.empty() && !attempt.target;
+    if (empty || last_.objects.empty() || !attempt.detected.has_turn) {
+      result_.steps.push_back(std::move(step));
+      return empty ? Stop::kEmpty : NothingToTake();
+    }
+    step.try_number = tried_.TriesAt(FirstSamples(attempt)) + 1;
+    if (attempt.log) {
+      AfterGrasp(step);
+    } else {
+      tried_.PassOver(FirstSamples(attempt),
+                      attempt.outcome == Outcome::kNoPath ? Passed::kNoPath : Passed::kNoGrasp);
+    }
+    result_.steps.push_back(std::move(step));
+    if (!trial::IsFinite(world_)) return Stop::kBrokenPhysics;
+    if (result_.Grasps() >= max_grasps_) return Stop::kMaxGrasps;
+    if (static_cast<int>(result_.steps.size()) >= kAttemptsPerGrasp * max_grasps_) {
+      return Stop::kMaxGrasps;
+    }
+    return std::nullopt;
+  }
+
+  void Scan() {
+    base::Stopwatch watch;
+    const auto number = static_cast<std::uint64_t>(++result_.scans);
+    sensed_ = trial::Look(cell_, world_, base::DeriveSeed(base::DeriveSeed(seed_, "look"), number));
+    fresh_ = true;
+    result_.scan_s += watch.Seconds();
+  }
+
+  Attempt Try() {
+    trial::AttemptOptions attempt;
+    attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"),
+                                    static_cast<std::uint64_t>(result_.steps.size()));
+    attempt.sensed = &*sensed_;
+    attempt.detector = observer_.detector;
+    attempt.turn = [this](const Samples& samples) { return tried_.TurnOf(samples); };
+    attempt.prefer = [this](grasp::Detection& detection) { tried_.PutFailedLast(detection); };
+    attempt.observer = observer_.execution;
+    return trial::RunAttempt(cell_, world_, attempt);
+  }
+
+  // The scan at hand is used up: a new one, or the end.
+  std::optional<Stop> NothingToTake() {
+    if (fresh_ && last_.objects.empty()) return Stop::kNothingPerceived;
+    if (fresh_ && idle_++ >= options_.idle_scans) return WhyNothing();
+    sensed_.reset();
+    tried_.SceneChanged();
+    return std::nullopt;
+  }
+
+  Stop WhyNothing() const {
+    Stop why = Stop::kNothingGraspable;
+    for (const auto& object : last_.objects) {
+      const Passed passed = tried_.StateOf(object.samples);
+      if (passed == Passed::kTriesUsedUp) return Stop::kTriesUsedUp;
+      if (passed == Passed::kNoPath) why = Stop::kNoPath;
+    }
+    return why;
+  }
+
+  void AfterGrasp(Step& step) {
+    const Attempt& attempt = step.attempt;
+    step.felt = attempt.log->aperture.holds_after_carry;
+    result_.homing_s += trial::GoHome(cell_, world_);
+    TakeAway(step);
+    ++EndOf(attempt.log->target).grasps;
+    if (step.felt) {
+      tried_.Taken(FirstSamples(attempt));
+    } else {
+      tried_.Failed(FirstSamples(attempt), attempt.grasp->X_CH);
+    }
+    tried_.SceneChanged();
+    idle_ = 0;
+    if (step.felt && options_.rescan == Rescan::kAfterFailure) {
+      LeaveOut(FirstSamples(attempt));
+    } else {
+      sensed_.reset();
+    }
+  }
+
+  // Of the scan at hand. Its truth keeps the labels; nothing reads those of lost samples.
+  void LeaveOut(const Samples& samples) {
+    for (const auto& id : samples) {
+      sensed_->observation.views[id.view].image.points_C[id.sample].setConstant(
+          std::numeric_limits<double>::quiet_NaN());
+    }
+    fresh_ = false;
+  }
+
+  void TakeAway(Step& step) {
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (!trial::IsAtDelivery(world_, object)) continue;
+      const bool own = object == step.attempt.log->target;
+      const bool delivered = own && step.attempt.outcome == Outcome::kDelivered;
+      EndOf(object).fate = delivered ? Fate::kDelivered : Fate::kBrought;
+      if (!delivered) {
+        EndOf(object).why =
+            own ? std::string(base::Word(step.attempt.outcome)) : std::string("beside_another");
+      }
+      world_.ParkObject(object);
+      step.taken_away.push_back(object);
+    }
+  }
+
+  void DescribeLeft() {
+    if (result_.stop == Stop::kBrokenPhysics) {
+      for (int object = 0; object < world_.objects(); ++object) {
+        if (!world_.parked(object)) EndOf(object).why = base::Word(result_.stop);
+      }
+      return;
+    }
+    std::map<int, Passed> seen;
+    if (sensed_) {
+      for (const auto& object : last_.objects) {
+        const auto main = MainObject(object.samples, *sensed_, world_.objects());
+        if (main) seen[*main] = std::max(seen[*main], tried_.StateOf(object.samples));
+      }
+    }
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (world_.parked(object)) continue;
+      const auto found = seen.find(object);
+      EndOf(object).why = !world_.OverTable(world_.ObjectCenterOfMass(object)) ||
+                                  world_.ObjectBottom(object) < kFloor_m
+                              ? "off_table"
+                          : !InWorkspace(object) ? "out_of_workspace"
+                          : !sensed_             ? std::string(base::Word(result_.stop))
+                          : found == seen.end()  ? "not_perceived"
+                                                 : std::string(base::Word(found->second));
+    }
+  }
+
+  bool InWorkspace(int object) const {
+    return trial::WorkspaceOf(cell_.robot, cell_.options.workspace_margin_m)
+        .Contains(world_.ObjectCenterOfMass(object));
+  }
+
+  const trial::Cell& cell_;
+  const ClearingOptions& options_;
+  const int max_grasps_;
+  sim::World& world_;
+  const std::uint64_t seed_;
+  const ClearingObserver& observer_;
+  TriedObjects tried_;
+  Clearing result_;
+  std::vector<ObjectEnd> ends_;
+  std::optional<Sensed> sensed_;
+  bool fresh_ = false;     // nothing was left out of the scan at hand
+  grasp::Detection last_;  // in the scan at hand
+  int idle_ = 0;
+};
+
+}  // namespace
+
+int Clearing::Grasps() const {
+  return static_cast<int>(std::count_if(
+      steps.begin(), steps.end(), [](const Step& step) { return step.attempt.log.has_value(); }));
+}
+
+int Clearing::Delivered() const {
+  return static_cast<int>(std::count_if(objects.begin(), objects.end(), [](const ObjectEnd& end) {
+    return end.fate == Fate::kDelivered;
+  }));
+}
+
+Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,
+                    sim::World& world, std::uint64_t seed, const ClearingObserver& observer) {
+  return Run(cell, options, max_grasps, world, seed, observer).Go();
+}
+
+}  // namespace rangegrasp::clearing

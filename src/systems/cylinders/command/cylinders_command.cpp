@@ -1,0 +1,219 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/image/png.h"
+#include "base/units.h"
+#include "cli/output.h"
+#include "cylinders/command/cylinders_commands.h"
+#include "cylinders/cylinder_view.h"
+#include "cylinders/detect.h"
+#include "grasp/scene_view.h"
+#include "trial/command/cloud_arguments.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using cylinders::CylinderScene;
+using cylinders::FoundCylinder;
+using cylinders::GivenCylinder;
+using nlohmann::ordered_json;
+
+struct CylindersArguments : CloudArguments {
+  std::vector<std::string> given;
+  std::string out;
+  std::uint64_t seed = 1;
+  bool json = false;
+  bool as_published = false;
+};
+
+// "25.75,173" in mm.
+GivenCylinder ParseCylinder(const std::string& text) {
+  double radius_mm = 0.0;
+  double height_mm = 0.0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf%c", &radius_mm, &height_mm, &rest) != 2 ||
+      !std::isfinite(radius_mm + height_mm) || !(radius_mm > 0.0) || !(height_mm > 0.0)) {
+    throw base::InputError("--cylinder '" + text +
+                           "' must be RADIUS,HEIGHT in mm, both above 0, e.g. 25.75,173");
+  }
+  return {radius_mm * base::kMm, height_mm * base::kMm};
+}
+
+std::string Name(const GivenCylinder& given, std::size_t index) {
+  return fmt::format("cylinder {} (radius {:g} mm, height {:g} mm)", index + 1,
+                     given.radius_m * base::kMmPerM, given.height_m * base::kMmPerM);
+}
+
+geometry::Observation ObservationOf(geometry::CloudFile file, const Eigen::Vector3d& origin) {
+  geometry::RangeImage image{file.height, file.width, std::move(file.points), {origin}};
+  return geometry::ObservationOf(std::move(image));
+}
+
+// The longest way through the measured points' box.
+double Extent(const CylinderScene& scene) {
+  Eigen::Vector3d low = scene.points_C.front();
+  Eigen::Vector3d high = low;
+  for (const auto& p : scene.points_C) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
+bool IsFound(const CylinderScene& scene, std::size_t given) {
+  return std::ranges::any_of(scene.cylinders,
+                             [&](const FoundCylinder& found) { return found.given == given; });
+}
+
+std::vector<std::string> Warnings(const CylinderScene& scene,
+                                  const std::vector<GivenCylinder>& given) {
+  std::vector<std::string> warnings;
+  if (!scene.scan_order) {
+    warnings.push_back("the cloud has no scan order: edges along scan lines are left out");
+  }
+  const double extent_m = Extent(scene);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    if (std::max(2.0 * given[i].radius_m, given[i].height_m) > extent_m) {
+      warnings.push_back(fmt::format("{} is larger than the scene ({:.0f} mm): try --unit",
+                                     Name(given[i], i), extent_m * base::kMmPerM));
+    } else if (!IsFound(scene, i)) {
+      warnings.push_back(Name(given[i], i) + " was not found");
+    }
+  }
+  return warnings;
+}
+
+ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json Json(const FoundCylinder& found) {
+  const auto& c = found.cylinder_C;
+  return {{"given", found.given + 1},
+          {"center_m", Json(c.center)},
+          {"axis", Json(c.axis)},
+          {"top_m", Json(c.Top())},
+          {"radius_m", c.radius_m},
+          {"height_m", c.height_m},
+          {"lies", found.lies},
+          {"found_by", found.from_rim ? "rim" : "barrel"},
+          {"rim_share", found.rim_share},
+          {"rim_points", found.rim.size()},
+          {"barrel_points", found.barrel.size()},
+          {"length_seen_m", found.length_seen_m},
+          {"rays_on", found.view.on},
+          {"rays_before", found.view.before},
+          {"rays_through", found.view.through}};
+}
+
+ordered_json Json(const CylindersArguments& arguments, const CylinderScene& scene,
+                  const std::vector<GivenCylinder>& given) {
+  ordered_json json;
+  json["cloud"] = arguments.cloud;
+  json["unit"] = arguments.unit;
+  json["frame"] = "cloud";  // of all places and directions here, in metres
+  json["points"] = scene.points_C.size();
+  json["noise_m"] = scene.sampling.noise_m;
+  json["spacing_m"] = scene.sampling.spacing_m;
+  json["scan_order"] = scene.scan_order;
+  json["table"] = {{"normal", Json(scene.table.plane.normal)},
+                   {"offset_m", scene.table.plane.offset_m},
+                   {"points", scene.table.points.size()}};
+  json["outliers"] = scene.outliers.size();
+  json["curvature_points"] = scene.curved.size();
+  json["edge_points"] = scene.edges.size();
+  json["fragments"] = scene.fragments.size();
+  json["rims"] = scene.rims.size();
+  json["given"] = ordered_json::array();
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    json["given"].push_back({{"radius_m", given[i].radius_m},
+                             {"height_m", given[i].height_m},
+                             {"found", IsFound(scene, i)}});
+  }
+  json["cylinders"] = ordered_json::array();
+  for (const auto& found : scene.cylinders) json["cylinders"].push_back(Json(found));
+  json["warnings"] = Warnings(scene, given);
+  json["seconds"] = ordered_json::object();
+  for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
+  return json;
+}
+
+std::string Text(const CylinderScene& scene, const std::vector<GivenCylinder>& given) {
+  std::string text = fmt::format(
+      "{} points, {} of the table; {} curvature points by normals, {} by scan lines; {} fragments, "
+      "{} rims\n",
+      scene.points_C.size(), scene.table.points.size(), scene.curved.size(), scene.edges.size(),
+      scene.fragments.size(), scene.rims.size());
+  for (const FoundCylinder& found : scene.cylinders) {
+    const auto& c = found.cylinder_C;
+    text += fmt::format(
+        "{}: {}, by its {}, center ({:.4f}, {:.4f}, {:.4f}) m, axis ({:.4f}, {:.4f}, {:.4f}), "
+        "radius as measured {:.2f} mm\n",
+        Name(given[found.given], found.given), found.lies ? "lies" : "stands",
+        found.from_rim ? "rim" : "barrel", c.center.x(), c.center.y(), c.center.z(), c.axis.x(),
+        c.axis.y(), c.axis.z(), c.radius_m * base::kMmPerM);
+  }
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    if (!IsFound(scene, i)) text += Name(given[i], i) + ": not found\n";
+  }
+  return text;
+}
+
+void Detect(const CylindersArguments& arguments) {
+  std::vector<GivenCylinder> given;
+  for (const std::string& text : arguments.given) given.push_back(ParseCylinder(text));
+  auto file = ReadCloud(arguments);
+  const Eigen::Vector3d origin = OriginOf(arguments, file);
+  auto options = arguments.as_published ? cylinders::AsPublished() : cylinders::DetectOptions{};
+  options.preprocess.up_C = UpOf(arguments);
+  base::Rng rng(arguments.seed);
+  CylinderScene scene;
+  try {
+    scene = cylinders::DetectCylinders(ObservationOf(std::move(file), origin), given, options, rng);
+  } catch (const base::InputError& e) {
+    throw base::InputError(arguments.cloud + ": " + e.what());
+  }
+  const std::string json = Json(arguments, scene, given).dump(2) + "\n";
+  for (const std::string& warning : Warnings(scene, given)) spdlog::warn("{}", warning);
+  WriteResult(arguments.json ? json : Text(scene, given));
+  if (arguments.out.empty()) return;
+  const std::filesystem::path folder(arguments.out);
+  WriteResult(json, folder / "cylinders.json");
+  image::WritePng(
+      folder / "cylinders.png",
+      draw::Render(draw::DrawCylinders(scene),
+                   draw::LookAtPoints(scene.cloud.points, scene.table.plane.normal, origin), 1280,
+                   960));
+  spdlog::info("picture in {}", folder.string());
+}
+
+}  // namespace
+
+void AddCylindersCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "cylinders", "Poses of given cylinders among other things on a table, in any cloud.");
+  auto arguments = std::make_shared<CylindersArguments>();
+  command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
+  AddCloudOptions(*command, *arguments);
+  command
+      ->add_option("--cylinder", arguments->given,
+                   "RADIUS,HEIGHT of a cylinder to look for [mm]; may be given again")
+      ->required()
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--as-published", arguments->as_published,
+                    "the dissertation's method with its lengths, without what is added here");
+  command->add_option("--seed", arguments->seed, "of the random draws")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", arguments->json, "everything as JSON");
+  command->add_option("-o,--out", arguments->out, "folder for cylinders.json and cylinders.png");
+  command->footer(
+      "Example: rangegrasp cylinders table.pcd --cylinder 25.75,173 --cylinder 26.75,134 -o "
+      "results/cylinders");
+  command->callback([arguments] { Detect(*arguments); });
+}
+
+}  // namespace rangegrasp::cli

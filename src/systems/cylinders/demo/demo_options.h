@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/additions.h"
+#include "base/units.h"
+#include "base/yaml_map.h"
+#include "cylinders/detect.h"
+#include "trial/hand_over.h"
+#include "trial/options.h"
+
+namespace rangegrasp::demo {
+
+/// What becomes of the cylinder at the end (section 4.3).
+enum class Delivery {
+  kHandOver,  ///< a person draws it out of the hand
+  kPlace,     ///< it is put down at the delivery place
+};
+constexpr std::array<std::string_view, 2> WordsOf(Delivery) { return {"hand_over", "place"}; }
+
+/// What the demo does beyond chapter 4 and src/cylinders because it is known what is on the
+/// table (core/additions.h).
+struct DemoAdditions {
+  bool thorough = true;
+  bool purity = true;
+  bool second_look = true;
+  bool roomy_grasps = true;
+};
+constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdditions*) {
+  using A = DemoAdditions;
+  return {{
+      {"thorough", &A::thorough,
+       "more draws and more candidates than for a quick look; off: those of src/cylinders"},
+      {"purity", &A::purity,
+       "of several that may be the wanted one, the one that is most of what it is part of; off: "
+       "the one with the most points"},
+      {"second_look", &A::second_look,
+       "a cylinder that must be there and was not found is looked for with lower demands; off: "
+       "the run ends"},
+      {"roomy_grasps", &A::roomy_grasps,
+       "grasps with more air to the neighbors come first, whose far sides nobody saw; off: by "
+       "their score alone"},
+  }};
+}
+static_assert(base::AllAdditionsListed<DemoAdditions>());
+
+struct DemoOptions : DemoAdditions {
+  int runs = 50;
+  /// The shapes that are given to the program, of `objects` in their order.
+  std::vector<cylinders::GivenCylinder> given;
+  Delivery delivery = Delivery::kHandOver;
+  /// A robot whose hand's joints tell that it holds nothing, or that found nothing or no way, looks
+  /// and tries again, so often at most; as published 1.
+  int max_tries = 3;
+  cylinders::DetectOptions detection;
+  /// Of the thorough detection: a barrel that shows a fiftieth of the points is drawn 12 times, and
+  /// boxes' faces, which are the first candidates, do not use up all that are examined.
+  int lying_draws = 600;
+  int max_lying = 24;
+  int max_standing = 24;
+  int max_leaning = 6;
+  /// Of the second look: the cylinder is known to be there, so that little of it is enough; what is
+  /// seen has to agree with it as in the first. Smaller: another thing is taken for it.
+  double second_min_arc_rad = base::Deg(30.0);
+  double second_min_length_share = 0.1;
+  double second_min_seen_share = 0.05;
+  /// The fit criterion is a cylinder grown by this much: what is perceived within it is the
+  /// cylinder, not an obstacle. A scan's noise and the pose's error.
+  double grown_m = 0.006;
+  /// Between the open hand and others, of a roomy grasp: what completed surfaces were seen to be
+  /// off by. Larger: fewer grasps are roomy.
+  double room_m = 0.010;
+  trial::HandOverOptions hand_over;
+};
+
+/// How the cylinders are looked for at first, and again if the wanted one was not found.
+cylinders::DetectOptions FirstLook(const DemoOptions& options);
+cylinders::DetectOptions SecondLook(const DemoOptions& options);
+
+/// A demo, as its file states it.
+struct Options {
+  trial::Options grasping;
+  DemoOptions demo;
+};
+
+/// The keys of a demo but those that it shares with grasping. @throws base::InputError
+void ReadDemoKeys(base::YamlMap& map, DemoOptions& options);
+/// All keys, to the end of the map. @throws base::InputError
+Options ReadOptions(base::YamlMap& map);
+
+}  // namespace rangegrasp::demo

@@ -1,0 +1,121 @@
+#include "cylinders/task/scanned_cylinder.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.h"
+#include "sensing/line_scanner.h"
+
+namespace rangegrasp::cylinder_task {
+namespace {
+
+/// As SyntheticScan's.
+constexpr double kSpare = 1.01;
+constexpr int kScans = 10;
+/// Edges of the mesh round the axis: their middle lies r (1 - cos(pi / n)) within the circle, half
+/// a micrometre at r = 25 mm.
+constexpr std::uint32_t kEdges = 512;
+/// The sweep is wider than the cylinder by this share, so that its outline is within.
+constexpr double kMargin = 1.1;
+/// The table answers to the laser as a matt, bright surface.
+constexpr std::uint32_t kTableLabel = 0;
+constexpr std::uint32_t kCylinderLabel = 1;
+
+geometry::TriangleMesh MeshOf(const CylinderShape& shape) {
+  geometry::TriangleMesh mesh;
+  const double half_m = 0.5 * shape.height_m;
+  for (std::uint32_t k = 0; k < kEdges; ++k) {
+    const double angle = 2.0 * base::kPi * k / kEdges;
+    const double y = shape.radius_m * std::cos(angle);
+    const double z = shape.radius_m * std::sin(angle);
+    mesh.vertices.emplace_back(-half_m, y, z);
+    mesh.vertices.emplace_back(half_m, y, z);
+  }
+  const std::uint32_t low = 2 * kEdges;
+  const std::uint32_t high = low + 1;
+  mesh.vertices.emplace_back(-half_m, 0.0, 0.0);
+  mesh.vertices.emplace_back(half_m, 0.0, 0.0);
+  for (std::uint32_t k = 0; k < kEdges; ++k) {
+    const std::uint32_t a = 2 * k;
+    const std::uint32_t b = 2 * ((k + 1) % kEdges);
+    mesh.triangles.push_back({a, b, a + 1});
+    mesh.triangles.push_back({b, b + 1, a + 1});
+    mesh.triangles.push_back({high, a + 1, b + 1});
+    mesh.triangles.push_back({low, b, a});
+  }
+  return mesh;
+}
+
+geometry::TriangleMesh TableOf(double x, double side_m) {
+  const double half_m = 0.5 * side_m;
+  return {{{x, -half_m, -half_m}, {x, half_m, -half_m}, {x, half_m, half_m}, {x, -half_m, half_m}},
+          {{0, 1, 2}, {0, 2, 3}}};
+}
+
+// S: x right, y down, z forward (core/frames.h), turned by less than a sample.
+base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double turn_y_rad) {
+  const Eigen::Vector3d forward = -eye.normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitX()).normalized();
+  Eigen::Matrix3d R_WS;
+  R_WS << right, forward.cross(right), forward;
+  const Eigen::AngleAxisd turn_x(turn_x_rad, Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd turn_y(turn_y_rad, Eigen::Vector3d::UnitY());
+  return base::MakePose(R_WS * (turn_x * turn_y).toRotationMatrix(), eye);
+}
+
+CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::Vector3d& eye) {
+  CylinderView view;
+  view.eye = eye;
+  const geometry::RangeImage& image = scan.view.image;
+  for (int line = 0; line < image.profiles; ++line) {
+    for (int sample = 0; sample < image.samples; ++sample) {
+      const Eigen::Vector3d& p = image.points_C[image.Index(line, sample)];
+      if (!p.allFinite() || p.x() <= limit_x) continue;
+      view.points.push_back(p);
+      view.lines.push_back(static_cast<std::uint32_t>(line));
+    }
+  }
+  return view;
+}
+
+}  // namespace
+
+CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
+                          const ScannedOptions& options, base::Rng& rng) {
+  std::vector<sim::VisualMesh> meshes(2);
+  meshes[0].mesh_W = TableOf(-0.5 * shape.height_m, options.table_m);
+  meshes[0].label = kTableLabel;
+  meshes[1].mesh_W = MeshOf(shape);
+  meshes[1].label = kCylinderLabel;
+
+  const double phase_x = rng.Uniform();
+  const double phase_y = rng.Uniform();
+  const base::Rng noise(rng.Next());
+  const Eigen::Vector3d eye = view.Eye();
+  const double reach_m = std::hypot(shape.radius_m, 0.5 * shape.height_m);
+  sensing::LineScannerOptions scanner = options.scanner;
+  scanner.calibration_sigma_m = 0.0;
+  scanner.calibration_sigma_rad = 0.0;
+  scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (view.distance_m - reach_m));
+  scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (view.distance_m - reach_m));
+  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
+  for (int i = 0; i < kScans; ++i) {
+    scanner.samples = static_cast<int>(std::ceil(scanner.fan_rad / pitch)) + 1;
+    scanner.profiles = static_cast<int>(std::ceil(scanner.pan_range_rad / pitch)) + 1;
+    base::Rng same = noise;
+    const base::Pose X_WS = LookAtMiddle(eye, phase_x * pitch, phase_y * pitch);
+    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, scanner, same);
+    CylinderView found = AboveTable(scan, -0.5 * shape.height_m + options.table_clearance_m, eye);
+    if (found.points.empty()) break;
+    if (static_cast<int>(found.points.size()) >= points) {
+      KeepEvenly(points, found);
+      return found;
+    }
+    pitch /= std::sqrt(kSpare * points / static_cast<double>(found.points.size()));
+  }
+  throw base::InputError("the scanner cannot see so many points of the cylinder");
+}
+
+}  // namespace rangegrasp::cylinder_task

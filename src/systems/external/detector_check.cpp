@@ -1,0 +1,137 @@
+#include "external/detector_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/process/sandbox.h"
+#include "external/outside_detector.h"
+#include "grasp/workspace.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::external {
+namespace {
+
+using grasp::Detected;
+using grasp::Detector;
+using grasp::DetectorFailed;
+using grasp::WorkspaceOf;
+using trial::Cell;
+using trial::Sensed;
+
+constexpr std::size_t kScenes = 3;
+/// Tables are reported on other seeds.
+constexpr std::uint64_t kSeed = 11;
+
+struct Scene {
+  std::string object;
+  std::uint64_t seed = 0;
+  Sensed sensed;
+  int target = 0;
+};
+
+std::vector<Scene> ScenesOf(const Cell& cell) {
+  std::vector<Scene> scenes;
+  for (const std::string& object : cell.options.objects) {
+    const std::uint64_t seed = trial::TrialSeed(kSeed, object, 0);
+    auto arranged = ArrangeTrial(cell, {object, 0, seed});
+    if (!arranged) continue;
+    scenes.push_back({object, seed, Look(cell, arranged->world, seed), arranged->target});
+    if (scenes.size() == kScenes) break;
+  }
+  return scenes;
+}
+
+Detected Ask(const Detector& detector, const Scene& scene) {
+  base::Rng rng = trial::StageStream(scene.seed, "perceive");
+  return detector.Detect(scene.sensed.observation, rng);
+}
+
+double SecondsOf(const Detected& detected) {
+  for (const auto& [stage, seconds] : detected.seconds) {
+    if (stage == "detector") return seconds;
+  }
+  return 0.0;
+}
+
+std::string TargetText(const Cell& cell, const Scene& scene, const grasp::Detection& detection) {
+  if (detection.objects.empty()) return "no object";
+  const auto verdict =
+      trial::JudgeDetection(detection, scene.sensed,
+                            {static_cast<std::uint32_t>(scene.target) + 1, cell.TablePlane(),
+                             cell.options.perception.preprocess.table_clearance_m});
+  if (!verdict.right_target) return "the first object is not the one that should be taken";
+  return verdict.segmented ? "the first object is the right one"
+                           : "the first object is a part of the right one";
+}
+
+std::string Describe(const Cell& cell, const Scene& scene, const Detected& detected) {
+  const grasp::Detection& detection = detected.detection;
+  const auto workspace = WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
+  const auto& grasps = detection.grasps;
+  const auto inside = std::ranges::count_if(grasps, [&](const grasp::DetectedGrasp& g) {
+    return workspace.Contains((g.X_CH * cell.robot.hand().X_HG_tip).translation());
+  });
+  const auto free = std::ranges::count_if(grasps, [](const auto& g) { return !g.collides; });
+  return fmt::format(
+      "{}: {} objects{}; {} grasps of the first, {} in the workspace, {} free of collisions; {}; "
+      "{:.2f} s\n",
+      scene.object, detection.objects.size(),
+      detection.objects.empty() || detection.objects.front().whole
+          ? ""
+          : " (none named: what lies between the fingers of the best grasp)",
+      grasps.size(), inside, free, TargetText(cell, scene, detection), SecondsOf(detected));
+}
+
+bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
+  const auto same_object = [](const auto& p, const auto& q) { return p.samples == q.samples; };
+  const auto same_grasp = [](const auto& p, const auto& q) {
+    return p.X_CH.matrix() == q.X_CH.matrix() && p.score == q.score;
+  };
+  return std::ranges::equal(a.objects, b.objects, same_object) &&
+         std::ranges::equal(a.grasps, b.grasps, same_grasp);
+}
+
+std::string DescribeSandbox(const Cell& cell, const Scene& scene, const Detected& before,
+                            bool& failed) {
+  if (const auto why = process::WhyNoSandbox())
+    return "sandbox: does not work here: " + *why + "\n";
+  auto boxed = trial::Of<OutsideOptions>(cell.options, kExternal);
+  const bool wanted = boxed.sandbox;
+  boxed.sandbox = true;
+  try {
+    const Detected again = Ask(*MakeOutsideDetector(boxed, cell.options, cell.robot), scene);
+    return std::string("sandbox: works here, and the detector in it; asked again it gave ") +
+           (IsSame(before.detection, again.detection)
+                ? "the same answer\n"
+                : "another answer: draw random numbers from the question's seed\n");
+  } catch (const DetectorFailed& e) {
+    failed = failed || wanted;
+    return fmt::format(
+        "sandbox: works here, but the detector does not work in it (no network, one writable "
+        "folder): {}\n",
+        e.what());
+  }
+}
+
+}  // namespace
+
+bool CheckAnswers(const Cell& cell, std::string& text) {
+  bool failed = false;
+  const auto scenes = ScenesOf(cell);
+  for (const Scene& scene : scenes) {
+    try {
+      const Detected detected = Ask(*cell.detector, scene);
+      text += Describe(cell, scene, detected);
+      if (&scene == &scenes.back()) {
+        text += DescribeSandbox(cell, scene, detected, failed);
+      }
+    } catch (const DetectorFailed& e) {
+      text += fmt::format("{}: detector_failed: {}\n", scene.object, e.what());
+      return false;
+    }
+  }
+  return !failed;
+}
+
+}  // namespace rangegrasp::external

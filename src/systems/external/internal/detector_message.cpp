@@ -1,0 +1,256 @@
+#include "external/internal/detector_message.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "geometry/cloud_file.h"
+#include "geometry/mesh_file.h"
+#include "grasp/detector.h"
+
+namespace rangegrasp::external::internal {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+// What an answer may hold: its own parts are nested 5 deep (grasps, one, its rotation, a row).
+constexpr int kMaxDepth = 8;
+constexpr std::size_t kMaxObjects = 1000;
+constexpr std::size_t kMaxGrasps = 10'000;
+// Numbers beyond are no places on a table [m], nor sizes of hands.
+constexpr double kMax_m = 100.0;
+constexpr double kMaxScore = 1e12;
+// A rotation printed with four digits is one to this.
+constexpr double kRotationError = 1e-3;
+// Of a value that is wrong so many characters are shown.
+constexpr std::size_t kShown = 60;
+
+ordered_json JsonOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json JsonOf(const base::Pose& X) {
+  ordered_json rows = ordered_json::array();
+  for (int row = 0; row < 4; ++row) {
+    rows.push_back({X(row, 0), X(row, 1), X(row, 2), X(row, 3)});
+  }
+  return rows;
+}
+
+geometry::TriangleMesh OpenHand(const robot::HandModel& hand) {
+  geometry::TriangleMesh mesh_H;
+  for (const auto& shape : hand.states.front().shapes) {
+    geometry::Append(geometry::Tessellate(shape), mesh_H);
+  }
+  return mesh_H;
+}
+
+/// All samples, view after view; organised where there is one view.
+geometry::RangeImage WholeCloud(const geometry::Observation& observation) {
+  if (observation.views.size() == 1) return observation.views.front().image;
+  geometry::RangeImage cloud{.profiles = 1, .samples = 0, .points_C = {}, .origins_C = {}};
+  for (const auto& view : observation.views) {
+    const auto& points_C = view.image.points_C;
+    cloud.points_C.insert(cloud.points_C.end(), points_C.begin(), points_C.end());
+  }
+  cloud.samples = static_cast<int>(cloud.points_C.size());
+  cloud.origins_C = {observation.views.front().X_CV.translation()};
+  return cloud;
+}
+
+/// A value of the answer and the way to it, for what is said of it.
+struct Place {
+  const json& value;
+  std::string path;
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    std::string shown = value.dump(-1, ' ', true, json::error_handler_t::replace);
+    if (shown.size() > kShown) shown = shown.substr(0, kShown) + "...";
+    throw grasp::DetectorFailed(fmt::format("answer: {} is {}: {}", path, shown, what));
+  }
+  bool Has(const std::string& key) const { return value.contains(key); }
+  Place At(const std::string& key) const {
+    const auto found = value.find(key);
+    if (found != value.end()) return {*found, path.empty() ? key : path + "." + key};
+    throw grasp::DetectorFailed(
+        fmt::format("answer: {}'{}' is missing", path.empty() ? std::string() : path + ": ", key));
+  }
+  Place At(std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }
+
+  /// @param max_size  larger lists are refused
+  std::size_t ListSize(std::size_t max_size) const {
+    if (!value.is_array()) Fail("must be a list");
+    if (value.size() > max_size) Fail(fmt::format("must not hold more than {}", max_size));
+    return value.size();
+  }
+  double Number(double low, double high) const {
+    const double number = value.is_number() ? value.get<double>() : low - 1.0;
+    if (number >= low && number <= high) return number;
+    Fail(fmt::format("must be a number from {:g} to {:g}", low, high));
+  }
+  std::size_t Index(std::size_t size, const char* what) const {
+    if (value.is_number_unsigned() && value.get<std::uint64_t>() < size) return value;
+    Fail(fmt::format("must be the position of {}, a whole number from 0 to below {}", what, size));
+  }
+  Eigen::Vector3d Vector() const {
+    if (!value.is_array() || value.size() != 3) Fail("must be three numbers, [x, y, z]");
+    return {At(0).Number(-kMax_m, kMax_m), At(1).Number(-kMax_m, kMax_m),
+            At(2).Number(-kMax_m, kMax_m)};
+  }
+};
+
+Eigen::Vector3d UnitOf(const Place& place) {
+  const Eigen::Vector3d v = place.Vector();
+  if (std::abs(v.norm() - 1.0) > kRotationError) place.Fail("must be of length 1");
+  return v.normalized();
+}
+
+/// The rotation nearest to what is almost one.
+Eigen::Matrix3d RotationOf(const Place& place) {
+  constexpr const char* kRight = "must be a rotation: three rows of three numbers";
+  if (!place.value.is_array() || place.value.size() != 3) place.Fail(kRight);
+  Eigen::Matrix3d R;
+  for (std::size_t row = 0; row < 3; ++row) {
+    R.row(static_cast<Eigen::Index>(row)) = place.At(row).Vector();
+  }
+  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (error > kRotationError) {
+    place.Fail(fmt::format("{}; R^T R differs from the identity by {:.3g}", kRight, error));
+  }
+  if (R.determinant() < 0.0) place.Fail("is a reflection (its determinant is -1), not a rotation");
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+/// The sample at a position in the cloud, counted view after view; nullopt if nothing was measured.
+std::optional<geometry::SampleId> SampleAt(std::size_t position,
+                                           const geometry::Observation& observation) {
+  std::uint32_t view = 0;
+  while (position >= observation.views[view].image.points_C.size()) {
+    position -= observation.views[view++].image.points_C.size();
+  }
+  if (!observation.views[view].image.points_C[position].allFinite()) return std::nullopt;
+  return geometry::SampleId{view, static_cast<std::uint32_t>(position)};
+}
+
+AnsweredObject ObjectOf(const Place& place, std::size_t size,
+                        const geometry::Observation& observation) {
+  if (!place.value.is_object()) place.Fail("must be {\"samples\": [...]}");
+  const Place list = place.At("samples");
+  std::vector<std::size_t> positions;
+  const std::size_t count = list.ListSize(size);
+  for (std::size_t i = 0; i < count; ++i) positions.push_back(list.At(i).Index(size, "a sample"));
+  std::sort(positions.begin(), positions.end());
+  positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
+  AnsweredObject object;
+  for (const std::size_t position : positions) {
+    if (const auto sample = SampleAt(position, observation)) object.samples.push_back(*sample);
+  }
+  if (place.Has("surface") && !place.value["surface"].is_null()) {
+    const Place surface = place.At("surface");
+    if (!surface.value.is_string()) surface.Fail("must be the name of a file");
+    object.surface = surface.value.get<std::string>();
+  }
+  return object;
+}
+
+/// @param objects  0 if they are left out
+AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
+  if (!place.value.is_object()) {
+    place.Fail("must be {\"position_m\": ..., \"rotation\": ..., \"width_m\": ..., ...}");
+  }
+  AnsweredGrasp grasp;
+  if (objects && place.Has("object")) {
+    grasp.object = place.At("object").Index(*objects, "an object in the answer");
+  } else if (objects && *objects == 0) {
+    place.Fail("is of no object, since objects is empty; leave objects out if there are none");
+  }
+  grasp::Proposal& proposal = grasp.proposal;
+  const Eigen::Matrix3d R_CG = RotationOf(place.At("rotation"));
+  proposal.X_CG = base::MakePose(R_CG, place.At("position_m").Vector());
+  proposal.width_m = place.At("width_m").Number(0.0, kMax_m);
+  proposal.approach_C = place.Has("approach") ? UnitOf(place.At("approach")) : R_CG.col(2);
+  if (place.Has("score")) proposal.score = place.At("score").Number(-kMaxScore, kMaxScore);
+  return grasp;
+}
+
+json ParseLine(const std::string& line) {
+  const auto shallow = [](int depth, json::parse_event_t, const json&) {
+    if (depth <= kMaxDepth) return true;
+    throw grasp::DetectorFailed(fmt::format("answer: nested more than {} deep", kMaxDepth));
+  };
+  try {
+    return json::parse(line, shallow);
+  } catch (const json::exception& e) {
+    std::string begin = line.substr(0, kShown);
+    throw grasp::DetectorFailed(
+        fmt::format("answer: no JSON ({}); it begins with: {} (print nothing else "
+                    "on stdout: what is for people goes to stderr)",
+                    e.what(), begin));
+  }
+}
+
+}  // namespace
+
+std::string TextOf(const Question& question) {
+  ordered_json message;
+  message["observation"] = kCloudFile;
+  message["views"] = ordered_json::array();
+  for (const auto& view : question.observation.views) {
+    message["views"].push_back({{"X_WV", JsonOf(view.X_CV)},
+                                {"rows", view.image.profiles},
+                                {"columns", view.image.samples}});
+  }
+  message["noise_m"] = question.noise_m;
+  const robot::Robot& robot = question.robot;
+  message["workspace"] = {{"center_m", JsonOf(robot.X_WWorkspace.translation())},
+                          {"up", JsonOf(Eigen::Vector3d(robot.X_WWorkspace.linear().col(2)))},
+                          {"radius_m", robot.workspace_radius_m},
+                          {"margin_m", question.margin_m}};
+  const robot::HandModel& hand = robot.hand();
+  message["hand"] = {{"opening_m", hand.MaxGap()},
+                     {"depth_m", hand.depth_m},
+                     {"mesh", kHandFile},
+                     {"tcp", JsonOf(hand.X_HG_tip)}};
+  message["arm"] = {{"base_m", JsonOf(robot.links().front().X_PB.translation())}};
+  message["images"] = ordered_json::array();
+  message["seed"] = question.seed;
+  return message.dump();
+}
+
+void WriteFiles(const Question& question, const std::filesystem::path& folder) {
+  geometry::WriteCloud(folder / kCloudFile, WholeCloud(question.observation));
+  geometry::WriteStl(folder / kHandFile, OpenHand(question.robot.hand()));
+}
+
+Answer ParseAnswer(const std::string& line, const geometry::Observation& observation) {
+  const json parsed = ParseLine(line);
+  const Place whole{parsed, ""};
+  if (!parsed.is_object()) {
+    throw grasp::DetectorFailed("answer: must be {\"objects\": [...], \"grasps\": [...]}");
+  }
+  std::size_t size = 0;
+  for (const auto& view : observation.views) size += view.image.points_C.size();
+  Answer answer;
+  std::optional<std::size_t> objects;
+  if (whole.Has("objects") && !parsed["objects"].is_null()) {
+    const Place list = whole.At("objects");
+    objects = list.ListSize(kMaxObjects);
+    answer.objects.emplace();
+    for (std::size_t i = 0; i < *objects; ++i) {
+      answer.objects->push_back(ObjectOf(list.At(i), size, observation));
+    }
+  }
+  const Place grasps = whole.At("grasps");
+  const std::size_t count = grasps.ListSize(kMaxGrasps);
+  for (std::size_t i = 0; i < count; ++i) {
+    answer.grasps.push_back(GraspOf(grasps.At(i), objects));
+  }
+  std::ranges::stable_sort(answer.grasps, [](const AnsweredGrasp& a, const AnsweredGrasp& b) {
+    return a.proposal.score > b.proposal.score;
+  });
+  return answer;
+}
+
+}  // namespace rangegrasp::external::internal

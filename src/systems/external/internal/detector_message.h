@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geometry/observation.h"
+#include "grasp/proposals.h"
+#include "robot/robot.h"
+
+/// What goes to a detector from outside and comes back from it: one JSON object a line
+/// (docs/bring-your-own-detector.md).
+namespace rangegrasp::external::internal {
+
+/// Names of the files in its folder.
+constexpr const char* kCloudFile = "obs.pcd";
+constexpr const char* kHandFile = "hand.stl";
+
+struct Question {
+  const geometry::Observation& observation;
+  const robot::Robot& robot;
+  double noise_m = 0.0;
+  double margin_m = 0.0;   ///< round the workspace in which things are perceived
+  std::uint64_t seed = 0;  ///< below 2^53, so that every language can hold it
+};
+
+/// The line, without its end.
+std::string TextOf(const Question& question);
+/// Writes what the line names.
+void WriteFiles(const Question& question, const std::filesystem::path& folder);
+
+struct AnsweredObject {
+  std::vector<geometry::SampleId> samples;  ///< that were measured; ascending, each once
+  std::string surface;                      ///< name of a file; may be empty
+};
+
+struct AnsweredGrasp {
+  std::size_t object = 0;
+  grasp::Proposal proposal;
+};
+
+struct Answer {
+  std::optional<std::vector<AnsweredObject>> objects;  ///< nullopt: left out
+  std::vector<AnsweredGrasp> grasps;                   ///< best first
+};
+
+/// @param observation  what the samples are of
+/// @throws DetectorFailed naming the place in the answer, the value, and what would be right.
+Answer ParseAnswer(const std::string& line, const geometry::Observation& observation);
+
+}  // namespace rangegrasp::external::internal

@@ -1,0 +1,308 @@
+#include "external/outside_detector.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/process/ask.h"
+#include "base/process/own_folder.h"
+#include "base/process/sandbox.h"
+#include "base/stopwatch.h"
+#include "external/internal/detector_message.h"
+#include "geometry/groups.h"
+#include "geometry/kd_tree.h"
+#include "geometry/mesh_file.h"
+#include "grasp/proposals.h"
+#include "grasp/surface.h"
+#include "grasp/view_obstacles.h"
+#include "grasp/workspace.h"
+#include "perception/perceive.h"
+
+namespace rangegrasp::external {
+namespace {
+
+namespace fs = std::filesystem;
+using grasp::Detected;
+using grasp::Detector;
+using grasp::DetectorFailed;
+using grasp::ObstaclesOfViews;
+using grasp::SceneObserver;
+using grasp::Turn;
+using grasp::WorkspaceOf;
+using internal::Answer;
+using internal::AnsweredObject;
+using perception::Scene;
+
+// Of what is said of an answer so many characters are recorded.
+constexpr std::size_t kDetail = 600;
+// Seeds below 2^53 are whole numbers in every language's floating point.
+constexpr int kSeedShift = 11;
+constexpr double kMega_bytes = 1024.0 * 1024.0;
+// Larger surfaces are refused: what a scan shows of an object has ten times fewer triangles, and
+// hulls and collision trees of more take longer than a trial.
+constexpr std::uintmax_t kMaxSurface_bytes = 64 * 1024 * 1024;
+constexpr std::size_t kMaxTriangles = 100'000;
+// Of so many grasps the best are looked at: each costs a collision check.
+constexpr std::size_t kMaxChecked = 200;
+// Grid of the specks that stand for objects that come without a surface.
+constexpr double kSpeckCell_m = 0.002;
+
+process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder) {
+  process::Program program;
+  program.command = options.command;
+  program.folder = folder;
+  program.limit_s = options.limit_s;
+  program.max_memory_bytes = static_cast<std::uint64_t>(options.memory_mb * kMega_bytes);
+  program.max_file_bytes = static_cast<std::uint64_t>(options.file_mb * kMega_bytes);
+  program.environment = {{"TMPDIR", folder.string()}};
+  // Trials share the cores already, and sums in another order are other figures.
+  for (const char* threads : {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"}) {
+    if (!std::getenv(threads)) program.environment.emplace_back(threads, "1");
+  }
+  if (!options.sandbox) return program;
+  process::Box box{folder, options.hidden, {}};
+  box.hidden.push_back(fs::absolute("results"));
+  for (const fs::path& file : options.files) {
+    if (!fs::is_directory(file)) box.shown.push_back(file.parent_path());
+    box.shown.push_back(file);
+  }
+  program.command = process::InSandbox(options.command, box);
+  return program;
+}
+
+/// A surface from the detector's folder: what it says is no more to be trusted than its answer.
+geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& folder) {
+  const auto fail = [&](const std::string& why) {
+    throw DetectorFailed(fmt::format("answer: surface '{}' {}", name, why));
+  };
+  std::error_code error;
+  const fs::path file = fs::canonical(folder / name, error);
+  if (error) fail("does not exist");
+  if (file.parent_path() != folder) fail("lies outside the detector's folder");
+  if (!fs::is_regular_file(file)) fail("is no file");
+  if (fs::file_size(file) > kMaxSurface_bytes) fail("is larger than 64 MB");
+  // Other formats name further files.
+  const std::string ending = base::EndingOf(file);
+  if (ending != ".ply" && ending != ".stl") fail("must be a .ply or .stl");
+  geometry::TriangleMesh mesh;
+  try {
+    mesh = geometry::ReadMesh(file);
+  } catch (const base::InputError& e) {
+    fail(e.what());
+  }
+  if (mesh.triangles.size() > kMaxTriangles) fail("has more than 100,000 triangles");
+  for (const Eigen::Vector3d& p : mesh.vertices) {
+    if (!(p.norm() < 100.0)) fail("has a vertex that is nowhere near the table");
+  }
+  return mesh;
+}
+
+/// Where each sample of the observation stands in the scene's cloud; -1: not above the table.
+class CloudPositions {
+ public:
+  CloudPositions(const Scene& scene, const geometry::Observation& observation) {
+    for (const auto& view : observation.views) {
+      positions_.emplace_back(view.image.points_C.size(), -1);
+    }
+    for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+      const auto& id = scene.SampleOf(i);
+      positions_[id.view][id.sample] = static_cast<std::int64_t>(i);
+    }
+  }
+  geometry::Indices Of(const std::vector<geometry::SampleId>& samples) const {
+    geometry::Indices found;
+    for (const auto& id : samples) {
+      const std::int64_t i = positions_[id.view][id.sample];
+      if (i >= 0) found.push_back(static_cast<std::uint32_t>(i));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+ private:
+  std::vector<std::vector<std::int64_t>> positions_;
+};
+
+perception::PerceivedObject ObjectFrom(geometry::Indices points, const Scene& scene) {
+  perception::PerceivedObject object;
+  object.points = std::move(points);
+  object.completed_C = geometry::Select(scene.cloud.points, object.points);
+  object.surface_C = grasp::SpeckMesh(object.completed_C, kSpeckCell_m);
+  return object;
+}
+
+/// What hangs together with some points of a cloud; positions in it.
+geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan points_C,
+                            double link_m) {
+  std::vector<char> is_seed(points_C.size(), 0);
+  for (const auto i : seeds) is_seed[i] = 1;
+  const geometry::KdTree tree(points_C);
+  geometry::Indices grown;
+  for (const auto& group : geometry::GroupsWithin(points_C, tree, link_m)) {
+    if (std::none_of(group.begin(), group.end(), [&](auto i) { return is_seed[i] != 0; })) continue;
+    grown.insert(grown.end(), group.begin(), group.end());
+  }
+  std::sort(grown.begin(), grown.end());
+  return grown;
+}
+
+class OutsideDetector : public Detector {
+ public:
+  OutsideDetector(OutsideOptions outside, const grasp::DetectorOptions& options,
+                  const robot::Robot& robot, SceneObserver observer)
+      : outside_(std::move(outside)),
+        options_(options),
+        robot_(robot),
+        observer_(std::move(observer)) {}
+
+  Detected Detect(const geometry::Observation& observation, base::Rng& rng,
+                  const Turn& turn) const override {
+    Detected detected;
+    base::Stopwatch watch;
+    const std::uint64_t seed = rng.Next() >> kSeedShift;
+    const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+    Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
+    detected.seconds.emplace_back("table", watch.Restart());
+    const process::OwnFolder folder;
+    const internal::Question question{observation, robot_, scene.sampling.noise_m,
+                                      options_.workspace_margin_m, seed};
+    internal::WriteFiles(question, folder.path());
+    const process::Reply reply =
+        process::Ask(ProgramOf(outside_, folder.path()), internal::TextOf(question));
+    detected.seconds.emplace_back("detector", watch.Restart());
+    try {
+      if (!reply.line) throw DetectorFailed(reply.failure);
+      const Answer answer = internal::ParseAnswer(*reply.line, observation);
+      Understand(answer, folder.path(), observation, turn, scene, detected);
+    } catch (const DetectorFailed& e) {
+      const std::string words = reply.last_words.empty() ? "" : "; stderr: " + reply.last_words;
+      throw DetectorFailed(process::LastWords(e.what(), kDetail) + words);
+    }
+    detected.seconds.emplace_back("grasp", watch.Restart());
+    return detected;
+  }
+
+ private:
+  void Understand(const Answer& answer, const fs::path& folder,
+                  const geometry::Observation& observation, const Turn& turn, Scene& scene,
+                  Detected& detected) const {
+    detected.detection.table_C = scene.table.plane;
+    detected.kept = scene.cloud.size();
+    const auto first = answer.objects
+                           ? FirstOfObjects(answer, folder, observation, turn, scene, detected)
+                           : FirstOfGrasps(answer, turn, scene, detected);
+    std::vector<grasp::Grasp> grasps;
+    std::vector<Eigen::Vector3d> approaches_C;
+    if (first && !scene.objects.front().points.empty()) {
+      for (const auto& one : answer.grasps) {
+        if (answer.objects && one.object != *first) continue;
+        if (grasps.size() == kMaxChecked) break;
+        grasps.push_back(Placed(one.proposal));
+        approaches_C.push_back(one.proposal.approach_C);
+      }
+      detected.detection.obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
+      grasp::CheckProposals(scene, 0, robot_.hand(), options_.grasp,
+                            detected.detection.obstacles.measured_C, grasps);
+    }
+    if (observer_) observer_(scene, grasps, observation);
+    grasp::Detection made = grasp::DetectionFrom(scene, grasps);
+    for (std::size_t i = 0; i < grasps.size(); ++i) made.grasps[i].approach_C = approaches_C[i];
+    // Samples are scored as the detector names them, those near the table, too.
+    for (std::size_t i = 0; i < made.objects.size(); ++i) {
+      made.objects[i].samples = std::move(detected.detection.objects[i].samples);
+      made.objects[i].whole = detected.detection.objects[i].whole;
+    }
+    made.obstacles = std::move(detected.detection.obstacles);
+    detected.detection = std::move(made);
+    detected.segments = static_cast<int>(scene.objects.size());
+  }
+
+  /// What is nowhere near the workspace counts as colliding.
+  grasp::Grasp Placed(const grasp::Proposal& proposal) const {
+    grasp::Grasp placed = grasp::PlaceHand(proposal, robot_.hand(), options_.grasp);
+    const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+    if (!workspace.Contains(proposal.X_CG.translation())) placed.collides = true;
+    return placed;
+  }
+
+  static void Add(perception::PerceivedObject object, std::vector<geometry::SampleId> samples,
+                  bool whole, bool first, Scene& scene, Detected& detected) {
+    auto& objects = detected.detection.objects;
+    grasp::DetectedObject own{std::move(samples), {}, false, false, whole};
+    objects.insert(first ? objects.begin() : objects.end(), std::move(own));
+    scene.objects.insert(first ? scene.objects.begin() : scene.objects.end(), std::move(object));
+  }
+
+  /// The answer's objects, the one whose turn it is first. @return its position in the answer
+  std::optional<std::size_t> FirstOfObjects(const Answer& answer, const fs::path& folder,
+                                            const geometry::Observation& observation,
+                                            const Turn& turn, Scene& scene,
+                                            Detected& detected) const {
+    const CloudPositions positions(scene, observation);
+    std::optional<std::size_t> first;
+    std::optional<int> first_turn;
+    for (std::size_t i = 0; i < answer.objects->size(); ++i) {
+      const AnsweredObject& answered = (*answer.objects)[i];
+      const auto its = turn ? turn(answered.samples) : std::optional<int>(first ? 1 : 0);
+      const bool leads = its && (!first_turn || *its < *first_turn);
+      if (leads) {
+        first = i;
+        first_turn = its;
+      }
+      auto object = ObjectFrom(positions.Of(answered.samples), scene);
+      if (!answered.surface.empty()) object.surface_C = ReadSurface(answered.surface, folder);
+      Add(std::move(object), answered.samples, true, leads, scene, detected);
+    }
+    detected.has_turn = first.has_value();
+    return first;
+  }
+
+  /// The object between the fingers of the best grasp (whose turn it is).
+  std::optional<std::size_t> FirstOfGrasps(const Answer& answer, const Turn& turn, Scene& scene,
+                                           Detected& detected) const {
+    geometry::Indices best;
+    std::optional<int> best_turn;
+    const std::size_t looked_at = std::min(answer.grasps.size(), kMaxChecked);
+    for (std::size_t i = 0; i < looked_at && (turn || best.empty()); ++i) {
+      auto between = grasp::BetweenFingers(Placed(answer.grasps[i].proposal), robot_.hand(),
+                                           scene.cloud.points);
+      if (between.empty()) continue;
+      const auto its = turn ? turn(SamplesOf(between, scene)) : std::optional<int>(0);
+      if (!its || (best_turn && *its >= *best_turn)) continue;
+      best = std::move(between);
+      best_turn = its;
+    }
+    detected.has_turn = !best.empty();
+    if (best.empty()) return std::nullopt;
+    const double link_m = options_.obstacles.link_gaps * scene.sampling.gap_m;
+    Add(ObjectFrom(GrownFrom(best, scene.cloud.points, link_m), scene), SamplesOf(best, scene),
+        false, true, scene, detected);
+    return 0;
+  }
+
+  static std::vector<geometry::SampleId> SamplesOf(const geometry::Indices& points,
+                                                   const Scene& scene) {
+    std::vector<geometry::SampleId> samples;
+    for (const auto i : points) samples.push_back(scene.SampleOf(i));
+    return samples;
+  }
+
+  OutsideOptions outside_;
+  const grasp::DetectorOptions& options_;
+  const robot::Robot& robot_;
+  SceneObserver observer_;
+};
+
+}  // namespace
+
+std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
+                                              const grasp::DetectorOptions& options,
+                                              const robot::Robot& robot, SceneObserver observer) {
+  return std::make_unique<OutsideDetector>(outside, options, robot, std::move(observer));
+}
+
+}  // namespace rangegrasp::external

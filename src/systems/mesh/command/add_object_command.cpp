@@ -1,0 +1,315 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/image/png.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "cli/output.h"
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "experiment/runner.h"
+#include "mesh/command/mesh_commands.h"
+#include "mesh/mesh_object.h"
+#include "mesh/object_file.h"
+#include "sim/check_object.h"
+#include "sim/object_picture.h"
+#include "sim/resting_poses.h"
+#include "sim/surfaces.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPictureWidth = 960;
+constexpr int kPictureHeight = 720;
+constexpr double kGram = 1e-3;
+// Of a trial of the lift test: the shipped experiments need a second.
+constexpr double kTrialLimit_s = 60.0;
+// Resting poses that tip over earlier are left out of experiments (min_tipping_deg).
+constexpr double kMinTipping_rad = base::Deg(10.0);
+
+struct Arguments {
+  std::string mesh, name, title, unit, up, texture, surface = "plastic", out = "objects";
+  std::optional<double> height_mm, size_mm, mass_g, density;
+  double scale = 1.0;
+  int trials = 3;
+  bool fill_holes = false, overwrite = false, json = false;
+};
+
+/// A folder for what is not finished; it goes with its owner.
+class Workshop {
+ public:
+  Workshop() {
+    std::string name = (fs::temp_directory_path() / "rangegrasp-object-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw base::RunError("no folder can be made in " + fs::temp_directory_path().string());
+    }
+    path_ = name;
+  }
+  ~Workshop() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+  }
+  Workshop(const Workshop&) = delete;
+  Workshop& operator=(const Workshop&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// What add-object found, for people and for programs.
+struct Found {
+  objects::MeshObject object;
+  objects::ObjectLook look;
+  std::vector<sim::RestingPose> poses;
+  std::vector<experiment::Result> trials;
+  std::vector<base::Finding> findings;
+  fs::path folder;
+
+  int Delivered() const {
+    return static_cast<int>(std::count_if(trials.begin(), trials.end(), [](const auto& trial) {
+      return trial.outcome == "delivered";
+    }));
+  }
+};
+
+objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& surface) {
+  objects::MeshObjectOptions options;
+  if (!a.unit.empty()) options.unit = base::FromWord<objects::LengthUnit>(a.unit, "--unit");
+  if (!a.up.empty()) options.up = base::FromWord<objects::Up>(a.up, "--up");
+  if (a.height_mm) options.height_m = *a.height_mm * base::kMm;
+  if (a.size_mm) options.longest_m = *a.size_mm * base::kMm;
+  if (a.mass_g) options.mass_kg = *a.mass_g * kGram;
+  options.scale = a.scale;
+  options.density_kg_m3 = a.density.value_or(surface.density_kg_m3);
+  if (a.fill_holes) options.repair.max_hole = 1.0;
+  return options;
+}
+
+objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
+                           const sim::Surface& surface) {
+  objects::ObjectLook look;
+  look.name = name;
+  look.title = a.title.empty() ? name : a.title;
+  look.surface = surface.name;
+  look.albedo = surface.optical.albedo;
+  look.gloss = surface.optical.gloss;
+  look.clarity = surface.optical.clarity;
+  look.specular = surface.specular;
+  look.shininess = surface.shininess;
+  look.table_mu = surface.on_laminate.kinetic_mu;
+  if (!a.texture.empty()) {
+    look.texture_png = base::ReadNonEmptyFile(a.texture);
+    if (!look.texture_png.starts_with("\x89PNG")) {
+      throw base::InputError(a.texture + ": is no PNG");
+    }
+  }
+  return look;
+}
+
+// Trials of the object alone on the shipped table, by the improved method, as in table 5.2.
+std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::string& name,
+                                         int trials) {
+  const fs::path data = base::DataFolder();
+  const fs::path file = objects / "lift_test.yaml";
+  base::WriteFile(file, fmt::format("name: lift_test\nscene: {}\nsensor: {}\nobject_folder: {}\n"
+                                    "objects: [{}]\ntrials_per_object: {}\n",
+                                    (data / "scenes/tabletop.xml").string(),
+                                    (data / "models/sensors/line_scanner.yaml").string(),
+                                    objects.string(), name, trials));
+  const auto e = experiment::OpenExperiment(file, experiment::AllKinds(), {});
+  std::vector<experiment::Result> results;
+  for (const experiment::Case& which : e.cases) {
+    results.push_back(experiment::RunApart(
+        which, kTrialLimit_s, [&](const experiment::Case& c) { return e.task->Run(c); }));
+  }
+  return results;
+}
+
+// Whole or not at all: copied beside, then named.
+void MoveTo(const fs::path& from, const fs::path& to) {
+  const fs::path beside = to.parent_path() / ("." + to.filename().string() + ".new");
+  try {
+    base::MakeFolderOf(to);
+    fs::remove_all(beside);
+    fs::copy(from, beside, fs::copy_options::recursive);
+    fs::remove_all(to);
+    fs::rename(beside, to);
+  } catch (const fs::filesystem_error& error) {
+    std::error_code ignored;
+    fs::remove_all(beside, ignored);
+    throw base::RunError(to.string() + ": cannot be written: " + error.code().message());
+  }
+}
+
+std::string NameOf(const Arguments& a) {
+  const std::string name =
+      a.name.empty() ? objects::ObjectNameFrom(fs::path(a.mesh).stem().string()) : a.name;
+  if (name.empty() || objects::ObjectNameFrom(name) != name) {
+    throw base::InputError("--name '" + name +
+                           "' must be of small letters, digits and '_': it names files and rows");
+  }
+  return name;
+}
+
+void RefuseNumbers(const Arguments& a) {
+  const auto positive = [](const char* flag, std::optional<double> value) {
+    if (!value || (std::isfinite(*value) && *value > 0.0)) return;
+    throw base::InputError(fmt::format("{} {} must be above 0", flag, *value));
+  };
+  positive("--height-mm", a.height_mm);
+  positive("--size-mm", a.size_mm);
+  positive("--scale", a.scale);
+  positive("--mass", a.mass_g);
+  positive("--density", a.density);
+}
+
+Found Add(const Arguments& a) {
+  RefuseNumbers(a);
+  Found found;
+  const std::string name = NameOf(a);
+  found.folder = fs::path(a.out) / name;
+  if (fs::exists(found.folder) && !a.overwrite) {
+    throw base::InputError(found.folder.string() +
+                           ": is there already; --overwrite replaces it, --name names it anew");
+  }
+  // As if it stood where it will stand.
+  const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
+  const sim::Surface& surface = sim::FindSurface(surfaces, a.surface);
+  found.look = LookOf(a, name, surface);
+  found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
+
+  const Workshop workshop;
+  const fs::path folder = workshop.path() / name;
+  for (const auto& [file, text] : objects::ObjectFiles(found.object, found.look)) {
+    base::WriteFile(folder / file, text);
+  }
+  const fs::path own_surfaces = fs::path(a.out) / "surfaces.yaml";
+  if (fs::exists(own_surfaces)) fs::copy_file(own_surfaces, workshop.path() / "surfaces.yaml");
+  const sim::ObjectModel model{name, folder / (name + ".xml")};
+  found.findings = sim::CheckObject(model);
+  if (base::HasError(found.findings)) {
+    const base::Finding& first = found.findings.front();
+    throw base::InputError(
+        fmt::format("{}: makes no object: {}; {}", a.mesh, first.what, first.cure));
+  }
+  found.poses = sim::StableRestingPoses(model, kMinTipping_rad);
+  // Before anything is drawn: that starts threads.
+  if (a.trials > 0) found.trials = LiftTest(workshop.path(), name, a.trials);
+  image::WritePng(folder / (name + ".png"), DrawObject(model, "", kPictureWidth, kPictureHeight));
+  MoveTo(folder, found.folder);
+  return found;
+}
+
+std::string Outcomes(const Found& found) {
+  std::vector<std::string> words;
+  for (const auto& trial : found.trials) words.push_back(trial.outcome);
+  return base::Join(words);
+}
+
+std::string Text(const Found& found) {
+  const objects::MeshObject& o = found.object;
+  const Eigen::Vector3d mm = o.size_m * base::kMmPerM;
+  constexpr double kCm3PerM3 = 1e6;
+  std::string text =
+      fmt::format("{}: {:.0f} x {:.0f} x {:.0f} mm, {:.1f} cm3, {:.0f} g ({:.0f} kg/m3), {}\n",
+                  found.look.name, mm.x(), mm.y(), mm.z(), o.volume_m3 * kCm3PerM3,
+                  o.mass_kg / kGram, o.mass_kg / o.volume_m3, found.look.surface);
+  for (const std::string& line : o.said) text += line + "\n";
+  text +=
+      fmt::format("hulls: {}; they hold {:.1f} % of the solid, and stand {:.1f} % of it outside\n",
+                  o.hulls_O.size(), 100.0 * o.overlap.covered, 100.0 * o.overlap.beyond);
+  text += "resting poses:";
+  for (const auto& pose : found.poses) {
+    text += fmt::format(" {} {:.0f} % (tips over at {:.0f} deg),", pose.label,
+                        100.0 * pose.probability, base::ToDeg(pose.tipping_rad));
+  }
+  text.back() = '\n';
+  if (!found.trials.empty()) {
+    text += fmt::format("lift test: {} of {} delivered ({})\n", found.Delivered(),
+                        found.trials.size(), Outcomes(found));
+  }
+  for (const base::Finding& finding : found.findings) text += base::TextOf(finding) + "\n";
+  return text + fmt::format("written: {0}, with a picture {0}/{1}.png\n", found.folder.string(),
+                            found.look.name);
+}
+
+std::string Json(const Found& found) {
+  const objects::MeshObject& o = found.object;
+  nlohmann::ordered_json poses = nlohmann::ordered_json::array();
+  for (const auto& pose : found.poses) {
+    poses.push_back({{"label", pose.label},
+                     {"probability", pose.probability},
+                     {"tipping_deg", base::ToDeg(pose.tipping_rad)}});
+  }
+  nlohmann::ordered_json outcomes = nlohmann::ordered_json::array();
+  for (const auto& trial : found.trials) outcomes.push_back(trial.outcome);
+  const nlohmann::ordered_json json = {{"name", found.look.name},
+                                       {"folder", found.folder.string()},
+                                       {"size_m", {o.size_m.x(), o.size_m.y(), o.size_m.z()}},
+                                       {"mass_kg", o.mass_kg},
+                                       {"volume_m3", o.volume_m3},
+                                       {"surface", found.look.surface},
+                                       {"said", o.said},
+                                       {"hulls", o.hulls_O.size()},
+                                       {"hulls_cover", o.overlap.covered},
+                                       {"hulls_beyond", o.overlap.beyond},
+                                       {"resting_poses", poses},
+                                       {"lift_test", outcomes}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace
+
+void AddAddObjectCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "add-object",
+      "A mesh becomes an object that experiments can name: weighed, cut into convex "
+      "parts, tried by a lift.");
+  auto a = std::make_shared<Arguments>();
+  command->add_option("mesh", a->mesh, "OBJ, STL, PLY, OFF or glTF")->required();
+  command->add_option("--name", a->name, "of the object (default: the file's)");
+  command->add_option("--title", a->title, "as it shall stand in tables (default: the name)");
+  command->add_option("-o,--out", a->out, "folder of objects that it is put into")
+      ->capture_default_str();
+  command->add_option("--unit", a->unit, "of the mesh (default: guessed from its size)")
+      ->check(CLI::IsMember(base::WordList<objects::LengthUnit>()));
+  auto* height = command->add_option("--height-mm", a->height_mm, "scaled to this height");
+  command->add_option("--size-mm", a->size_mm, "scaled so that its longest edge is this long")
+      ->excludes(height);
+  command->add_option("--scale", a->scale, "scaled by this, after the unit");
+  command->add_option("--up", a->up, "axis of the mesh that points up (default: z; y of glTF)")
+      ->check(CLI::IsMember(base::WordList<objects::Up>()));
+  auto* mass = command->add_option("--mass", a->mass_g, "in grams");
+  command->add_option("--density", a->density, "in kg/m3 (default: the surface's)")->excludes(mass);
+  command->add_option("--surface", a->surface, "a word of surfaces.yaml")->capture_default_str();
+  command->add_option("--texture", a->texture, "PNG that is printed on it");
+  command->add_flag("--fill-holes", a->fill_holes, "puts a lid on every hole, however large");
+  command->add_option("--lift-trials", a->trials, "of the lift test; 0: none")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  command->add_flag("--overwrite", a->overwrite, "replaces an object of that name");
+  command->add_flag("--json", a->json, "prints what it found as JSON");
+  command->footer(
+      "Example: rangegrasp add-object mug.stl --surface ceramic --mass 320 --out objects\n"
+      "Then name it in an experiment: object_folders: [objects], objects: [mug]");
+  command->callback([a] {
+    const Found found = Add(*a);
+    WriteResult(a->json ? Json(found) : Text(found));
+  });
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,108 @@
+#include "parts/handle/handle_grasps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "geometry/kd_tree.h"
+#include "grasp/handle.h"
+#include "grasp/proposals.h"
+#include "parts/function/description.h"
+#include "parts/hierarchy/hierarchy.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using grasp::Grasp;
+
+/// A piece has this share of the object's points at most, to be its handle.
+constexpr double kMaxShare = 0.25;
+/// And comes so near to it: where the body hides a handle's ends there is room for fingers between.
+constexpr double kMaxGap_m = 0.025;
+
+using perception::PerceivedObject;
+
+bool IsCutOff(const perception::Scene& scene, const PerceivedObject& object,
+              const geometry::KdTree& tree, const PerceivedObject& piece) {
+  if (static_cast<double>(piece.points.size()) >
+      kMaxShare * static_cast<double>(object.points.size())) {
+    return false;
+  }
+  return std::ranges::any_of(piece.points, [&](std::uint32_t p) {
+    return tree.CountWithin(scene.cloud.points[p], kMaxGap_m, 1) > 0;
+  });
+}
+
+void Join(const PerceivedObject& piece, PerceivedObject& object) {
+  object.points.insert(object.points.end(), piece.points.begin(), piece.points.end());
+  std::ranges::sort(object.points);
+  object.completed_C.insert(object.completed_C.end(), piece.completed_C.begin(),
+                            piece.completed_C.end());
+  geometry::Append(piece.surface_C, object.surface_C);
+}
+
+struct FoundHandle {
+  geometry::Points points_C;
+  Eigen::Vector3d body_C;
+};
+
+/// The largest: parts are numbered by falling size.
+std::optional<FoundHandle> FindHandle(const parts::Shape& cloud, const Eigen::Vector3d& up_C,
+                                      std::string& why_none) {
+  const parts::Segmentation found = parts::SegmentHierarchy(cloud, {});
+  const auto described = parts::DescribeParts(cloud, found, {.one_view = true, .up = {up_C}});
+  const auto handle =
+      std::ranges::find(described, parts::PartFunction::kHandle, &parts::PartDescription::function);
+  if (handle == described.end()) {
+    why_none = found.parts == 1 ? "no handle: what is seen of the object is one part"
+                                : fmt::format(
+                                      "no handle: none of the object's {} parts is thin and stands "
+                                      "out of its body",
+                                      found.parts);
+    return std::nullopt;
+  }
+  FoundHandle result;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (found.label[i] == handle->label) result.points_C.push_back(cloud.points[i]);
+  }
+  result.body_C = described.front().center;
+  return result;
+}
+
+}  // namespace
+
+void JoinCutOffHandle(perception::Scene& scene) {
+  if (scene.objects.empty()) return;
+  PerceivedObject& object = scene.objects.front();
+  const geometry::Points points = geometry::Select(scene.cloud.points, object.points);
+  const geometry::KdTree tree(points);
+  const PerceivedObject alone = object;
+  std::erase_if(scene.objects, [&](const PerceivedObject& other) {
+    if (&other == &scene.objects.front() || !IsCutOff(scene, alone, tree, other)) return false;
+    Join(other, scene.objects.front());
+    return true;
+  });
+}
+
+grasp::SelectedGrasps PlanHandleGrasps(const perception::Scene& scene, std::size_t object,
+                                       const robot::HandModel& hand,
+                                       const grasp::GraspOptions& options,
+                                       std::span<const geometry::TriangleMesh> obstacles_C) {
+  grasp::SelectedGrasps result;
+  const Eigen::Vector3d up_C = scene.table.plane.normal;
+  const auto handle =
+      FindHandle({geometry::Select(scene.cloud.points, scene.objects[object].points), {}, {}}, up_C,
+                 result.why_none);
+  if (!handle) return result;
+  for (const grasp::Proposal& way :
+       grasp::ProposeHandleGrasps({handle->points_C, handle->body_C}, up_C)) {
+    result.grasps.push_back(PlaceHand(way, hand, options));
+    result.grasps.back().type = grasp::GraspType::kNamed;
+  }
+  CheckProposals(scene, object, hand, options, obstacles_C, result.grasps);
+  std::ranges::stable_partition(result.grasps, [](const Grasp& g) { return !g.collides; });
+  return result;
+}
+
+}  // namespace rangegrasp::parts

@@ -1,0 +1,311 @@
+#include "parts/task/parts_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/number.h"
+#include "parts/metrics/human_score.h"
+#include "parts/task/parts_report.h"
+
+namespace rangegrasp::parts_task {
+namespace {
+
+using base::YamlMap;
+using nlohmann::json;
+using parts::Method;
+
+/// Numbers of models and of models a class are bounded so that a slip of the pen is told.
+constexpr int kMaxId = 1'000'000;
+constexpr int kMaxModels = 1'000'000;
+constexpr int kMaxRange = 1000;
+
+/// The keys as they stand in the file.
+struct Keys {
+  std::string data;
+  std::vector<std::string> classes;
+  std::vector<Method> methods;
+  std::filesystem::path runtimes;
+  int models_per_class = 0;
+  std::vector<CloudGrade> clouds;
+};
+
+/// The numbers of a list within a range.
+template <typename Number>
+std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low, Number high,
+                                const std::string& doc) {
+  std::vector<std::string> words;
+  map.Read(key, words, doc);
+  std::vector<Number> numbers;
+  for (const std::string& word : words) {
+    const auto number = base::NumberFrom<Number>(word);
+    if (!number || !(*number >= low && *number <= high)) {
+      map.Fail(key, fmt::format("'{}' must be a number from {} to {}", word, low, high));
+    }
+    if (std::count(numbers.begin(), numbers.end(), *number) > 0) {
+      map.Fail(key, fmt::format("{} stands twice", *number));
+    }
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+/// Of every number of points every noise.
+std::vector<CloudGrade> ReadClouds(YamlMap& map) {
+  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, scored beside it");
+  const auto points = ReadNumbers(clouds, "points", 100, 10'000'000, "numbers of points");
+  const auto noises = ReadNumbers(clouds, "noise_percent", 0.0, 10.0,
+                                  "standard deviations of each coordinate, in percent of the "
+                                  "diagonal of the model's bounding box");
+  clouds.Finish();
+  std::vector<CloudGrade> grades;
+  for (const int count : points) {
+    for (const double noise : noises) grades.push_back({count, noise});
+  }
+  if (map.Has("clouds") && grades.empty()) {
+    map.Fail("clouds", "needs both, e.g. clouds: {points: [10000], noise_percent: [0, 0.3]}");
+  }
+  return grades;
+}
+
+Keys ReadKeys(YamlMap& map) {
+  Keys keys;
+  for (const Method method : base::ValuesOf<Method>()) keys.methods.push_back(method);
+  map.Read("methods", keys.methods, "methods to run on every model");
+  keys.clouds = ReadClouds(map);
+  map.Require("classes");
+  map.Read("classes", keys.classes, "classes of models, in the order of the tables");
+  map.Read("models_per_class", keys.models_per_class, 0, kMaxModels,
+           "at most so many models of each class and split; 0 for all");
+  map.ReadPath("runtimes", keys.runtimes, "published table 6.1 as CSV: method, seconds");
+  map.Require("data");
+  map.Read("data", keys.data,
+           "folder of the benchmark, relative to the file: off/ID.off, seg/ID/ID_K.seg");
+  map.Require("models");
+  return keys;
+}
+
+void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
+  const std::set<Method> different(methods.begin(), methods.end());
+  if (different.size() < methods.size()) map.Fail("methods", "a method stands twice");
+}
+
+void CheckReadClouds(const YamlMap& map, const Keys& keys) {
+  for (const Method method : keys.methods) {
+    if (keys.clouds.empty() || parts::ReadsClouds(method)) continue;
+    map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
+                                   base::Word(method)));
+  }
+}
+
+/// A model's number, or a range of them: "61-80".
+struct IdRange {
+  int first;
+  int last;
+};
+
+std::optional<IdRange> IdRangeFrom(std::string_view word) {
+  const std::size_t dash = word.find('-');
+  const auto first = base::NumberFrom<int>(word.substr(0, dash));
+  const auto last =
+      dash == std::string_view::npos ? first : base::NumberFrom<int>(word.substr(dash + 1));
+  if (!first || !last || *first < 0 || *last > kMaxId || *last < *first ||
+      *last - *first >= kMaxRange) {
+    return std::nullopt;
+  }
+  return IdRange{*first, *last};
+}
+
+/// @param folder  only those models of ranges count that it holds; all where it is empty.
+std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path& folder,
+                         std::set<int>& seen) {
+  const std::string key(base::Word(split));
+  std::vector<std::string> words;
+  map.Read(key, words,
+           split == Split::kTune
+               ? "numbers of models that parameters were chosen on"
+               : "numbers of models that nothing was chosen on; 61-80: all that are at hand");
+  std::vector<int> ids;
+  for (const std::string& word : words) {
+    const auto range = IdRangeFrom(word);
+    if (!range) {
+      map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off, or a range "
+                                "as 61-80 of at most {}",
+                                word, kMaxRange));
+    }
+    for (int id = range->first; id <= range->last; ++id) {
+      const bool is_one = range->first == range->last;
+      if (!is_one && !folder.empty() && !std::filesystem::exists(parts::ModelFile(folder, id))) {
+        continue;
+      }
+      if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", id));
+      ids.push_back(id);
+    }
+  }
+  return ids;
+}
+
+ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesystem::path& folder,
+                     std::set<int>& seen) {
+  YamlMap ids = models.Child(name, "models of one class, by the use that was made of them");
+  ModelClass one{name, ReadIds(ids, Split::kTune, folder, seen),
+                 ReadIds(ids, Split::kReport, folder, seen)};
+  ids.Finish();
+  return one;
+}
+
+/// A class's name becomes part of its cases' ids.
+bool IsName(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '-' || c == '.';
+  });
+}
+
+std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names,
+                                    const std::filesystem::path& folder) {
+  YamlMap models = map.Child("models", "models of each class");
+  std::vector<ModelClass> classes;
+  std::set<int> seen;
+  std::set<std::string> seen_names;
+  for (const std::string& name : names) {
+    if (!seen_names.insert(name).second) {
+      map.Fail("classes", fmt::format("'{}' stands twice", name));
+    }
+    if (!IsName(name)) {
+      map.Fail("classes",
+               fmt::format("'{}' must be of letters, digits, '_', '-' and '.' alone", name));
+    }
+    if (!models.Has(name)) {
+      map.Fail("models", fmt::format("has no models of class '{}', e.g. {}: {{tune: [21, 22], "
+                                     "report: [23, 24]}}",
+                                     name, name));
+    }
+    classes.push_back(ReadClass(models, name, folder, seen));
+    if (classes.back().tune.empty() && classes.back().report.empty()) {
+      models.Fail(name, "must name models under 'tune', 'report' or both");
+    }
+  }
+  models.Finish();
+  return classes;
+}
+
+std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
+  const auto folder = (map.file().parent_path() / data).lexically_normal();
+  for (const char* part : {"off", "seg"}) {
+    std::error_code error;
+    if (std::filesystem::is_directory(folder / part, error)) continue;
+    map.Fail("data", fmt::format("'{}' has no folder '{}'; the data of the benchmark are laid out "
+                                 "as off/ID.off and seg/ID/ID_K.seg; --set data=DIR names "
+                                 "another folder",
+                                 folder.string(), part));
+  }
+  return folder;
+}
+
+void KeepFirst(int count, std::vector<int>& ids) {
+  ids.resize(std::min(ids.size(), static_cast<std::size_t>(count)));
+}
+
+/// Of the names and bytes of all files that the results come from; a file that is not there counts
+/// as empty, for its rows will tell.
+std::string HashOfModels(const PartsSetup& setup) {
+  std::string all;
+  const auto add = [&](const std::filesystem::path& file) {
+    std::error_code error;
+    const bool is_there = std::filesystem::is_regular_file(file, error);
+    const std::string bytes = is_there ? base::ReadFile(file) : "";
+    all += fmt::format("{} {}\n", file.filename().string(), base::Hex(base::Fnv1a(bytes)));
+  };
+  for (const ModelClass& one : setup.classes) {
+    for (const auto* ids : {&one.tune, &one.report}) {
+      for (const int id : *ids) {
+        add(parts::ModelFile(setup.folder, id));
+        for (const auto& human : parts::HumanFiles(setup.folder, id)) add(human);
+      }
+    }
+  }
+  return base::Hex(base::Fnv1a(all));
+}
+
+}  // namespace
+
+bool PartsSetup::HasModels(Split split) const {
+  return std::any_of(classes.begin(), classes.end(), [&](const ModelClass& one) {
+    return !(split == Split::kTune ? one.tune : one.report).empty();
+  });
+}
+
+PartsSetup ReadPartsSetup(YamlMap& map) {
+  const Keys keys = ReadKeys(map);
+  CheckNoneTwice(map, keys.methods);
+  CheckReadClouds(map, keys);
+  PartsSetup setup;
+  setup.methods = keys.methods;
+  setup.clouds = keys.clouds;
+  const std::filesystem::path folder = (map.file().parent_path() / keys.data).lexically_normal();
+  setup.classes = ReadClasses(map, keys.classes, folder);
+  map.Finish();
+  setup.folder = FolderOf(map, keys.data);
+  if (!keys.runtimes.empty()) {
+    setup.published = base::ReadFile(keys.runtimes);
+    PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is told here
+  }
+  const bool counts = std::count(setup.methods.begin(), setup.methods.end(), Method::kKMeans) > 0;
+  for (ModelClass& one : setup.classes) {
+    std::vector<int> ids = one.tune;
+    ids.insert(ids.end(), one.report.begin(), one.report.end());
+    if (counts) one.human_segments = parts::MeanHumanSegments(setup.folder, ids);
+    if (keys.models_per_class == 0) continue;
+    KeepFirst(keys.models_per_class, one.tune);
+    KeepFirst(keys.models_per_class, one.report);
+  }
+  return setup;
+}
+
+void ReadPartsKeys(YamlMap& map) {
+  ReadKeys(map);
+  YamlMap models = map.Child("models", "models of each class");
+  std::set<int> seen;
+  ReadClass(models, "<class>", {}, seen);
+}
+
+void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
+  json classes = json::array();
+  for (const ModelClass& one : setup.classes) {
+    classes.push_back({{"name", one.name}, {"tune", one.tune}, {"report", one.report}});
+  }
+  json methods = json::array();
+  for (const Method method : setup.methods) methods.push_back(base::Word(method));
+  stamp.identity["models_hash"] = HashOfModels(setup);
+  json parts = {{"classes", classes}, {"methods", methods}};
+  for (const CloudGrade& grade : setup.clouds) {
+    parts["clouds"].push_back({{"points", grade.points}, {"noise_percent", grade.noise_percent}});
+  }
+  stamp.data["parts"] = parts.dump();
+  stamp.data["published_table_6.1"] = setup.published;
+}
+
+PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
+  PartsSetup setup;
+  const json data = json::parse(experiment::Need(stamp.data, "parts"));
+  for (const json& one : data.at("classes")) {
+    setup.classes.push_back({one.at("name"), one.at("tune"), one.at("report")});
+  }
+  for (const json& word : data.at("methods")) {
+    setup.methods.push_back(base::FromWord<Method>(word.get<std::string>(), "stamp: methods"));
+  }
+  for (const json& grade : data.value("clouds", json::array())) {
+    setup.clouds.push_back({grade.at("points"), grade.at("noise_percent")});
+  }
+  setup.published = experiment::Need(stamp.data, "published_table_6.1");
+  return setup;
+}
+
+}  // namespace rangegrasp::parts_task

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/yaml_map.h"
+#include "experiment/task.h"
+#include "parts/method.h"
+#include "parts/task/sampled_cloud.h"
+
+namespace rangegrasp::parts_task {
+
+/// Parameters are tuned on the models of one split only, so that the other tells what they are
+/// worth.
+enum class Split { kTune, kReport };
+constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
+
+/// A class of models of the benchmark.
+struct ModelClass {
+  std::string name;
+  std::vector<int> tune;    ///< ids
+  std::vector<int> report;  ///< ids; no id stands twice
+  /// Mean number of segments that people made of all models that the file names, which k-means is
+  /// told; 0 where it is not among the methods.
+  int human_segments = 0;
+};
+
+/// An experiment file such as experiments/parts_psb.yaml.
+struct PartsSetup {
+  std::filesystem::path folder;  ///< holds off/ and seg/
+  std::vector<ModelClass> classes;
+  std::vector<parts::Method> methods;
+  std::vector<CloudGrade> clouds;  ///< sampled from each model, beside the model itself
+  std::string published;           ///< table 6.1 as CSV: method, seconds; or empty
+
+  bool HasModels(Split split) const;
+};
+
+/// Reads the kind's keys to their end.
+/// @throws base::InputError naming file, line and key; also where the folder holds no off/ and
+/// seg/.
+PartsSetup ReadPartsSetup(base::YamlMap& map);
+/// The same keys, for the documentation.
+void ReadPartsKeys(base::YamlMap& map);
+
+/// Puts all but the folder into the stamp's data, and a hash of the models into its identity.
+void AddTo(experiment::Stamp& stamp, const PartsSetup& setup);
+/// What AddTo put there.
+PartsSetup PartsSetupOf(const experiment::Stamp& stamp);
+
+}  // namespace rangegrasp::parts_task

@@ -1,0 +1,480 @@
+#include "recognition/bring/bring_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "base/words.h"
+#include "geometry/bounds.h"
+#include "grasp/workspace.h"
+#include "perception/perceive.h"
+#include "recognition/bring/hiding.h"
+#include "recognition/looks.h"
+#include "recognition/views/looker.h"
+#include "sim/bodies.h"
+#include "trial/between.h"
+
+namespace rangegrasp::bring {
+namespace {
+
+using Eigen::Vector3d;
+using trial::Attempt;
+using trial::Outcome;
+using trial::Sensed;
+
+/// A hand that presses less does not touch.
+constexpr double kTouch_N = 0.05;
+/// Grasps that were tried and failed at one place of an object that is only in the way. What slips
+/// asks for more friction than there is: of 45 more grasps at prisms that had slipped, 1 held.
+constexpr int kTriesToClear = 2;
+
+/// What is still the best of all known objects, though a name would be too bold.
+recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
+  options.margin = 0.005;
+  options.max_violations = 0.12;
+  options.max_rms = 0.35;
+  options.max_hugging = 0.2;
+  options.min_share_seen = 0.2;
+  return options;
+}
+
+/// Hands over what was planned beforehand.
+class Planned : public trial::Detector {
+ public:
+  explicit Planned(trial::Detected detected) : detected_(std::move(detected)) {}
+  trial::Detected Detect(const geometry::Observation&, base::Rng&,
+                         const trial::Turn&) const override {
+    return detected_;
+  }
+
+ private:
+  trial::Detected detected_;
+};
+
+/// How often something was tried in vain, by the place where it lies.
+class TriesByPlace {
+ public:
+  explicit TriesByPlace(double same_m) : same_m_(same_m) {}
+  int At(const Vector3d& center_W) const {
+    const auto found = Find(center_W);
+    return found == tries_.end() ? 0 : found->second;
+  }
+  void Add(const Vector3d& center_W, int tries) {
+    const auto found = Find(center_W);
+    if (found == tries_.end()) {
+      tries_.emplace_back(center_W, tries);
+    } else {
+      tries_[static_cast<std::size_t>(found - tries_.begin())].second += tries;
+    }
+  }
+  void Clear() { tries_.clear(); }
+
+ private:
+  std::vector<std::pair<Vector3d, int>>::const_iterator Find(const Vector3d& center_W) const {
+    return std::ranges::find_if(
+        tries_, [&](const auto& one) { return (one.first - center_W).norm() <= same_m_; });
+  }
+  double same_m_;
+  std::vector<std::pair<Vector3d, int>> tries_;
+};
+
+class Run {
+ public:
+  Run(const Setup& setup, std::string wanted, std::optional<int> target, std::uint64_t seed,
+      sim::World& world, const BringObserver& observer)
+      : setup_(setup),
+        options_(setup.options.bring),
+        wanted_(std::move(wanted)),
+        target_(target),
+        seed_(seed),
+        world_(world),
+        observer_(observer),
+        failed_(options_.same_place_m),
+        blocked_(options_.same_place_m) {
+    const trial::Options& cell = setup.cell.options;
+    if (!trial::Of<views::LookOptions>(cell, views::kLooks).sensor.empty())
+      looker_.emplace(cell, setup.cell.robot, seed);
+  }
+
+  Bring Go() {
+    Say(fmt::format("I am to bring the {}.", Title(wanted_)));
+    std::optional<Said> said;
+    while (!said) said = Next();
+    result_.said = *said;
+    return std::move(result_);
+  }
+
+ private:
+  // A look, and an attempt if there is something to take. @return what the run ends with, if it
+  // does.
+  std::optional<Said> Next() {
+    if (!Look()) return Said::kBroken;
+    if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);
+    if (known_.scene.objects.empty() && looks_here_ > 1) return NotThere();
+    if (looks_here_ < options_.max_looks && !exhausted_) {
+      Say(fmt::format("I do not see the {}. I look again.", Title(wanted_)));
+      return std::nullopt;
+    }
+    if (!MayHide()) return NotThere();
+    if (const auto seen = FindDoubtful()) {
+      Say(fmt::format("I am not sure, but this may be the {}.", Title(wanted_)));
+      return BringIt(*seen);
+    }
+    const Cleared cleared = ClearAway(TopmostFirst());
+    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    return NotThere();
+  }
+
+  Said NotThere() {
+    Say(fmt::format("I have looked everywhere I can. There is no {} here.", Title(wanted_)));
+    return Said::kNotThere;
+  }
+
+  // Whether something that is not known, or space that was not seen, may be the wanted object.
+  bool MayHide() const {
+    const bool all_known =
+        std::ranges::all_of(known_.found, [](const auto& found) { return found.has_value(); });
+    const robot::Robot& robot = setup_.cell.robot;
+    return !all_known ||
+           HidingArea(sensed_.observation, known_, setup_.library, robot.X_WWorkspace.translation(),
+                      robot.workspace_radius_m) >= SmallestFootprint(setup_.library.Find(wanted_));
+  }
+
+  // What is not known may be the wanted object, for all that one sees: before it is put aside as
+  // something else, it is taken for it.
+  std::optional<std::size_t> FindDoubtful() {
+    perception::Scene unknown = known_.scene;
+    for (std::size_t i = known_.found.size(); i-- > 0;) {
+      if (!known_.found[i]) continue;
+      unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    base::Stopwatch watch;
+    base::Rng rng = trial::StageStream(
+        base::DeriveSeed(seed_, static_cast<std::uint64_t>(result_.looks)), "doubtful");
+    const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,
+                                              Lenient(options_.recognition), rng);
+    result_.look_s += watch.Seconds();
+    const auto wanted = std::ranges::find(found, wanted_, &recognition::FoundObject::object);
+    if (wanted == found.end()) return std::nullopt;
+    PutKnown(*wanted, setup_.library.Find(wanted_).mesh_B, known_);
+    return known_.Find(wanted_);
+  }
+
+  std::optional<Said> BringIt(std::size_t seen) {
+    if (tries_ >= options_.max_tries) {
+      Say(fmt::format("I have tried {} times. I cannot take the {}.", tries_, Title(wanted_)));
+      return Said::kCannot;
+    }
+    result_.steps.push_back(TryAt(seen, true));
+    const Attempt& attempt = result_.steps.back().attempt;
+    if (!Usable(attempt)) return Said::kBroken;
+    if (attempt.log && attempt.log->hand_over) {
+      Say(fmt::format("Here you are: the {}.", Title(wanted_)));
+      return Said::kHereYouAre;
+    }
+    if (attempt.log) {
+      ++tries_;
+      idle_ = 0;
+      Say("It has slipped out of my hand. I look again.");
+      return EndOf(AfterGrasp());
+    }
+    // Another side shows hardly ever a way (1 of 45 times in piles), and a clearer table does.
+    const Cleared cleared = ClearAway(NearTo(known_.scene.objects[seen]));
+    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    if (++idle_ < options_.max_looks) return LookForAWay();
+    Say(fmt::format("I see the {}, and cannot get at it.", Title(wanted_)));
+    return Said::kCannot;
+  }
+
+  // The table is as it was. From another side more of it may be known.
+  std::optional<Said> LookForAWay() {
+    blocked_.Clear();
+    const bool another = looker_ && looks_here_ < options_.max_looks && !exhausted_;
+    Say(fmt::format("I see no way to take the {}. I look {}.", Title(wanted_),
+                    another ? "from another side" : "again"));
+    return another ? std::nullopt : AtHomeAgain();
+  }
+
+  enum class Cleared { kNothing, kSomething, kBroken };
+  static std::optional<Said> EndOf(Cleared cleared) {
+    return cleared == Cleared::kBroken ? std::optional(Said::kBroken) : std::nullopt;
+  }
+
+  // Puts the first of the objects that can be taken aside; what has slipped comes last.
+  Cleared ClearAway(std::vector<std::size_t> order) {
+    std::ranges::stable_sort(order, std::less{}, [&](std::size_t object) {
+      return failed_.At(known_.scene.objects[object].center_C);
+    });
+    const int max = options_.max_clear > 0
+                        ? options_.max_clear
+                        : kTriesToClear * static_cast<int>(setup_.cell.options.objects.size());
+    for (const std::size_t object : order) {
+      const Vector3d center_W = known_.scene.objects[object].center_C;
+      if (failed_.At(center_W) >= kTriesToClear || blocked_.At(center_W) > 0) continue;
+      if (clear_tries_ >= max) return Cleared::kNothing;
+      Say(fmt::format("I put {} aside.", NameOf(object)));
+      Step step = TryAt(object, false);
+      const bool executed = step.attempt.log.has_value();
+      const bool felt = executed && step.attempt.log->aperture.holds_after_carry;
+      result_.steps.push_back(std::move(step));
+      if (!Usable(result_.steps.back().attempt)) return Cleared::kBroken;
+      if (!executed) {
+        blocked_.Add(center_W, 1);
+        continue;
+      }
+      ++clear_tries_;
+      if (!felt) failed_.Add(center_W, 1);
+      result_.cleared += felt ? 1 : 0;
+      idle_ = 0;
+      return AfterGrasp();
+    }
+    return Cleared::kNothing;
+  }
+
+  Step TryAt(std::size_t object, bool wanted) {
+    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
+    Step step;
+    step.at_wanted = wanted;
+    const auto& found = known_.found[object];
+    if (found) step.taken_for = found->object;
+    auto detected = GraspsFor(known_, object, wanted ? options_.use : "", sensed_.observation,
+                              setup_.grasps, setup_.cell.robot, setup_.cell.options);
+    if (wanted) TriedLast(detected.detection);
+    const Planned detector(std::move(detected));
+    trial::AttemptOptions attempt;
+    attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"),
+                                    static_cast<std::uint64_t>(result_.steps.size()));
+    attempt.sensed = &sensed_;
+    attempt.q_start = world_.ArmPositions();
+    attempt.detector = &detector;
+    attempt.observer = Watching(step);
+    if (wanted) {
+      attempt.user = trial::UserOf(options_.hand_over, setup_.cell.robot, attempt.seed);
+    }
+    step.attempt = trial::RunAttempt(setup_.cell, world_, attempt);
+    if (step.attempt.grasp) {
+      step.grasp = step.attempt.grasp->name;
+      if (wanted) {
+        executed_W_.push_back(step.attempt.grasp->X_CH);
+        step.asked_upright = found && grasp::IsUpright(setup_.grasps.at(found->object), found->X_CB,
+                                                       known_.scene.table.plane.normal);
+      }
+    }
+    return step;
+  }
+
+  // Grasps like those that have failed at the wanted object come behind the others.
+  void TriedLast(grasp::Detection& detection) const {
+    std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
+      return std::ranges::none_of(executed_W_, [&](const base::Pose& tried) {
+        return (tried.translation() - grasp.X_CH.translation()).norm() < kOtherGrasp_m;
+      });
+    });
+  }
+
+  // Truth: where the hand presses on the wanted object when it has lifted it.
+  sim::ExecutionObserver Watching(Step& step) const {
+    sim::ExecutionObserver watching = observer_.execution;
+    const auto show = watching.on_moment;
+    watching.on_moment = [this, show, &step](const std::string& moment, sim::World& world) {
+      if (moment == "lifted" && target_) step.touched_kept_free = PressesOnKeptFree(world);
+      if (show) show(moment, world);
+    };
+    return watching;
+  }
+
+  bool PressesOnKeptFree(const sim::World& world) const {
+    const base::Pose X_OW = world.ObjectPose(*target_).inverse();
+    const auto& boxes_O = setup_.grasps.at(wanted_).keep_free_O;
+    return std::ranges::any_of(
+        sim::HandForces(world, kTouch_N), [&](const sim::ContactForce& contact) {
+          return std::ranges::any_of(boxes_O, [&](const Eigen::AlignedBox3d& box_O) {
+            return box_O.contains(X_OW * contact.point_W);
+          });
+        });
+  }
+
+  bool Usable(const Attempt& attempt) {
+    if (attempt.outcome != Outcome::kCrashed && trial::IsFinite(world_)) return true;
+    result_.detail = attempt.stage + ": " + attempt.detail;
+    return false;
+  }
+
+  // An attendant takes away what lies at the delivery place.
+  Cleared AfterGrasp() {
+    if (AtHomeAgain()) return Cleared::kBroken;
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (trial::IsAtDelivery(world_, object)) world_.ParkObject(object);
+    }
+    blocked_.Clear();
+    return Cleared::kSomething;
+  }
+
+  // All that was seen is old.
+  std::optional<Said> AtHomeAgain() {
+    result_.homing_s += trial::GoHome(setup_.cell, world_);
+    looks_here_ = 0;
+    exhausted_ = false;
+    if (trial::IsFinite(world_)) return std::nullopt;
+    return Said::kBroken;
+  }
+
+  // @return false if the engine broke down on the way
+  bool Look() {
+    base::Stopwatch watch;
+    const auto number = static_cast<std::uint64_t>(++result_.looks);
+    const std::uint64_t seed = base::DeriveSeed(base::DeriveSeed(seed_, "look"), number);
+    if (looks_here_ == 0 || !looker_) {
+      sensed_ = trial::Look(setup_.cell, world_, seed);
+    } else if (!LookFromTheWrist()) {
+      exhausted_ = true;
+    }
+    ++looks_here_;
+    if (!trial::IsFinite(world_)) return false;
+    base::Rng rng = trial::StageStream(seed, "perceive");
+    const auto& options = setup_.cell.options;
+    auto scene =
+        perception::Perceive(sensed_.observation, options.perception, rng,
+                             trial::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
+    if (looks_here_ == 1 || !looker_) found_ = recognition::AsFirstSeen(std::move(found_));
+    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
+                                    options_.recognition, rng, recognition::SureOnes(found_));
+    known_ = Understand(std::move(scene), found_, setup_.library);
+    result_.look_s += watch.Seconds();
+    Say(WhatISee());
+    if (observer_.on_look) observer_.on_look(known_, sensed_.observation);
+    return true;
+  }
+
+  // At the first thing that is not known, else at the highest one.
+  // @return false if there is nothing new to be seen
+  bool LookFromTheWrist() {
+    const auto unknown =
+        std::ranges::find_if(known_.found, [](const auto& found) { return !found; });
+    const auto& objects = known_.scene.objects;
+    const auto region_W =
+        unknown != known_.found.end()
+            ? looker_->RegionAbout(
+                  objects[static_cast<std::size_t>(unknown - known_.found.begin())].center_C,
+                  sensed_.observation)
+            : looker_->RegionOfHighest(sensed_.observation);
+    if (!region_W) return false;
+    Eigen::VectorXd q = world_.ArmPositions();
+    const auto look = looker_->LookAt(*region_W, world_, q, sensed_);
+    if (!look) return false;
+    result_.moved_s += look->way_s;
+    return look->arrived;
+  }
+
+  std::string WhatISee() const {
+    std::vector<std::string> names;
+    int unknown = 0;
+    for (const auto& found : known_.found) {
+      if (found) names.push_back("the " + Title(found->object));
+      unknown += found ? 0 : 1;
+    }
+    if (unknown > 0) {
+      names.push_back((unknown == 1 ? "a thing" : fmt::format("{} things", unknown)) +
+                      " that I do not know");
+    }
+    if (names.empty()) return "I look: the table is empty.";
+    return "I look, and see " + base::Join(names) + ".";
+  }
+
+  std::vector<std::size_t> TopmostFirst() const {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) order.push_back(i);
+    return order;
+  }
+
+  // The others that may be in the way: those near to it, topmost first, and never itself.
+  std::vector<std::size_t> NearTo(const perception::PerceivedObject& wanted) const {
+    std::vector<std::size_t> near;
+    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) {
+      const perception::PerceivedObject& other = known_.scene.objects[i];
+      if (&other == &wanted) continue;
+      if (Distance(wanted, other) <= options_.near_m) near.push_back(i);
+    }
+    return near;
+  }
+
+  static double Distance(const perception::PerceivedObject& a,
+                         const perception::PerceivedObject& b) {
+    return geometry::BoundsOf(a.completed_C).exteriorDistance(geometry::BoundsOf(b.completed_C));
+  }
+
+  std::string Title(const std::string& object) const { return setup_.library.Find(object).title; }
+  std::string NameOf(std::size_t object) const {
+    const auto& found = known_.found[object];
+    return found ? "the " + Title(found->object) : "something that I do not know";
+  }
+  void Say(std::string words) {
+    if (observer_.on_words) observer_.on_words(words);
+    result_.words.push_back(std::move(words));
+  }
+
+  /// A hand that stands this far off takes it in another way: half of a fingertip's width.
+  static constexpr double kOtherGrasp_m = 0.010;
+
+  const Setup& setup_;
+  const BringOptions& options_;
+  const std::string wanted_;
+  const std::optional<int> target_;  // truth
+  const std::uint64_t seed_;
+  sim::World& world_;
+  const BringObserver& observer_;
+  Bring result_;
+  Sensed sensed_;
+  std::vector<recognition::FoundObject> found_;  // in the looks at this table
+  Understanding known_;
+  std::vector<base::Pose> executed_W_;   // hands that were at the wanted object
+  TriesByPlace failed_;                  // grasps at others, executed in vain
+  TriesByPlace blocked_;                 // without a grasp or a way, as the table is now
+  std::optional<views::Looker> looker_;  // where there is a sensor on the wrist
+  int looks_here_ = 0;                   // since the table changed
+  bool exhausted_ = false;               // no look tells anything new
+  int tries_ = 0;
+  int clear_tries_ = 0;
+  int idle_ = 0;  // attempts in vain at the wanted object, as the table is now
+};
+
+/// Truth: what a run came to (docs/bring.md).
+std::string Judge(const Bring& run, std::optional<int> target, const sim::World& world) {
+  switch (run.said) {
+    case Said::kBroken: {
+      const bool physics = !trial::IsFinite(world);
+      return std::string(base::Word(physics ? Outcome::kInvalidPhysics : Outcome::kCrashed));
+    }
+    case Said::kNotThere:
+      if (!target) return kSaidAbsent;
+      return world.parked(*target) ? kClearedAway : kNotFound;
+    case Said::kHereYouAre: {
+      const Attempt& last = run.steps.back().attempt;
+      const std::string word = trial::HandOverOutcome(last);
+      const bool right = target && last.log->target == *target;
+      return word == trial::kHandedOver && !right ? kWrongObject : word;
+    }
+    case Said::kCannot:
+      break;
+  }
+  for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step) {
+    if (step->at_wanted) return std::string(base::Word(step->attempt.outcome));
+  }
+  return kNotFound;
+}
+
+}  // namespace
+
+Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
+                  std::uint64_t seed, sim::World& world, const BringObserver& observer) {
+  Bring run = Run(setup, wanted, target, seed, world, observer).Go();
+  run.outcome = Judge(run, target, world);
+  if (target) run.friction = world.glove_friction(*target).static_mu;
+  return run;
+}
+
+}  // namespace rangegrasp::bring

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recognition/bring/bring_grasps.h"
+#include "recognition/bring/bring_options.h"
+#include "recognition/bring/understanding.h"
+#include "recognition/recognize.h"
+#include "sim/world.h"
+#include "trial/attempt.h"
+
+namespace rangegrasp::bring {
+
+/// What the program takes its run for.
+enum class Said {
+  kHereYouAre,  ///< it was handed over
+  kNotThere,    ///< it has looked everywhere it can
+  kCannot,      ///< it is seen, and cannot be taken
+  kBroken,      ///< the engine, or an attempt, broke down
+};
+constexpr std::array<std::string_view, 4> WordsOf(Said) {
+  return {"here_you_are", "not_there", "cannot", "broken"};
+}
+
+/// Outcomes beside those of an attempt that ends with a person.
+inline constexpr const char* kSaidAbsent =
+    "said_absent";                                     ///< it was not there, and was not said to be
+inline constexpr const char* kNotFound = "not_found";  ///< it was there
+inline constexpr const char* kClearedAway = "cleared_away";  ///< it was taken for another thing
+inline constexpr const char* kWrongObject = "wrong_object";  ///< another thing was handed over
+
+/// One attempt at an object.
+struct Step {
+  trial::Attempt attempt;
+  bool at_wanted = false;             ///< as the program sees it
+  std::string taken_for;              ///< the known object that it is taken for; empty: unknown
+  std::string grasp;                  ///< name of the grasp that was executed; empty: of chapter 5
+  std::optional<bool> asked_upright;  ///< of an executed grasp at the wanted object
+  /// Truth, of what is kept free on the wanted object: whether the hand pressed there when it had
+  /// lifted it.
+  bool touched_kept_free = false;
+};
+
+/// A run, from the word to the hand of a person.
+struct Bring {
+  Said said = Said::kNotThere;
+  std::string outcome;  ///< as the judge sees it (JudgeBring)
+  std::string detail;
+  /// Truth: the glove's static friction on the wanted object, where it is there.
+  std::optional<double> friction;
+  std::vector<std::string> words;  ///< what the program says, in turn
+  std::vector<Step> steps;
+  int looks = 0;
+  int cleared = 0;        ///< others that were put aside
+  double look_s = 0.0;    ///< computing time of all looks
+  double homing_s = 0.0;  ///< ways home, by the arm's limits; not simulated
+  double moved_s = 0.0;   ///< to the places that it looks from
+};
+
+/// What a viewer sees of a run; each may be empty.
+struct BringObserver {
+  sim::ExecutionObserver execution;
+  std::function<void(const std::string&)> on_words;
+  std::function<void(int attempt)> on_attempt;  ///< before each, from 1
+  std::function<void(const Understanding&, const geometry::Observation&)> on_look;
+};
+
+/// What all runs of an experiment share.
+struct Setup {
+  const Options& options;
+  const trial::Cell& cell;
+  const recognition::Library& library;
+  const GraspsOf& grasps;
+};
+
+/// Brings an object (section 7.2): looks, finds it among what it knows, clears away what is in the
+/// way, takes it as its use asks for and hands it over; or says that it is not there, when nothing
+/// is left that could hide it.
+///
+/// The program knows no truth: it goes by its scans, by the aperture of the closed hand, and by the
+/// pull that it feels. What is cleared away goes to the delivery place, from which an attendant
+/// takes it; between two attempts the arm stands at home again (as in clearing).
+/// @param world  settled, the arm at home
+/// @param wanted  an object of the library
+/// @param target  truth: its number in the world; nullopt: it is not there
+Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
+                  std::uint64_t seed, sim::World& world, const BringObserver& observer = {});
+
+}  // namespace rangegrasp::bring

@@ -1,0 +1,379 @@
+#include "recognition/internal/match.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "base/units.h"
+#include "pcl_bridge/registration.h"
+
+namespace rangegrasp::recognition::internal {
+namespace {
+
+/// Registered poses nearer than this to a better one are it, symmetry aside.
+constexpr double kSame_m = 0.004;
+constexpr double kSame_rad = 0.05;
+constexpr double kSameCoarse_m = 0.015;
+constexpr double kSameCoarse_rad = 0.25;
+/// Pairs' distances of registration: from the first guess's error down to the scanner's.
+constexpr double kPairs_m[] = {0.025, 0.008};
+constexpr int kIterations[] = {15, 15};
+/// Steps of the last refinement, halved so often.
+constexpr double kStep_m = 0.0015;
+constexpr double kStep_rad = 0.02;
+constexpr int kHalvings = 3;
+/// A view that has this share of a segment's points saw what faced it; with ten views or fewer
+/// there is one.
+constexpr double kSeenBy = 0.1;
+/// What is this near to the table stands on it; so many points of it are enough.
+constexpr double kContact_m = 0.002;
+constexpr std::size_t kMaxContact = 80;
+/// Poses of one object with scores this near, before they are refined, are refined and told apart
+/// by half the tolerance, by a rim of a millimetre, and by their colors.
+constexpr double kNear = 0.12;
+/// A pose is compared with those that are turned by so many steps about the model's axes.
+constexpr int kTurns = 18;
+/// What is round is turned about its axis by so many steps. A print is looked for by the same, then
+/// by smaller ones.
+constexpr int kRoundTurns = 36;
+constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
+constexpr std::size_t kFewRays = 600;  ///< it is weighed by
+
+base::Pose TableFrame(const geometry::Plane& plane) {
+  const Eigen::Matrix3d R =
+      Eigen::Quaterniond::FromTwoVectors(plane.normal, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return base::MakePose(R, Eigen::Vector3d(0.0, 0.0, plane.Distance(Eigen::Vector3d::Zero())));
+}
+
+/// As many points of a cloud as registration wants, evenly.
+geometry::Points SourceOf(const geometry::Points& points, std::size_t count) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  geometry::Points source;
+  for (std::size_t i = 0; i < points.size(); i += step) source.push_back(points[i]);
+  return source;
+}
+
+/// How deep the lowest corner of its hull is below the table.
+double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment& segment) {
+  const base::Pose X_TB = segment.X_TC * X_CB;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const auto& corner : object.hull_B) lowest = std::min(lowest, (X_TB * corner).z());
+  return -lowest;
+}
+
+/// The best, of those near to each other one.
+std::vector<Posed> Best(std::vector<Posed> posed, std::size_t count, const Symmetry& symmetry,
+                        double same_m, double same_rad) {
+  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+  std::vector<Posed> best;
+  for (const Posed& one : posed) {
+    if (best.size() == count) break;
+    const bool known = std::ranges::any_of(best, [&](const Posed& other) {
+      const PoseDifference d = Difference(one.X_CB, other.X_CB, symmetry);
+      return d.distance_m < same_m && d.angle_rad < same_rad;
+    });
+    if (!known) best.push_back(one);
+  }
+  return best;
+}
+
+base::Pose TurnAbout(const Eigen::Matrix3d& turn, const Eigen::Vector3d& about_B) {
+  return base::MakePose(turn, about_B - turn * about_B);
+}
+base::Pose TurnAbout(double angle_rad, const Eigen::Vector3d& axis_B,
+                     const Eigen::Vector3d& about_B) {
+  return TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
+}
+
+/// Along the principal axes.
+Eigen::Vector3d MiddleOfExtents(const PreparedObject& object) {
+  Eigen::AlignedBox3d extents;
+  for (const Eigen::Vector3d& corner : object.hull_B) {
+    extents.extend(object.axes_B.transpose() * corner);
+  }
+  return object.axes_B * extents.center();
+}
+
+}  // namespace
+
+Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
+                  const geometry::Indices& own, const RecognitionOptions& options) {
+  Segment segment;
+  segment.cloud_C = {geometry::Select(scene.cloud.points, own),
+                     geometry::Select(scene.cloud.normals, own)};
+  segment.source_C = SourceOf(segment.cloud_C.points, options.source_points);
+  segment.rays = RaysAbout(observation, scene, own, options.beside_m);
+  segment.coarse = Fewer(segment.rays, options.coarse_rays);
+  segment.fine = Fewer(segment.rays, options.fine_rays);
+  segment.few = Fewer(segment.rays, kFewRays);
+  segment.colored =
+      options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
+        return !std::isnan(ray.tone.x());
+      });
+  segment.X_TC = TableFrame(scene.table.plane);
+  std::vector<std::size_t> seen(observation.views.size(), 0);
+  for (const auto point : own) ++seen[scene.SampleOf(point).view];
+  for (std::size_t view = 0; view < seen.size(); ++view) {
+    if (static_cast<double>(seen[view]) < kSeenBy * static_cast<double>(own.size())) continue;
+    segment.eyes_C.push_back(observation.views[view].X_CV.translation());
+  }
+  return segment;
+}
+
+std::vector<Posed> Match::Guesses(base::Rng& rng) const {
+  std::vector<Posed> lying;
+  for (const auto& X_CB : LyingPoses(*object_, *segment_)) {
+    lying.push_back(Coarse(X_CB));
+    lying.back().lies = true;
+  }
+  std::vector<Posed> voted;
+  const auto references = static_cast<std::size_t>(options_->references);
+  for (const auto& X_CB : VotedPoses(*object_, *segment_, references, rng)) {
+    voted.push_back(Coarse(X_CB));
+  }
+  // One that lies stays beside a better one that pairs voted for: the one is registered with what
+  // it stands on, the other may roll or slide away.
+  const auto count = static_cast<std::size_t>(options_->registered);
+  const Symmetry& symmetry = object_->object->symmetry;
+  auto best = Best(std::move(lying), count, symmetry, kSameCoarse_m, kSameCoarse_rad);
+  std::ranges::copy(Best(std::move(voted), count, symmetry, kSameCoarse_m, kSameCoarse_rad),
+                    std::back_inserter(best));
+  return Best(std::move(best), count, symmetry, 0.0, 0.0);
+}
+
+std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
+  for (Posed& one : posed) {
+    one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
+                        : Registered(one.X_CB, *source_);
+    one.X_CB = Lifted(one.X_CB, std::max(0.0, Sunk(*object_, one.X_CB, *segment_)));
+    one.score = ShapeScore(one.X_CB);
+  }
+  const std::size_t all = posed.size();
+  return Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+}
+
+std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
+  const Symmetry& symmetry = object_->object->symmetry;
+  std::vector<base::Pose> turned;
+  const auto add = [&](double angle_rad, const Eigen::Vector3d& axis_B,
+                       const Eigen::Vector3d& about_B) {
+    turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
+  };
+  // Upside down it reaches from where it did to where it did, which its center of mass need not.
+  const Eigen::Vector3d middle_B = MiddleOfExtents(*object_);
+  if (symmetry.axis_B) {
+    if (symmetry.rotations.size() == 1) {
+      add(base::kPi, symmetry.axis_B->unitOrthogonal(), middle_B);
+    }
+    return turned;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d axis_B = object_->axes_B.col(axis);
+    for (int k = 1; k < kTurns; ++k) {
+      add(2.0 * base::kPi * k / kTurns, axis_B, symmetry.center_B);
+    }
+    add(base::kPi, axis_B, middle_B);
+  }
+  if (object_->round) {
+    const auto& [point_B, direction_B] = *object_->round;
+    for (int k = 1; k < kRoundTurns; ++k) {
+      add(2.0 * base::kPi * k / kRoundTurns, direction_B, point_B);
+    }
+  }
+  return turned;
+}
+
+void Match::AddTurned(std::vector<Posed>& posed) const {
+  if (posed.empty()) return;
+  const Posed front = posed.front();
+  const double least = Coarse(front.X_CB).score - options_->hopeless;
+  std::vector<Posed> turned;
+  for (const base::Pose& X_CB : Turned(front.X_CB)) {
+    Posed one = Coarse(X_CB);
+    one.lies = front.lies;
+    if (one.score >= least) turned.push_back(one);
+  }
+  for (const Posed& one : Registered(std::move(turned))) posed.push_back(one);
+  const std::size_t all = posed.size();
+  posed = Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+}
+
+std::vector<Posed> Match::Moved(const Posed& posed) const {
+  std::vector<Posed> all;
+  for (int axis = 0; axis < 6; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      const Eigen::Vector3d along_B = object_->axes_B.col(axis % 3);
+      base::Pose move = base::Pose::Identity();
+      if (axis < 3) {
+        move.translation() = sign * 1.01 * kDiffers_m * along_B;
+      } else {
+        move = TurnAbout(sign * 1.01 * kDiffers_rad, along_B, object_->object->symmetry.center_B);
+      }
+      const base::Pose X_CB = posed.X_CB * move;
+      all.push_back({X_CB, FineScore(X_CB), posed.lies});
+    }
+  }
+  return all;
+}
+
+/// The pose, turned so that the colors agree best: by what lays the shape on itself, and by a few
+/// degrees about the principal axes, for a body that is nearly round was guessed in steps.
+base::Pose Match::Aimed(const base::Pose& X_CB) const {
+  const Symmetry& symmetry = object_->object->symmetry;
+  Posed best{X_CB, -1.0};
+  const auto consider = [&](const base::Pose& pose, Posed& so_far) {
+    if (!Stands(pose, options_->max_sunk_m)) return;
+    const double score = WeighRays(pose, segment_->few, options_->tolerance_m).Score(*options_);
+    if (score > so_far.score) so_far = {pose, score};
+  };
+  const int turns = symmetry.axis_B ? kRoundTurns : 1;
+  for (const Eigen::Matrix3d& rotation : symmetry.rotations) {
+    for (int k = 0; k < turns; ++k) {
+      const Eigen::AngleAxisd about(2.0 * base::kPi * k / turns,
+                                    symmetry.axis_B.value_or(Eigen::Vector3d::UnitZ()));
+      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B), best);
+    }
+  }
+  for (const double step_rad : kPrintSteps_rad) {
+    Posed next = best;
+    for (const double angle : {-step_rad, step_rad}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        consider(best.X_CB * TurnAbout(angle, object_->axes_B.col(axis), symmetry.center_B), next);
+      }
+      if (!object_->round) continue;
+      const auto& [point_B, direction_B] = *object_->round;
+      consider(best.X_CB * TurnAbout(angle, direction_B, point_B), next);
+    }
+    best = next;
+  }
+  return best.X_CB;
+}
+
+void Match::Aim(std::vector<Posed>& posed) const {
+  const double least = posed.front().score - kNear;
+  for (Posed& one : posed) {
+    if (one.score >= least) one.X_CB = Aimed(one.X_CB);
+    one.score = FineScore(one.X_CB);
+  }
+  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+}
+
+void Match::Settle(std::vector<Posed>& posed) const {
+  if (posed.empty()) return;
+  if (segment_->colored && object_->tones.known()) Aim(posed);
+  const double least = posed.front().score - kNear;
+  posed.front() = Refined(posed.front());
+  double tightest = Tight(posed.front().X_CB);
+  for (std::size_t i = 1; i < posed.size(); ++i) {
+    if (posed[i].score < least) continue;
+    posed[i] = Refined(posed[i]);
+    const double tight = Tight(posed[i].X_CB);
+    if (tight <= tightest) continue;
+    tightest = tight;
+    std::swap(posed.front(), posed[i]);
+  }
+}
+
+/// Climbs the score of the shape by small moves along and about the axes of the table: colors are
+/// seen a little beside their places.
+Posed Match::Refined(Posed posed) const {
+  double step_m = kStep_m;
+  double step_rad = kStep_rad;
+  posed.score = ShapeScore(posed.X_CB);
+  for (int k = 0; k < kHalvings; ++k, step_m /= 2.0, step_rad /= 2.0) {
+    for (int axis = 0; axis < 6; ++axis) {
+      for (const double sign : {1.0, -1.0}) Climb(axis, sign * step_m, sign * step_rad, posed);
+    }
+  }
+  posed.score = FineScore(posed.X_CB);
+  return posed;
+}
+
+Evidence Match::WeighRays(const base::Pose& X_CB, const SampleRays& rays,
+                          double tolerance_m) const {
+  return Weigh(*object_, X_CB, rays, tolerance_m, options_->color_tolerance);
+}
+
+bool Match::Stands(const base::Pose& X_CB, double max_sunk_m) const {
+  return Sunk(*object_, X_CB, *segment_) <= max_sunk_m;
+}
+
+/// Without colors: where a pose is so far off, prints are beside their places.
+Posed Match::Coarse(const base::Pose& X_CB) const {
+  if (!Stands(X_CB, options_->coarse_tolerance_m)) return {X_CB, 0.0};
+  return {X_CB,
+          WeighRays(X_CB, segment_->coarse, options_->coarse_tolerance_m).ShapeScore(*options_)};
+}
+
+double Match::Tight(const base::Pose& X_CB) const {
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, 0.5 * options_->tolerance_m).Score(*options_);
+}
+
+double Match::ShapeScore(const base::Pose& X_CB) const {
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).ShapeScore(*options_);
+}
+
+double Match::FineScore(const base::Pose& X_CB) const {
+  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
+  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).Score(*options_);
+}
+
+/// The source, and on the table what the object stands on: a round one would roll into the table
+/// for what is seen of it.
+geometry::Points Match::WithContact(const base::Pose& X_CB) const {
+  geometry::Points points = segment_->source_C;
+  const base::Pose X_TB = segment_->X_TC * X_CB;
+  const geometry::Points& surface = object_->object->surface_B.points;
+  geometry::Points contact_C;
+  for (const Eigen::Vector3d& p : surface) {
+    Eigen::Vector3d on_table = X_TB * p;
+    if (on_table.z() > kContact_m) continue;
+    on_table.z() = 0.0;
+    contact_C.push_back(segment_->X_TC.inverse() * on_table);
+  }
+  const std::size_t step = 1 + contact_C.size() / kMaxContact;
+  for (std::size_t i = 0; i < contact_C.size(); i += step) points.push_back(contact_C[i]);
+  return points;
+}
+
+base::Pose Match::Lifted(const base::Pose& X_CB, double by_m) const {
+  const Eigen::Vector3d up_C = segment_->X_TC.linear().transpose() * Eigen::Vector3d::UnitZ();
+  return Eigen::Translation3d(by_m * up_C) * X_CB;
+}
+
+base::Pose Match::Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const {
+  base::Pose X_BC = X_CB.inverse();
+  for (std::size_t k = 0; k < std::size(kPairs_m); ++k) {
+    pcl_bridge::RegistrationOptions options;
+    options.max_pair_distance_m = kPairs_m[k];
+    options.max_iterations = kIterations[k];
+    options.min_step_m = 5e-5;
+    options.min_step_rad = 5e-4;
+    X_BC = pcl_bridge::RegisterPointToPlane(source, object_->target, X_BC, options).X_TS;
+  }
+  return X_BC.inverse();
+}
+
+void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {
+  const Eigen::Vector3d along =
+      segment_->X_TC.linear().transpose() * Eigen::Vector3d::Unit(axis % 3);
+  const Eigen::Vector3d center = posed.X_CB * object_->object->symmetry.center_B;
+  base::Pose move = base::Pose::Identity();
+  if (axis < 3) {
+    move.translation() = step_m * along;
+  } else {
+    move = Eigen::Translation3d(center) * Eigen::AngleAxisd(step_rad, along) *
+           Eigen::Translation3d(-center);
+  }
+  const base::Pose moved = move * posed.X_CB;
+  const double score = ShapeScore(moved);
+  if (score > posed.score) posed = {moved, score, posed.lies};
+}
+
+}  // namespace rangegrasp::recognition::internal

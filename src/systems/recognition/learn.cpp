@@ -1,0 +1,132 @@
+#include "recognition/learn.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "base/error.h"
+#include "geometry/bounds.h"
+#include "geometry/hull.h"
+#include "geometry/kd_tree.h"
+#include "mesh/poisson.h"
+#include "recognition/internal/sampled_surface.h"
+
+namespace rangegrasp::recognition {
+namespace {
+
+using geometry::PointCloud;
+
+constexpr std::size_t kMinPoints = 200;  // fewer are noise, or too coarse a scan to learn from
+/// A place of the surface was seen if a measured point is no further away than so many spacings.
+constexpr double kSeen = 2.5;
+constexpr double kFacesUp = 0.5;  // of a normal's z: the foot's upper end is inside of the thing
+
+/// The table's plane in its own frame: z away from it.
+base::Pose TableFrame(const geometry::Plane& table) {
+  const Eigen::Matrix3d R =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), table.normal).toRotationMatrix();
+  return base::MakePose(R, table.Project(Eigen::Vector3d::Zero()));
+}
+
+/// All that was perceived as objects, in the table's frame: seen from one side a thing may fall
+/// into several.
+PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
+  PointCloud thing;
+  for (const auto& object : scene.objects) {
+    for (const std::uint32_t i : object.points) {
+      thing.points.push_back(X_CT.inverse() * scene.cloud.points[i]);
+      thing.normals.push_back(X_CT.linear().transpose() * scene.cloud.normals[i]);
+    }
+  }
+  return thing;
+}
+
+/// One point a cell: the mean of those whose normals are alike. Both sides of a thin wall stay.
+PointCloud Thinned(const PointCloud& cloud, double cell_m) {
+  struct Sum {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+    int count = 0;
+  };
+  std::map<std::array<int, 4>, Sum> cells;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3i at = (cloud.points[i] / cell_m).array().floor().cast<int>();
+    const Eigen::Vector3d& n = cloud.normals[i];
+    Eigen::Index axis = 0;
+    n.cwiseAbs().maxCoeff(&axis);
+    const int side = 2 * static_cast<int>(axis) + (n[axis] > 0.0 ? 1 : 0);
+    Sum& sum = cells[{at.x(), at.y(), at.z(), side}];
+    sum.point += cloud.points[i];
+    sum.normal += n;
+    ++sum.count;
+  }
+  PointCloud thinned;
+  for (const auto& [at, sum] : cells) {
+    thinned.points.push_back(sum.point / sum.count);
+    thinned.normals.push_back(sum.normal.normalized());
+  }
+  return thinned;
+}
+
+/// What it stands on: its side below the lowest points that were seen, and the bottom. Of the hull
+/// of its feet: a foot that is hollow from below looks the same from above.
+void AddFoot(const LearnOptions& options, PointCloud& thing) {
+  const double lowest_m = geometry::BoundsOf(thing.points).min().z();
+  geometry::Points feet;
+  for (const Eigen::Vector3d& p : thing.points) {
+    if (p.z() > options.foot_m) continue;
+    feet.emplace_back(p.x(), p.y(), 0.0);
+    feet.emplace_back(p.x(), p.y(), lowest_m);
+  }
+  const PointCloud foot = internal::SampledSurface(geometry::ConvexHull(feet), options.spacing_m);
+  for (std::size_t i = 0; i < foot.size(); ++i) {
+    if (foot.normals[i].z() > kFacesUp) continue;
+    thing.points.push_back(foot.points[i]);
+    thing.normals.push_back(foot.normals[i]);
+  }
+}
+
+double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing,
+                 const LearnOptions& options) {
+  const geometry::KdTree measured(thing.points);
+  double seen_m2 = 0.0, all_m2 = 0.0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& pa = mesh.vertices[a];
+    const Eigen::Vector3d& pb = mesh.vertices[b];
+    const Eigen::Vector3d& pc = mesh.vertices[c];
+    const Eigen::Vector3d middle = (pa + pb + pc) / 3.0;
+    const Eigen::Vector3d twice = (pb - pa).cross(pc - pa);
+    if (middle.z() < options.foot_m) continue;  // nobody can see it there
+    all_m2 += 0.5 * twice.norm();
+    if (measured.CountWithin(middle, kSeen * options.spacing_m, 1) > 0)
+      seen_m2 += 0.5 * twice.norm();
+  }
+  return all_m2 > 0.0 ? seen_m2 / all_m2 : 0.0;
+}
+
+}  // namespace
+
+LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
+  const base::Pose X_CT = TableFrame(scene.table.plane);
+  const PointCloud thing = Thinned(ThingOf(scene, X_CT), options.spacing_m);
+  if (thing.size() < kMinPoints) {
+    throw base::InputError(fmt::format(
+        "{} points of a thing on the table (in cells of {:g} mm); {} at least tell what it is",
+        thing.size(), options.spacing_m * 1e3, kMinPoints));
+  }
+  PointCloud closed = thing;
+  AddFoot(options, closed);
+  auto surface = geometry::PoissonSurface(closed, options.spacing_m);
+  if (!surface) throw base::InputError("no closed surface fits what was seen");
+  LearntModel model;
+  model.share_seen = ShareSeen(*surface, thing, options);
+  Eigen::Vector3d middle = geometry::BoundsOf(surface->vertices).center();
+  middle.z() = 0.0;
+  const base::Pose X_TB = base::MakePose(Eigen::Matrix3d::Identity(), middle);
+  model.mesh_B = geometry::Transformed(*surface, X_TB.inverse());
+  model.X_CB = X_CT * X_TB;
+  return model;
+}
+
+}  // namespace rangegrasp::recognition

@@ -1,0 +1,179 @@
+#include "recognition/views/merge.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "base/quantile.h"
+#include "geometry/kd_tree.h"
+#include "geometry/normals.h"
+
+namespace rangegrasp::views {
+namespace {
+
+using geometry::Points;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// With fewer points there is nothing to lay one view onto another with.
+constexpr std::size_t kMinPoints = 100;
+/// Pairs whose normals differ by more are not of the same surface (those of the two sides of a
+/// cup's wall are opposite), or one of them is bent by an edge that the other view sees from its
+/// other side: cos 18 deg.
+constexpr double kMinCosine = 0.95;
+/// Of pairs that fit perfectly, as in a test without noise.
+constexpr double kMinSigma_m = 1e-5;
+/// The median absolute value of a normal distribution is this part of its standard deviation.
+constexpr double kMedianOfNormal = 0.6745;
+
+/// Measured points, and where each was seen from.
+struct Seen {
+  Points points;
+  Points eyes;
+};
+
+void AddPoints(const geometry::View& view, const Eigen::AlignedBox3d& region_C, Seen& seen) {
+  for (std::uint32_t i = 0; i < view.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p_C = view.image.points_C[i];
+    if (!p_C.allFinite() || !region_C.contains(p_C)) continue;
+    seen.points.push_back(p_C);
+    seen.eyes.push_back(view.image.OriginOf(i));
+  }
+}
+
+Seen EverySoMany(const Seen& seen, std::size_t max_points) {
+  const std::size_t n = seen.points.size();
+  const std::size_t step = std::max<std::size_t>(1, (n + max_points - 1) / max_points);
+  Seen some;
+  for (std::size_t i = 0; i < n; i += step) {
+    some.points.push_back(seen.points[i]);
+    some.eyes.push_back(seen.eyes[i]);
+  }
+  return some;
+}
+
+/// Towards where each point was seen from: the two sides of a thin wall have opposite ones.
+Points NormalsOf(const Seen& seen, const geometry::KdTree& tree, double radius_m) {
+  geometry::Indices own(seen.points.size());
+  std::iota(own.begin(), own.end(), 0u);
+  return geometry::EstimateNormals(seen.points, tree, radius_m, seen.eyes, own);
+}
+
+/// What the pairs tell of the motion that is left: A x = b, without sigma.
+struct Pairs {
+  Matrix6 A = Matrix6::Zero();
+  Vector6 b = Vector6::Zero();
+  std::vector<double> across_m;  ///< the distances across the surface
+};
+
+/// Points that were measured before.
+class Earlier {
+ public:
+  Earlier(Seen seen, const RefineOptions& options)
+      : points_(std::move(seen.points)),
+        tree_(points_),
+        normals_(NormalsOf({points_, std::move(seen.eyes)}, tree_, options.normal_radius_m)),
+        options_(options) {}
+  Earlier(const Earlier&) = delete;
+  Earlier& operator=(const Earlier&) = delete;
+
+  /// @param normals  of the points, as they were before the motion: it turns them by little
+  Pairs PairsWith(const Points& points, const Points& normals, const base::Pose& X,
+                  const Eigen::Vector3d& about, double sigma_m) const {
+    Pairs pairs;
+    std::vector<geometry::KdTree::Neighbor> nearest;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d p = X * points[i];
+      tree_.Nearest(p, 1, nearest);
+      const auto& found = nearest.front();
+      const Eigen::Vector3d& n = normals_[found.index];
+      if (n.dot(normals[i]) < kMinCosine) continue;
+      const double across_m = n.dot(p - points_[found.index]);
+      const double squared_aside = found.squared_distance - across_m * across_m;
+      if (std::abs(across_m) > options_.max_across_m ||
+          squared_aside > options_.max_aside_m * options_.max_aside_m) {
+        continue;
+      }
+      // Cauchy's: what is further off than two sigma is another surface more often than not.
+      const double weight = 1.0 / (1.0 + across_m * across_m / (4.0 * sigma_m * sigma_m));
+      Vector6 J;
+      J << n, (p - about).cross(n);
+      pairs.A += weight * J * J.transpose();
+      pairs.b -= weight * J * across_m;
+      pairs.across_m.push_back(std::abs(across_m));
+    }
+    return pairs;
+  }
+
+ private:
+  Points points_;
+  geometry::KdTree tree_;
+  Points normals_;
+  const RefineOptions& options_;
+};
+
+/// A small motion about a place by its shift and turn.
+base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
+  const Eigen::Vector3d turn = twist.tail<3>();
+  base::Pose X = base::Pose::Identity();
+  X.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  X.translation() = about + twist.head<3>() - X.linear() * about;
+  return X;
+}
+
+/// The inverse of the error's covariance.
+Vector6 PriorOf(const PoseError& error) {
+  Vector6 prior;
+  prior.head<3>().setConstant(3.0 / (error.shift_m * error.shift_m));
+  prior.tail<3>().setConstant(3.0 / (error.turn_rad * error.turn_rad));
+  return prior;
+}
+
+}  // namespace
+
+geometry::View Moved(geometry::View view, const base::Pose& X_by) {
+  for (Eigen::Vector3d& p_C : view.image.points_C) p_C = X_by * p_C;
+  for (Eigen::Vector3d& origin_C : view.image.origins_C) origin_C = X_by * origin_C;
+  view.X_CV = X_by * view.X_CV;
+  return view;
+}
+
+Refinement Refine(const geometry::Observation& earlier, const geometry::View& view,
+                  const Eigen::AlignedBox3d& region_C, const RefineOptions& options) {
+  Seen target, source;
+  for (const geometry::View& one : earlier.views) AddPoints(one, region_C, target);
+  AddPoints(view, region_C, source);
+  Refinement result;
+  if (target.points.size() < kMinPoints || source.points.size() < kMinPoints) return result;
+  source = EverySoMany(source, options.max_points);
+  const Eigen::Vector3d about = view.X_CV.translation();
+  const Earlier before(EverySoMany(target, 3 * options.max_points), options);
+  const Points normals =
+      NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
+  const Vector6 prior = PriorOf(options.error);
+  Vector6 twist = Vector6::Zero();
+  double sigma_m = options.error.shift_m;
+  for (int i = 0; i < options.max_iterations; ++i) {
+    Pairs pairs = before.PairsWith(source.points, normals, PoseOf(twist, about), about, sigma_m);
+    if (pairs.across_m.size() < kMinPoints) return result;
+    result.pairs = pairs.across_m.size();
+    sigma_m = std::max(base::MedianOf(std::move(pairs.across_m)) / kMedianOfNormal, kMinSigma_m);
+    const double variance = options.points_a_fact * sigma_m * sigma_m;
+    const Matrix6 A = pairs.A / variance + Matrix6(prior.asDiagonal());
+    const Vector6 step = A.ldlt().solve(pairs.b / variance - prior.cwiseProduct(twist));
+    twist += step;
+    if (step.head<3>().norm() < options.min_step_m && step.tail<3>().norm() < options.min_step_m) {
+      break;
+    }
+  }
+  result.sigma_m = sigma_m;
+  result.deviations = std::sqrt(twist.cwiseAbs2().dot(prior));
+  result.refined = result.deviations <= options.max_deviations;
+  if (result.refined) result.X_by = PoseOf(twist, about);
+  return result;
+}
+
+}  // namespace rangegrasp::views

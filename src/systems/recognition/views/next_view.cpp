@@ -1,0 +1,145 @@
+#include "recognition/views/next_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/units.h"
+#include "robot/ik.h"
+
+namespace rangegrasp::views {
+namespace {
+
+/// What the sensor sees if it stands so.
+struct Candidate {
+  base::Pose X_CS;
+  double gain_m3 = 0.0;
+};
+
+base::Pose LookingAt(const Eigen::Vector3d& center_C, const Eigen::Vector3d& away_C,
+                     double distance_m) {
+  const Eigen::Vector3d z = -away_C;
+  // Right is level; straight down it is any.
+  Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ());
+  x = x.norm() < 1e-6 ? Eigen::Vector3d::UnitX() : x.normalized().eval();
+  Eigen::Matrix3d R;
+  R << x, z.cross(x), z;
+  return base::MakePose(R, center_C + distance_m * away_C);
+}
+
+base::Pose Rolled(const base::Pose& X_CS, double angle_rad) {
+  return X_CS * Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ());
+}
+
+std::vector<Candidate> ByGain(const geometry::SeenSpace& space, const ViewRequest& request,
+                              const NextViewOptions& options) {
+  std::vector<Candidate> candidates;
+  for (const base::Pose& X_CS : PosesAbout(request.region_C.center(), options)) {
+    const double gain_m3 = space.GainFrom(X_CS, request.field, request.region_C, options.depth_m);
+    if (gain_m3 >= options.min_gain_m3) candidates.push_back({X_CS, gain_m3});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.gain_m3 > b.gain_m3; });
+  return candidates;
+}
+
+geometry::SeenSpace SpaceOf(const geometry::Observation& so_far, const Eigen::AlignedBox3d& box_C,
+                            double cell_m) {
+  geometry::SeenSpace space(box_C, cell_m);
+  for (const geometry::View& view : so_far.views) space.Add(view);
+  return space;
+}
+
+/// Ways of the arm to poses of the sensor.
+class Reach {
+ public:
+  Reach(const robot::Robot& robot, const ViewRequest& request, const NextViewOptions& options,
+        const planning::PlanOptions& planning, base::Rng& rng)
+      : robot_(robot), request_(request), options_(options), planner_(robot, planning), rng_(rng) {}
+
+  void KeepClearOf(const geometry::SeenSpace& space) {
+    planning::PlanningScene scene;
+    scene.table_z_m = request_.obstacles_C.min().z();
+    scene.obstacles_W.push_back(space.Ceiling(options_.clearance_m));
+    planner_.SetScene(std::move(scene));
+  }
+
+  /// By the turn about the line of sight and the configuration that moves the arm least.
+  std::optional<Look> To(const Candidate& candidate) {
+    std::vector<Look> looks;
+    for (int roll = 0; roll < options_.rolls; ++roll) {
+      const base::Pose X_CS = Rolled(candidate.X_CS, roll * 2.0 * base::kPi / options_.rolls);
+      for (Eigen::VectorXd& q : Configurations(X_CS)) {
+        looks.push_back({std::move(q), X_CS, {}, candidate.gain_m3, 0.0});
+      }
+    }
+    std::stable_sort(looks.begin(), looks.end(),
+                     [this](const Look& a, const Look& b) { return Travel(a.q) < Travel(b.q); });
+    constexpr std::size_t kPlans = 3;  // of one place: what blocks one way mostly blocks the others
+    for (std::size_t i = 0; i < std::min(kPlans, looks.size()); ++i) {
+      auto way = planner_.PlanMotion(request_.q_now, looks[i].q, rng_);
+      if (!way) continue;
+      looks[i].way = std::move(*way);
+      return std::move(looks[i]);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::vector<Eigen::VectorXd> Configurations(const base::Pose& X_CS) {
+    robot::IkOptions ik;
+    ik.max_solutions = static_cast<std::size_t>(options_.ik_solutions);
+    ik.starts = 2 * options_.ik_solutions;
+    auto found = robot::SolveIk(robot_, X_CS * request_.X_HS.inverse(), request_.q_now, ik, rng_);
+    std::erase_if(found, [this](const Eigen::VectorXd& q) { return !planner_.IsFree(q); });
+    return found;
+  }
+
+  double Travel(const Eigen::VectorXd& q) const {
+    return ((q - request_.q_now).array().abs() / robot_.velocity.array()).maxCoeff();
+  }
+
+  const robot::Robot& robot_;
+  const ViewRequest& request_;
+  const NextViewOptions& options_;
+  planning::Planner planner_;
+  base::Rng& rng_;
+};
+
+}  // namespace
+
+std::vector<base::Pose> PosesAbout(const Eigen::Vector3d& center_C,
+                                   const NextViewOptions& options) {
+  std::vector<base::Pose> poses;
+  for (const double distance_m : options.distances_m) {
+    for (const double elevation : options.elevations_rad) {
+      for (int i = 0; i < options.azimuths; ++i) {
+        const double azimuth = i * 2.0 * base::kPi / options.azimuths;
+        const Eigen::Vector3d away_C(std::cos(elevation) * std::cos(azimuth),
+                                     std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+        poses.push_back(LookingAt(center_C, away_C, distance_m));
+      }
+    }
+  }
+  return poses;
+}
+
+std::optional<Look> NextBestView(const robot::Robot& robot, const geometry::Observation& so_far,
+                                 const ViewRequest& request, const NextViewOptions& options,
+                                 const planning::PlanOptions& planning, base::Rng& rng) {
+  const geometry::SeenSpace space = SpaceOf(so_far, request.region_C, options.cell_m);
+  const std::vector<Candidate> candidates = ByGain(space, request, options);
+  if (candidates.empty()) return std::nullopt;
+  Reach reach(robot, request, options, planning, rng);
+  reach.KeepClearOf(SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m));
+  const auto places = std::min(candidates.size(), static_cast<std::size_t>(options.max_places));
+  for (std::size_t i = 0; i < places; ++i) {
+    std::optional<Look> look = reach.To(candidates[i]);
+    if (!look) continue;
+    look->unseen_m3 = space.UnseenVolume();
+    return look;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rangegrasp::views

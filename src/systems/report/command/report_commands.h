@@ -1,0 +1,13 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace rangegrasp::cli {
+
+void AddExportCommand(CLI::App& app);     ///< export
+void AddReportCommand(CLI::App& app);     ///< report
+void AddReproduceCommand(CLI::App& app);  ///< reproduce
+
+}  // namespace rangegrasp::cli

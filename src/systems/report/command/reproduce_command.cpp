@@ -1,0 +1,254 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <thread>
+
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/systems.h"
+#include "base/version.h"
+#include "base/words.h"
+#include "cli/output.h"
+#include "cli/run_into.h"
+#include "experiment/kinds.h"
+#include "experiment/published_tables.h"
+#include "experiment/reproduction.h"
+#include "experiment/results.h"
+#include "experiment/store.h"
+#include "report/command/report_commands.h"
+#include "report/command/reproduce_progress.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::PublishedTable;
+using experiment::ReproducedTable;
+using experiment::Reproduction;
+using experiment::Store;
+
+struct ReproduceArguments {
+  std::vector<std::string> tables;
+  std::string out;
+  std::string seeds;
+  std::string parts_data;
+  std::string format = "markdown";
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  bool is_short = false;
+
+  std::filesystem::path Folder() const {
+    if (!out.empty()) return out;
+    return std::filesystem::path("results") / (is_short ? "reproduced_short" : "reproduced");
+  }
+};
+
+// Each experiment once.
+std::vector<PublishedTable> RunsOf(const std::vector<PublishedTable>& tables) {
+  std::vector<PublishedTable> runs;
+  for (const PublishedTable& table : tables) {
+    const bool there = std::ranges::any_of(
+        runs, [&](const PublishedTable& run) { return run.experiment == table.experiment; });
+    if (!there) runs.push_back(table);
+  }
+  return runs;
+}
+
+// The tables that an experiment gives: "table 3.3, 3.5".
+std::string NameOf(const PublishedTable& run, const std::vector<PublishedTable>& tables) {
+  std::vector<std::string> numbers;
+  for (const PublishedTable& table : tables) {
+    if (table.experiment == run.experiment) numbers.push_back(table.number);
+  }
+  return "table " + base::Join(numbers);
+}
+
+int JobsOf(const PublishedTable& run, int jobs) { return run.is_of_times ? 1 : jobs; }
+
+experiment::Changes ChangesOf(const PublishedTable& run, const ReproduceArguments& arguments) {
+  experiment::Changes changes;
+  changes.groups = run.groups;
+  if (arguments.is_short) changes.trials = run.short_trials;
+  if (!arguments.parts_data.empty() && run.experiment == "parts_psb") {
+    const auto folder = std::filesystem::absolute(arguments.parts_data).lexically_normal();
+    changes.set.push_back("data=" + folder.string());
+  }
+  return changes;
+}
+
+// Reads what an experiment has left in its folder; nothing where it has left nothing.
+void ReadInto(const std::filesystem::path& folder, const PublishedTable& from,
+              ReproducedTable& table) {
+  const auto stores = experiment::StoresIn(folder);
+  if (!Store::Exists(stores.front())) return;
+  const auto results = experiment::ReadResults(folder);
+  if (results.records.empty()) return;
+  table.done = static_cast<int>(results.records.size());
+  table.seeds = experiment::Need(results.stamp.identity, "seed");
+  table.crashed =
+      static_cast<int>(std::ranges::count_if(results.records, [](const experiment::Record& record) {
+        return record.result.outcome == experiment::kCrashed ||
+               record.result.outcome == experiment::kTimedOut;
+      }));
+  std::vector<experiment::PublishedFigure> figures;
+  for (auto& figure : experiment::ReportOf(results, experiment::AllKinds()).published) {
+    if (figure.key == from.key) figures.push_back(std::move(figure));
+  }
+  table.judged = experiment::Judge(figures);
+}
+
+/// Runs tables into a folder and keeps the page there as far as they are.
+class Reproducer {
+ public:
+  explicit Reproducer(ReproduceArguments arguments)
+      : arguments_(std::move(arguments)),
+        seeds_(SeedsFrom(arguments_.seeds)),
+        tables_(experiment::ChosenTables(arguments_.tables)) {}
+
+  void RunAll() {
+    const auto runs = RunsOf(tables_);
+    PlannedCases all;
+    for (const PublishedTable& run : runs) {
+      const PlannedCases planned = PlanOf(run);
+      all.all += planned.all;
+      all.stored += planned.stored;
+      all.left_s += planned.left_s;
+    }
+    ReproduceProgress progress(all);
+    for (const PublishedTable& run : runs) {
+      progress.Begin(NameOf(run, tables_), PlanOf(run));
+      RunOne(run, progress);
+      progress.End();
+      WritePage();
+    }
+  }
+
+  // Who asks for one table wants to know that it is not there.
+  void CheckThatSomeWereRun() const {
+    const auto all = Read();
+    if (std::ranges::any_of(all.tables, [](const auto& table) { return table.left_out.empty(); })) {
+      return;
+    }
+    throw base::InputError("none of these tables can be run: " + all.tables.front().left_out);
+  }
+
+  experiment::Report Page() const { return experiment::PageOf(Read()); }
+  experiment::Stamp Stamp() const {
+    return {{{"experiment", "reproduce"}},
+            {{"version", base::Version()}, {"commit", base::Commit()}},
+            {}};
+  }
+  const std::vector<std::string>& failed() const { return failed_; }
+
+ private:
+  std::filesystem::path FolderOf(const PublishedTable& table) const {
+    return arguments_.Folder() / table.experiment;
+  }
+  std::vector<std::uint64_t> SeedsOf(const PublishedTable& run) const {
+    return run.is_drawn ? seeds_ : std::vector<std::uint64_t>();
+  }
+  int CasesOf(const PublishedTable& run) const {
+    const auto runs = static_cast<int>(std::max<std::size_t>(1, SeedsOf(run).size()));
+    return run.Cases(arguments_.is_short) * runs;
+  }
+  PlannedCases PlanOf(const PublishedTable& run) const {
+    PlannedCases planned{.all = CasesOf(run)};
+    for (const auto& folder : experiment::StoresIn(FolderOf(run))) {
+      if (Store::Exists(folder)) planned.stored += Store::Open(folder).Count();
+    }
+    planned.stored = std::min(planned.stored, planned.all);
+    planned.left_s = (planned.all - planned.stored) * run.case_s / JobsOf(run, arguments_.jobs);
+    return planned;
+  }
+
+  void RunOne(const PublishedTable& run, ReproduceProgress& progress) {
+    const RunIntoOptions options{
+        .jobs = JobsOf(run, arguments_.jobs), .resume = true, .progress = [&](int, int) {
+          return [&](int, int, const experiment::Record&) { progress.OneDone(); };
+        }};
+    try {
+      const auto file = base::FindExperiment(run.experiment);
+      const auto changes = ChangesOf(run, arguments_);
+      CheckBeforeRun(file, changes);
+      const Ran ran = RunExperiment(file, changes, SeedsOf(run), FolderOf(run), options);
+      if (!ran.failed.empty()) failed_.push_back(NameOf(run, tables_) + ": " + ran.failed);
+    } catch (const base::NotBuilt&) {
+      throw;  // who started the program may build it; what is done is kept
+    } catch (const base::InputError& error) {
+      left_out_[run.experiment] = error.what();
+      spdlog::warn("{} is left out: {}", NameOf(run, tables_), error.what());
+    }
+  }
+
+  Reproduction Read() const {
+    Reproduction all{arguments_.is_short, {}, Stamp()};
+    for (const PublishedTable& table : tables_) {
+      ReproducedTable one{.number = table.number,
+                          .title = table.title,
+                          .experiment = table.experiment,
+                          .cases = CasesOf(table)};
+      const auto left_out = left_out_.find(table.experiment);
+      if (left_out != left_out_.end()) {
+        one.left_out = left_out->second;
+      } else {
+        ReadInto(FolderOf(table), table, one);
+      }
+      all.tables.push_back(std::move(one));
+    }
+    return all;
+  }
+
+  void WritePage() const {
+    const auto page = Page();
+    const auto write = [&](const char* name, experiment::TableFormat format) {
+      WriteResult(experiment::Format(page, Stamp(), format), arguments_.Folder() / name);
+    };
+    write("reproduced.md", experiment::TableFormat::kMarkdown);
+    write("reproduced.csv", experiment::TableFormat::kCsv);
+    write("reproduced.json", experiment::TableFormat::kJson);
+  }
+
+  ReproduceArguments arguments_;
+  std::vector<std::uint64_t> seeds_;
+  std::vector<PublishedTable> tables_;
+  std::map<std::string, std::string> left_out_;  // experiment -> why
+  std::vector<std::string> failed_;
+};
+
+void Reproduce(const ReproduceArguments& arguments) {
+  Reproducer reproducer(arguments);
+  reproducer.RunAll();
+  reproducer.CheckThatSomeWereRun();
+  WriteTables(reproducer.Page(), reproducer.Stamp(), TableFormatFrom(arguments.format));
+  spdlog::info("the page is {}", (arguments.Folder() / "reproduced.md").string());
+  if (!reproducer.failed().empty()) throw base::RunError(base::Join(reproducer.failed(), "\n"));
+}
+
+}  // namespace
+
+void AddReproduceCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "reproduce",
+      "Run the published tables and write one page: published beside reproduced, with a verdict of "
+      "each figure. A run that was stopped goes on where it was.");
+  auto a = std::make_shared<ReproduceArguments>();
+  command->add_option("tables", a->tables,
+                      "e.g. 5.2 3.3, or a chapter; without it all (`rangegrasp list tables`)");
+  command->add_flag("--short", a->is_short,
+                    "about a tenth of the trials, in minutes; its verdicts are weak");
+  command->add_option("-o,--out", a->out,
+                      "folder (default: results/reproduced, or results/reproduced_short)");
+  command->add_option("--jobs", a->jobs, "cases at the same time (default: the number of cores)")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--seeds", a->seeds,
+                      "instead of each experiment's own, e.g. 1,2,3: as many times the trials");
+  command->add_option("--psb", a->parts_data,
+                      "folder of the Princeton Segmentation Benchmark, for table 6.1");
+  AddFormatOption(*command, a->format);
+  command->footer("Example: rangegrasp reproduce --short 5.2 5.3");
+  command->callback([a] { Reproduce(*a); });
+}
+
+}  // namespace rangegrasp::cli

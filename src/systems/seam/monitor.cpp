@@ -1,0 +1,327 @@
+#include "seam/monitor.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+
+#include "base/units.h"
+#include "seam/internal/vectorised.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+// Every eighth column (0.7 mm of the base sensor) is enough for a surface that is a parabola; the
+// time of a profile falls as much.
+constexpr std::size_t kStride = 8;
+// Parabolas through the medians of any three blocks are tried: 220 of 12. With an obstacle on a
+// third of the line, 56 of them rest on the surface alone.
+constexpr std::size_t kBlocks = 12;
+// Rounds of least squares, each over what supports the one before.
+constexpr int kRefinements = 3;
+// Of the surface: mats' edges (up to 1.1 mm, half of it on either side) and texture are.
+constexpr double kWithin_m = 1e-3;
+// Of a line's columns: what fewer bear out is no surface, as too few points are no profile.
+constexpr double kSurfaceShare = 0.125;
+// Weight of the parabola before in the normal equations, against at least some points of weight 1:
+// decides only what the points leave open.
+constexpr double kPriorWeight = 1e-9;
+
+// The height of an edge is known by the mean of its last steps, over this many profiles.
+constexpr double kStepGain = 1.0 / 32.0;
+// A step of less than this share of it is no longer the edge: the fit of a double or frayed edge
+// tells half of its height at least.
+constexpr double kStepShare = 0.4;
+// Where the edge is there again within so many windows after its end it was a gap; what comes later
+// is none of this edge.
+constexpr int kSoon = 2;
+
+using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
+
+double At(const Curve& curve, double u) { return curve[0] + u * (curve[1] + u * curve[2]); }
+
+struct SurfacePoint {
+  double u;
+  double z;
+};
+
+// Every kStride-th measured point, u and z apart.
+struct SurfacePoints {
+  std::vector<double> u, z;
+
+  explicit SurfacePoints(std::span<const float> height) {
+    const double last = static_cast<double>(height.size() - 1);
+    for (std::size_t i = 0; i < height.size(); i += kStride) {
+      if (!std::isfinite(height[i])) continue;
+      u.push_back(2.0 * static_cast<double>(i) / last - 1.0);
+      z.push_back(static_cast<double>(height[i]));
+    }
+  }
+};
+
+bool Supports(double u, double z, const Curve& curve) {
+  return std::abs(z - At(curve, u)) <= kWithin_m;
+}
+
+RANGEGRASP_VECTORISED std::int64_t CountSupport(const double* u, const double* z,
+                                                std::size_t points, double c0, double c1,
+                                                double c2) {
+  std::int64_t support = 0;
+  for (std::size_t i = 0; i < points; ++i) {
+    support += std::abs(z[i] - (c0 + u[i] * (c1 + u[i] * c2))) <= kWithin_m ? 1 : 0;
+  }
+  return support;
+}
+
+// Least squares over the points that support `curve`.
+Curve Refine(const SurfacePoints& points, const Curve& curve) {
+  Eigen::Matrix3d normal = kPriorWeight * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = kPriorWeight * curve;
+  for (std::size_t i = 0; i < points.u.size(); ++i) {
+    const double u = points.u[i];
+    if (!Supports(u, points.z[i], curve)) continue;
+    const Eigen::Vector3d basis(1.0, u, u * u);
+    normal += basis * basis.transpose();
+    right += points.z[i] * basis;
+  }
+  return normal.ldlt().solve(right);
+}
+
+// The middle of each block of neighboring points, by height.
+std::vector<SurfacePoint> BlockMedians(const SurfacePoints& points) {
+  std::vector<SurfacePoint> medians;
+  std::vector<SurfacePoint> block;
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const std::size_t begin = b * points.u.size() / kBlocks;
+    const std::size_t end = (b + 1) * points.u.size() / kBlocks;
+    block.clear();
+    for (std::size_t i = begin; i < end; ++i) block.push_back({points.u[i], points.z[i]});
+    if (block.empty()) continue;
+    const auto middle = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
+    std::nth_element(block.begin(), middle, block.end(),
+                     [](const auto& p, const auto& q) { return p.z < q.z; });
+    medians.push_back(*middle);
+  }
+  return medians;
+}
+
+Curve Through(const SurfacePoint& p, const SurfacePoint& q, const SurfacePoint& r) {
+  const double pq = (q.z - p.z) / (q.u - p.u);
+  const double qr = (r.z - q.z) / (r.u - q.u);
+  const double c2 = (qr - pq) / (r.u - p.u);
+  const double c1 = pq - c2 * (p.u + q.u);
+  return {p.z - p.u * (c1 + p.u * c2), c1, c2};
+}
+
+// The parabola that most points support: neither an obstacle of a third of the line nor points that
+// are no surface bend it.
+Curve FitSurface(std::span<const float> height) {
+  const SurfacePoints points(height);
+  const auto squares = FitQuadratic(height);
+  Curve best(squares[0], squares[1], squares[2]);
+  const auto support = [&](const Curve& curve) {
+    return CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1],
+                        curve[2]);
+  };
+  auto max_support = support(best);
+  const auto medians = BlockMedians(points);
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    for (std::size_t j = i + 1; j < medians.size(); ++j) {
+      for (std::size_t k = j + 1; k < medians.size(); ++k) {
+        const Curve curve = Through(medians[i], medians[j], medians[k]);
+        const auto count = support(curve);
+        if (count <= max_support) continue;
+        max_support = count;
+        best = curve;
+      }
+    }
+  }
+  for (int round = 0; round < kRefinements; ++round) best = Refine(points, best);
+  return best;
+}
+
+bool IsBorneOut(std::span<const float> height, const Curve& curve) {
+  const SurfacePoints points(height);
+  const auto support =
+      CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1], curve[2]);
+  return static_cast<double>(support * kStride) >=
+         kSurfaceShare * static_cast<double>(height.size());
+}
+
+RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_t columns,
+                                    float* height) {
+  const double last = static_cast<double>(columns - 1);
+  for (std::int32_t i = 0; i < columns; ++i) {
+    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
+    height[i] -= static_cast<float>(c0 + u * (c1 + u * c2));
+  }
+}
+
+// How far each column rises above a curve that lay `shift` columns further to the right.
+std::vector<float> Above(std::span<const float> height, const Curve& curve, double shift) {
+  std::vector<float> above(height.begin(), height.end());
+  const double by = 2.0 * shift / static_cast<double>(above.size() - 1);
+  Subtract(At(curve, by), curve[1] + 2.0 * by * curve[2], curve[2],
+           static_cast<std::int32_t>(above.size()), above.data());
+  return above;
+}
+
+}  // namespace
+
+std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
+  std::vector<float> above = profile.original_m;
+  if (above.size() < 2 * kStride) return std::vector<float>(above.size(), 0.0F);
+  return Above(above, FitSurface(above), 0.0);
+}
+
+std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
+  std::vector<bool> rising(above.size(), false);
+  const auto wanted = static_cast<float>(height);
+  if (std::ranges::none_of(above, [&](float z) { return z >= wanted; })) return rising;
+  std::size_t high = 0;
+  std::size_t low = 0;
+  std::size_t marked = 0;
+  const auto count = [&](float z, std::size_t change) {  // NaN is neither
+    if (z >= wanted) high += change;
+    if (z < wanted) low += change;
+  };
+  for (std::size_t end = 1; end <= above.size(); ++end) {
+    count(above[end - 1], 1);
+    if (end < width) continue;
+    if (end > width) count(above[end - width - 1], static_cast<std::size_t>(-1));
+    if (low > 0 || 6 * high < 5 * width) continue;
+    for (marked = std::max(marked, end - width); marked < end; ++marked) rising[marked] = true;
+  }
+  return rising;
+}
+
+void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
+  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
+                 "what rises this far above the surface is an obstacle");
+  map.Read("obstacle_share", options.obstacle_share, 0.1, 1.0,
+           "of that height, as seen from the surface between both mats, is enough");
+  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
+                 "if it is this wide");
+  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
+           "and this many of the last profiles show it in one place");
+  map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
+                 "a lower step is no edge of a mat");
+  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
+           "the mats end where this many of the last usable profiles show no edge");
+  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
+  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
+           "so many unusable profiles one after the other are an outage of the sensor");
+  if (options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
+    map.Fail("window", "must not be shorter than obstacle_profiles or mat_end_profiles");
+  }
+  map.Finish();
+}
+
+SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
+    : width_(static_cast<std::size_t>(
+          std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
+      columns_per_m_(line.columns_per_m),
+      options_(options) {
+  if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
+      !(options.obstacle_share > 0.0 && options.obstacle_share <= 1.0) ||
+      options.obstacle_profiles < 1 || options.mat_end_profiles < 1 ||
+      options.outage_profiles < 1 ||
+      options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
+    throw std::invalid_argument(
+        "surface monitor: heights and widths must be above 0, counts at least 1, and the window "
+        "not shorter than either count");
+  }
+}
+
+// The head steers along the line: over a bent mould the columns themselves rise and fall by it.
+std::vector<float> SurfaceMonitor::AboveSurfaceBefore(std::size_t number,
+                                                      std::span<const float> now) const {
+  const auto& [c0, c1, c2] = surfaces_[number];
+  return Above(now, {c0, c1, c2}, (moved_m_.back() - moved_m_[number]) * columns_per_m_);
+}
+
+std::vector<bool> SurfaceMonitor::Rising(std::span<const float> above) const {
+  return RisingColumns(above, width_, options_.obstacle_share * options_.obstacle_height_m);
+}
+
+// What rises above the surface round it; or, if it is taken for the surface itself (since it is
+// wide, or since the mat round it returns no light), above the surface that was there before: in
+// two profiles, since one may be wrong there by noise. It must be seen in one column again and
+// again.
+bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
+  const auto& now = profile.original_m;
+  if (now.size() < 2 * kStride) return false;
+  moved_m_.push_back((moved_m_.empty() ? 0.0 : moved_m_.back()) + profile.moved_m);
+  const Curve surface = FitSurface(now);
+  auto rising = Rising(Above(now, surface, 0.0));
+  if (surfaces_.size() >= 2) {
+    const auto first = Rising(AboveSurfaceBefore(0, now));
+    const auto second = Rising(AboveSurfaceBefore(1, now));
+    for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || (first[i] && second[i]);
+  }
+  surfaces_.push_back({surface[0], surface[1], surface[2]});
+  if (!IsBorneOut(now, surface)) surfaces_.back().fill(std::numeric_limits<double>::quiet_NaN());
+  rising_.push_back(std::move(rising));
+  const auto window = static_cast<std::size_t>(options_.window);
+  if (surfaces_.size() > window) {
+    surfaces_.pop_front();
+    moved_m_.pop_front();
+  }
+  if (rising_.size() > window) rising_.pop_front();
+  for (std::size_t i = 0; i < rising_.back().size(); ++i) {
+    if (!rising_.back()[i]) continue;
+    const auto seen = std::count_if(rising_.begin(), rising_.end(), [i](const auto& columns) {
+      return i < columns.size() && columns[i];
+    });
+    if (seen >= options_.obstacle_profiles) return true;
+  }
+  return false;
+}
+
+std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
+                                                 const Reading& reading) {
+  if (stop_ == StopReason::kObstacle) return stop_;
+  if (SeesObstacle(profile)) return stop_ = StopReason::kObstacle;
+  const bool usable = reading.status != ProfileStatus::kUnusable;
+  unusable_ = usable ? 0 : unusable_ + 1;
+  if (!stop_ && unusable_ >= options_.outage_profiles) return StopReason::kOutage;
+  if (!usable) return stop_;  // which tells nothing of the mats
+  if (stop_ && (++ended_ > kSoon * options_.window || !reading.sure.value_or(false))) return stop_;
+  if (stop_) no_edge_.clear();
+  stop_.reset();
+  edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
+  // An edge that only goes on by what was seen before does not count here.
+  const bool decided = reading.status == ProfileStatus::kEdge && reading.goes_on;
+  const double decided_m = decided ? reading.step_m : 0.0;
+  const double step_m = std::max(decided_m, reading.followed_step_m);
+  const bool edge = step_m >= std::max(options_.min_step_m, kStepShare * usual_step_m_);
+  if (edge) usual_step_m_ += kStepGain * (step_m - usual_step_m_);
+  no_edge_.push_back(edge_seen_ && !edge);
+  if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
+  if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
+    stop_ = StopReason::kMatEnd;
+    ended_ = 0;
+  }
+  return stop_;
+}
+
+bool SurfaceMonitor::SeesEdge() const {
+  return edge_seen_ && 2 * std::count(no_edge_.begin(), no_edge_.end(), false) >
+                           static_cast<std::ptrdiff_t>(no_edge_.size());
+}
+
+void SurfaceMonitor::Reset() {
+  surfaces_.clear();
+  moved_m_.clear();
+  rising_.clear();
+  no_edge_.clear();
+  edge_seen_ = false;
+  usual_step_m_ = 0.0;
+  unusable_ = 0;
+  stop_.reset();
+}
+
+}  // namespace rangegrasp::seam

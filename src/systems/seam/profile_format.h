@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/yaml_map.h"
+
+namespace rangegrasp::seam {
+
+/// How profiles stand in a text.
+enum class TextLayout {
+  kRows,     ///< a line is a profile: heights
+  kPairs,    ///< a line is a profile: x, height, x, height, ...
+  kPoints,   ///< a line is a point: x, height; an empty line or another number begins a profile
+  kColumns,  ///< the first column is x, every other one a profile
+};
+constexpr std::array<std::string_view, 4> WordsOf(TextLayout) {
+  return {"rows", "pairs", "points", "columns"};
+}
+
+enum class TextSeparator {
+  kAuto,  ///< semicolons if the line has one, else commas, else runs of blanks
+  kComma,
+  kSemicolon,
+  kTab,    ///< one each: nothing between two is no value
+  kBlank,  ///< runs of blanks and tabs
+};
+constexpr std::array<std::string_view, 5> WordsOf(TextSeparator) {
+  return {"auto", "comma", "semicolon", "tab", "blank"};
+}
+
+/// How a number of a file becomes a height: (number - zero) * unit_m.
+struct HeightScale {
+  double unit_m = 1e-3;  ///< > 0
+  double zero = 0.0;
+  std::vector<double> no_values;  ///< numbers that mean "nothing measured", besides nan
+};
+
+/// How lines of a text become profiles. A column is told by its number, from 1, or by its name in
+/// the header; empty: there is none.
+struct TextFormat {
+  TextLayout layout = TextLayout::kRows;
+  TextSeparator separator = TextSeparator::kAuto;
+  bool decimal_comma = false;
+  int header_lines = 0;  ///< left out first; the last of them names the columns
+  /// Instead of header_lines: the first field of the line that names the columns.
+  std::string header;
+  /// Only what stands between a line that is one of these words and a line "End".
+  std::vector<std::string> sections;
+  std::string time_column, encoder_column;
+  std::string axis_column;     ///< rows of "X" hold x of the next row of "Z", others are left out
+  std::string profile_column;  ///< kPoints: a profile ends where its number changes
+  std::string x_column, z_column;  ///< kPoints; none: the first two that are not named above
+  std::string first_column;        ///< of the heights; none: the one after all that are named above
+  bool x_in_header = false;        ///< the header's names of the heights are their x
+  HeightScale scale;               ///< the unit is that of x, too
+};
+
+/// Where profiles come from and what their numbers mean.
+struct ProfileFileOptions {
+  TextFormat text;
+  // Images: a row is a profile.
+  HeightScale grey{1e-6, 32768.0, {0.0}};          ///< 16 bits
+  HeightScale signed_grey{1e-6, 0.0, {-32768.0}};  ///< 16 bits, signed
+  HeightScale real{1e-3, 0.0, {}};                 ///< floating point
+  int columns = 0;        ///< expected columns; 0: those of most of the first three whole rows
+  bool away = false;      ///< heights grow away from the sensor: their sign is turned
+  double rate_hz = 62.0;  ///< > 0: profiles a second; gives each row its time if the file does not
+  double time_unit_s = 1.0;     ///< > 0: of the time column
+  double encoder_m = 1e-3;      ///< not 0: path a count of the encoder
+  double feed_m_per_s = 30e-3;  ///< > 0: an encoder without a time column tells times by it
+  /// More time between two rows is an outage; 0: ten times what is between the first two.
+  double max_gap_s = 0.0;
+  double min_height_m = -0.2;  ///< heights outside are out of range (before the sign is turned)
+  double max_height_m = 0.2;
+  double columns_per_m = 0.0;  ///< of the even grid that x is brought onto; 0: as the points lie
+};
+
+/// @throws std::invalid_argument naming the option that is out of range or the two that contradict
+/// each other.
+void CheckOptions(const ProfileFileOptions& options);
+
+/// Reads the keys of ProfileFileOptions but rate and columns; what is absent keeps its default.
+/// @throws base::InputError naming file, line and key.
+void ReadProfileFileOptions(base::YamlMap map, ProfileFileOptions& options);
+
+}  // namespace rangegrasp::seam

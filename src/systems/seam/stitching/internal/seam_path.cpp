@@ -1,0 +1,245 @@
+#include "seam/stitching/internal/seam_path.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace rangegrasp::stitching::internal {
+namespace {
+
+// Windows round and beside a point; at a high speed wider ones, with this many points a side.
+constexpr std::array kWindows_m = {15e-3, 8e-3};
+constexpr double kPointsASide = 5.0;
+// Sensed points are good to a tenth of a millimetre, or else off by anything.
+constexpr double kNoise_m = 0.1e-3;
+// What that is worth beside the residuals that are seen, in points: few residuals may be small by
+// chance.
+constexpr double kNoiseWorth = 2.0;
+// Residual at which a point counts half: twice the noise.
+constexpr double kInlier_m = 2.0 * kNoise_m;
+// A parabola has three terms; a fit needs two points more to tell how good it is.
+constexpr std::size_t kMinPoints = 5;
+// Points of a window of which all threes are tried: more take more time, by the third power, fewer
+// may miss the edge among outliers.
+constexpr std::size_t kMaxBasis = 12;
+// Nearer points [windows] do not determine a parabola.
+constexpr double kMinApart = 1e-3;
+// Edges are not steeper across the track or rounder than this where a parabola is to be trusted:
+// 68 degrees, a radius of 5 mm.
+constexpr double kMaxSteepness = 2.5;
+constexpr double kMaxCurvature_1_m = 200.0;
+// Any three points lie on a parabola; of the others this share has to support it: more loses edges
+// in noise of 40 %, less follows chance.
+constexpr double kSupportShare = 0.3;
+// Rounds of reweighted least squares, from a start that outliers cannot pull.
+constexpr int kRefinements = 4;
+// The stretch whose direction carries an edge on, and the steepest such direction (45 degrees).
+constexpr double kExtendFrom_m = 12e-3;
+constexpr double kMaxSlope = 1.0;
+
+using Parabola = Eigen::Vector3d;  // powers 0..2 of u
+
+/// A point seen from the point that is to be smoothed.
+struct Seen {
+  double u, v;    // along and across; u in windows
+  double weight;  // of an inlier near 1
+  Eigen::Vector3d Row() const { return {1.0, u, u * u}; }
+};
+
+double RowWeight(double residual) {
+  const double t = residual / kInlier_m;
+  return 1.0 / (1.0 + t * t);
+}
+
+std::optional<Parabola> Through(const Seen& a, const Seen& b, const Seen& c) {
+  const double ab = b.u - a.u, bc = c.u - b.u, ac = c.u - a.u;
+  if (std::min({std::abs(ab), std::abs(bc), std::abs(ac)}) < kMinApart) return std::nullopt;
+  const double first = (b.v - a.v) / ab;
+  const double second = ((c.v - b.v) / bc - first) / ac;
+  return Parabola(a.v - first * a.u + second * a.u * b.u, first - second * (a.u + b.u), second);
+}
+
+bool Plausible(const Parabola& c, double window_m) {
+  return std::abs(c[1]) <= kMaxSteepness * window_m &&
+         std::abs(c[2]) <= 0.5 * kMaxCurvature_1_m * window_m * window_m;
+}
+
+// The parabola through three points that most points support; all threes of a dozen are tried, so
+// that nothing is random.
+std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_m) {
+  std::optional<Parabola> best;
+  const auto others = static_cast<double>(seen.size() - 3);
+  double max_support = 3.0 + kSupportShare * others;
+  const std::size_t stride = (seen.size() + kMaxBasis - 1) / kMaxBasis;
+  for (std::size_t i = 0; i < seen.size(); i += stride) {
+    for (std::size_t j = i + stride; j < seen.size(); j += stride) {
+      for (std::size_t k = j + stride; k < seen.size(); k += stride) {
+        const auto c = Through(seen[i], seen[j], seen[k]);
+        if (!c || !Plausible(*c, window_m)) continue;
+        double support = 0.0;
+        for (const Seen& p : seen) support += RowWeight(p.v - p.Row().dot(*c));
+        if (support > max_support) {
+          max_support = support;
+          best = c;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+struct LocalFit {
+  double x_m;
+  double variance;  // that is to be expected of x_m
+};
+
+// Least squares with weights that fall with the residuals, from a start that outliers cannot pull.
+std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
+  if (seen.size() < kMinPoints) return std::nullopt;
+  auto c = MostSupported(seen, window_m);
+  if (!c) return std::nullopt;
+  Eigen::Matrix3d normal;
+  double squares = 0.0, worth = 0.0;
+  for (int round = 0; round < kRefinements; ++round) {
+    normal.setZero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    squares = worth = 0.0;
+    for (Seen& p : seen) {
+      const double residual = p.v - p.Row().dot(*c);
+      p.weight = RowWeight(residual) * RowWeight(residual);
+      normal += p.weight * p.Row() * p.Row().transpose();
+      right += p.weight * p.v * p.Row();
+      squares += p.weight * residual * residual;
+      worth += p.weight;
+    }
+    c = normal.ldlt().solve(right);
+  }
+  const double leverage = normal.ldlt().solve(Eigen::Vector3d::UnitX())[0];
+  if (!c->allFinite() || !(leverage > 0.0)) return std::nullopt;
+  const double variance =
+      (squares + kNoiseWorth * kNoise_m * kNoise_m) / (std::max(0.0, worth - 3.0) + kNoiseWorth);
+  return LocalFit{(*c)[0], variance * leverage};
+}
+
+// The fit that promises most of those round and beside the point.
+std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, double widen) {
+  std::optional<LocalFit> best;
+  std::vector<Seen> seen;
+  for (const double width : kWindows_m) {
+    for (const auto& [low, high] :
+         {std::array{-1.0, 1.0}, std::array{-1.0, 0.0}, std::array{0.0, 1.0}}) {
+      seen.clear();
+      for (const Point& p : points) {
+        const double u = (p.y() - points[at].y()) / (widen * width);
+        if (u >= low && u <= high) seen.push_back({u, p.x() - points[at].x(), 1.0});
+      }
+      const auto fit = FitLocally(seen, widen * width);
+      if (fit && (!best || fit->variance < best->variance)) best = fit;
+    }
+  }
+  if (!best) return std::nullopt;
+  return points[at].x() + best->x_m;
+}
+
+// Low side of the disc round p, if y meets it.
+double DiscX(const Point& p, double radius, double y) {
+  const double d = y - p.y();
+  if (std::abs(d) > radius) return std::numeric_limits<double>::infinity();
+  return p.x() - std::sqrt(radius * radius - d * d);
+}
+
+// Of the segment from a to b, moved to the low side along its normal.
+double SideX(const Point& a, const Point& b, double distance, double y) {
+  const Point along = (b - a).normalized();
+  const Point shift = distance * Point(-along.y(), along.x());
+  const double y0 = a.y() + shift.y();
+  const double y1 = b.y() + shift.y();
+  if (y < y0 || y > y1 || !(y1 > y0)) return std::numeric_limits<double>::infinity();
+  const double x0 = a.x() + shift.x();
+  return x0 + (y - y0) / (y1 - y0) * (b.x() - a.x());
+}
+
+double SlopeOf(const Point& a, const Point& b) {
+  const double rise = b.y() - a.y();
+  return rise > 0.0 ? std::clamp((b.x() - a.x()) / rise, -kMaxSlope, kMaxSlope) : 0.0;
+}
+
+}  // namespace
+
+std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
+  std::vector<Point> smooth;
+  if (sensed.size() < kMinPoints) return smooth;
+  const double spacing =
+      (sensed.back().y() - sensed.front().y()) / static_cast<double>(sensed.size() - 1);
+  const double reach = std::max(kWindows_m.front(), kPointsASide * spacing);
+  auto begin = sensed.begin();
+  auto end = sensed.begin();
+  for (std::size_t i = 0; i < sensed.size(); ++i) {
+    while (begin->y() < sensed[i].y() - reach) ++begin;
+    while (end != sensed.end() && end->y() <= sensed[i].y() + reach) ++end;
+    const auto at = i - static_cast<std::size_t>(begin - sensed.begin());
+    const auto x = SmoothX(std::span(begin, end), at, reach / kWindows_m.front());
+    if (x) smooth.emplace_back(*x, sensed[i].y());
+  }
+  return smooth;
+}
+
+std::vector<Point> Extend(std::vector<Point> edge, double before_m, double after_m) {
+  if (edge.empty()) return edge;
+  const auto from_first = std::find_if(edge.begin(), edge.end(), [&](const Point& p) {
+    return p.y() >= edge.front().y() + kExtendFrom_m;
+  });
+  const auto from_last = std::find_if(edge.rbegin(), edge.rend(), [&](const Point& p) {
+    return p.y() <= edge.back().y() - kExtendFrom_m;
+  });
+  const double first_slope = from_first == edge.end() ? 0.0 : SlopeOf(edge.front(), *from_first);
+  const double last_slope = from_last == edge.rend() ? 0.0 : SlopeOf(*from_last, edge.back());
+  edge.push_back(edge.back() + after_m * Point(last_slope, 1.0));
+  edge.insert(edge.begin(), edge.front() - before_m * Point(first_slope, 1.0));
+  return edge;
+}
+
+double OffsetX(std::span<const Point> edge, double distance_m, double y_m) {
+  double x = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < edge.size(); ++i) {
+    x = std::min(x, DiscX(edge[i], distance_m, y_m));
+    if (i > 0) x = std::min(x, SideX(edge[i - 1], edge[i], distance_m, y_m));
+  }
+  return std::isfinite(x) ? x : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<Point> Resample(std::span<const Point> line, double spacing_m) {
+  std::vector<Point> out;
+  if (line.empty()) return out;
+  out.push_back(line.front());
+  double left = spacing_m;  // to the next point
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double length = (line[i] - line[i - 1]).norm();
+    double done = 0.0;
+    while (length - done >= left) {
+      done += left;
+      out.push_back(line[i - 1] + done / length * (line[i] - line[i - 1]));
+      left = spacing_m;
+    }
+    left -= length - done;
+  }
+  if (left < spacing_m) out.push_back(line.back());
+  return out;
+}
+
+std::vector<Point> RoundCorners(std::span<const Point> line, int half) {
+  std::vector<Point> out(line.begin(), line.end());
+  const int n = static_cast<int>(line.size());
+  for (int i = 0; i < n; ++i) {
+    const int k = std::min({half, i, n - 1 - i});
+    Point sum = Point::Zero();
+    for (int j = i - k; j <= i + k; ++j) sum += line[static_cast<std::size_t>(j)];
+    out[static_cast<std::size_t>(i)] = sum / (2 * k + 1);
+  }
+  return out;
+}
+
+}  // namespace rangegrasp::stitching::internal

@@ -1,0 +1,240 @@
+#include "seam/task/seam_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/rng.h"
+#include "base/units.h"
+#include "experiment/experiment.h"
+#include "seam/stitching/random_mats.h"
+
+namespace rangegrasp::seam_task {
+namespace {
+
+using base::kMm;
+using base::YamlMap;
+using stitching::MatOptions;
+using stitching::Mats;
+using stitching::StripeSensor;
+
+// Bounds of keys that count something: they keep out slips, not large experiments.
+constexpr int kMaxSeams = 1'000'000;
+constexpr int kMaxProfiles = 1'000'000;
+// Distances at which the calibration body is scanned: nearly twice the five terms of the function
+// of 4th order that is fitted.
+constexpr int kCalibrationDistances = 9;
+
+// Where a closed loop begins the sensor must see the edge: within this share of half of its line.
+constexpr double kSeenAtStart = 0.7;
+
+// A course that leaves the line where it first lies is scaled down until it does not.
+void BeginOnLine(const SeamExperiment& experiment, stitching::EdgeCourse& course) {
+  const seam::LineGeometry& line = experiment.sensor.line;
+  const double seen_m = kSeenAtStart * line.ToMeters(line.columns - 1);
+  const double start_m = course.XAt(experiment.sensor.lines_ahead_m.front());
+  // The needle begins at the wanted distance from x = 0, and the line's middle before it.
+  const double middle_m = -experiment.track.wanted_distance_m;
+  if (std::abs(start_m - middle_m) <= seen_m) return;
+  const double scale = (middle_m + std::copysign(seen_m, start_m - middle_m)) / start_m;
+  course.offset_m *= scale;
+  for (auto& wave : course.waves) wave.amplitude_m *= scale;
+}
+
+void ReadTexture(YamlMap map, stitching::MatTexture& texture) {
+  map.ReadScaled("weave_period_mm", texture.weave_period_m, kMm, 0.2, 50.0, "width of a tow");
+  map.ReadScaled("weave_relief_mm", texture.weave_relief_m, kMm, 0.0, 2.0,
+                 "height of the woven relief");
+  map.ReadScaled("fuzz_mm", texture.fuzz_m, kMm, 0.0, 1.0,
+                 "fine unevenness of the fibres, standard deviation");
+  map.ReadScaled("waviness_mm", texture.waviness_m, kMm, 0.0, 10.0,
+                 "height of the waves that the mats lie in, standard deviation");
+  map.ReadScaled("waviness_length_mm", texture.waviness_length_m, kMm, 0.2, 1000.0,
+                 "half of a wave's length, on average");
+  map.ReadScaled("fray_mm", texture.fray_m, kMm, 0.0, 5.0,
+                 "by which the edge wanders from its course, standard deviation");
+  map.ReadScaled("fray_length_mm", texture.fray_length_m, kMm, 0.2, 100.0,
+                 "length over which it wanders");
+  map.ReadScaled("filaments_per_mm", texture.filaments_per_m, 1.0 / kMm, 0.0, 10.0,
+                 "filaments that stand off the edge");
+  map.ReadScaled("loose_filaments_per_mm2", texture.loose_filaments_per_m2, 1e6, 0.0, 1.0,
+                 "filaments that stand off the mats elsewhere");
+  map.ReadScaled("filament_height_mm", texture.filament_height_m, kMm, 0.0, 10.0,
+                 "height of the highest filament");
+  map.Read("detached_share", texture.detached_share, 0.0, 1.0,
+           "share of the edge beside which a bundle of fibres lies that has come off");
+  map.Read("gloss", texture.gloss, 0.0, 1.0,
+           "how often a tow sends the light elsewhere: 0 dull, 1 like a mirror");
+  map.ReadScaled("steep_deg", texture.steep_rad, base::kDeg, 1.0, 89.0,
+                 "slope of the surface from which on no light comes back");
+  map.Read("darkness", texture.darkness, 0.0, 1.0,
+           "how little light comes back: 0 bright, 1 black");
+  map.Finish();
+}
+
+void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
+  stitching::HeadOptions& head = options.head;
+  map.ReadScaled("wanted_distance_mm", options.wanted_distance_m, kMm, 0.0, 50.0,
+                 "distance of the seam from the edge, on the low side");
+  map.ReadScaled("length_mm", options.length_m, kMm, 50.0, 100'000.0,
+                 "length of the planned track");
+  map.Read("rotate", head.rotate, "whether the head turns into the seam; false: it only shifts");
+  map.ReadScaled("max_lateral_speed_mm_s", head.max_lateral_speed_m_s, kMm, 1.0, 2000.0,
+                 "of the head's corrections");
+  map.ReadScaled(
+      "max_jump_mm", head.max_jump_m, kMm, 0.1, 1000.0,
+      "by which a packet may move the edge, besides what the head can move across in the "
+      "time since the last one; others are ignored");
+  map.ReadScaled("max_acceleration_mm_s2", head.max_acceleration_m_s2, kMm, 1.0, 20'000.0,
+                 "of the head");
+  map.Read("max_rotation_rad_s", head.max_rotation_rad_s, 0.01, 20.0, "of the head");
+  map.Read("max_rotation_acceleration_rad_s2", head.max_rotation_acceleration_rad_s2, 0.01, 200.0,
+           "of the head");
+  map.Finish();
+}
+
+// A way that stood there twice would have two cases of one name.
+void CheckOnce(const YamlMap& map, std::vector<seam::DecisionMethod> decisions) {
+  std::ranges::sort(decisions);
+  const auto twice = std::ranges::adjacent_find(decisions);
+  if (twice == decisions.end()) return;
+  map.Fail("decisions", fmt::format("names '{}' twice", base::Word(*twice)));
+}
+
+void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
+  map.Read("shapes", experiment.shapes, "shapes of the edges, in turn");
+  map.Read("seams", experiment.seams, 1, kMaxSeams,
+           "recorded seams; tracks and hazards: runs with each decision");
+  map.Read("decisions", experiment.decisions,
+           "tracks and hazards: the ways to decide that steer, each in runs of its own");
+  CheckOnce(map, experiment.decisions);
+  map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxProfiles,
+           "profiles of a recorded seam");
+  map.Read("edge_within", experiment.record.edge_within, 0.0, 1.0,
+           "share of the line, about its middle, that the edge of a recorded seam starts in");
+  map.ReadScaled("half_circle_radius_mm", experiment.half_circle_radius_m, kMm, 0.0, 1000.0,
+                 "tracks: of a half circle in the middle of a straight seam; 0: curved seams");
+  map.ReadScaled("speed_mm_s", experiment.record.speed_m_s, kMm, 1.0, 500.0,
+                 "of the sensor along the seam");
+}
+
+std::uint64_t SeedOf(const SeamExperiment& experiment, int number, std::string_view stage) {
+  return base::DeriveSeed(SeamSeed(experiment, number), stage);
+}
+
+Mats MatsAt(const SeamExperiment& experiment, int number) {
+  return {MatsOf(experiment, number), SeedOf(experiment, number, "mats")};
+}
+
+}  // namespace
+
+void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
+  map.Read("kind", experiment.kind,
+           "what is measured: rates of recorded seams, closed loops along seams, or hazards before "
+           "which a closed loop must stop");
+  map.Require("sensor");
+  map.ReadPath("sensor", experiment.sensor_file, "file of a stripe sensor");
+  ReadSeams(map, experiment);
+  map.ReadPath("reference", experiment.reference, "published rates to print beside, CSV");
+  map.ReadPath("improvements", experiment.improvements, "published single figures, CSV");
+  map.ReadPath("runtimes", experiment.runtimes, "published table 3.1 as CSV");
+  ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
+              experiment.texture);
+  ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);
+  seam::ReadMonitorOptions(
+      map.Child("monitor", "what stops the head; also of seam detect --options"),
+      experiment.track.monitor);
+  auto tracker = map.Child("tracker", "how an edge is found; also of seam detect --options");
+  seam::ReadTrackerOptions(tracker, experiment.track.tracker);
+  tracker.Finish();
+}
+
+SeamExperiment ReadSeamExperiment(YamlMap& map, const experiment::Common& common) {
+  SeamExperiment experiment;
+  experiment.name = common.name;
+  experiment.seed = common.seed;
+  ReadKeys(map, experiment);
+  map.Finish();
+  experiment.sensor = stitching::ReadStripeSensor(experiment.sensor_file);
+  experiment.track.tracker.line = experiment.sensor.line;
+  experiment.track.head.speed_m_s = experiment.record.speed_m_s;
+  return experiment;
+}
+
+SeamExperiment ReadSeamExperiment(const std::filesystem::path& file) {
+  auto map = YamlMap::FromFile(file);
+  experiment::Common common;
+  common.file = file;
+  common.name = file.stem().string();
+  std::string task = "seam";
+  map.Read("task", task, "the kind of experiment");
+  if (task != "seam") map.Fail("task", "'" + task + "' must be seam");
+  experiment::ReadCommon(map, common);
+  return ReadSeamExperiment(map, common);
+}
+
+std::uint64_t SeamSeed(const SeamExperiment& experiment, int number) {
+  return base::DeriveSeed(base::DeriveSeed(experiment.seed, "seam"),
+                          static_cast<std::uint64_t>(number));
+}
+
+stitching::EdgeShape ShapeOf(const SeamExperiment& experiment, int number) {
+  return experiment.shapes[static_cast<std::size_t>(number) % experiment.shapes.size()];
+}
+
+MatOptions MatsOf(const SeamExperiment& experiment, int number) {
+  const bool curved = experiment.kind != SeamKind::kRates;
+  MatOptions options = stitching::RandomMats(ShapeOf(experiment, number), experiment.texture,
+                                             curved, SeamSeed(experiment, number));
+  if (experiment.half_circle_radius_m > 0.0) {
+    options.course = {};
+    options.course.half_circle_radius_m = experiment.half_circle_radius_m;
+    options.course.half_circle_y_m = 0.5 * experiment.track.length_m;
+  }
+  if (curved) BeginOnLine(experiment, options.course);
+  if (experiment.kind == SeamKind::kHazards) {
+    stitching::AddRandomHazard(options, experiment.track.wanted_distance_m,
+                               SeedOf(experiment, number, "hazard"));
+  }
+  return options;
+}
+
+Hazard HazardOf(const MatOptions& mats, double length_m) {
+  if (!mats.obstacles.empty()) return Hazard::kObstacle;
+  return mats.end_y_m < length_m ? Hazard::kMatEnd : Hazard::kNone;
+}
+
+seam::TrackerOptions TrackerFor(const SeamExperiment& experiment, seam::DecisionMethod method) {
+  seam::TrackerOptions options = experiment.track.tracker;
+  options.line = experiment.sensor.line;
+  options.method = method;
+  return options;
+}
+
+std::vector<seam::CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
+                                                      const StripeSensor& sensor) {
+  base::Rng rng(base::DeriveSeed(experiment.seed, "calibration"));
+  return sensor.ScanBody({}, kCalibrationDistances, rng);
+}
+
+seam::Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor) {
+  return seam::CalibrateFromBody({}, CalibrationScansOf(experiment, sensor));
+}
+
+stitching::Recording RecordSeam(const SeamExperiment& experiment, const StripeSensor& sensor,
+                                int number) {
+  return stitching::Record(MatsAt(experiment, number), sensor, experiment.record,
+                           SeedOf(experiment, number, "scan"));
+}
+
+TrackedRun TrackRun(const SeamExperiment& experiment, const StripeSensor& sensor,
+                    const seam::Calibration& calibration, seam::DecisionMethod method, int run) {
+  const Mats mats = MatsAt(experiment, run);
+  stitching::TrackOptions options = experiment.track;
+  options.tracker = TrackerFor(experiment, method);
+  return {mats,
+          stitching::Track(mats, sensor, calibration, options, SeedOf(experiment, run, "track"))};
+}
+
+}  // namespace rangegrasp::seam_task

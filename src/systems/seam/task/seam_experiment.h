@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/yaml_map.h"
+#include "experiment/task.h"
+#include "seam/calibration_body.h"
+#include "seam/stitching/closed_loop.h"
+#include "seam/stitching/mats.h"
+#include "seam/stitching/recording.h"
+#include "seam/stitching/stripe_sensor.h"
+
+/// Experiments of chapter 3: detection rates on recorded seams, and a stitching head in a closed
+/// loop (docs/seam.md).
+namespace rangegrasp::seam_task {
+
+/// What a seam experiment measures.
+enum class SeamKind {
+  kRates,    ///< detection rates of every method on recorded seams (tables 3.2, 3.3, 3.5)
+  kTracks,   ///< closed loop along curved seams
+  kHazards,  ///< closed loop towards a mat end or an obstacle
+};
+constexpr std::array<std::string_view, 3> WordsOf(SeamKind) {
+  return {"rates", "tracks", "hazards"};
+}
+
+/// What a head runs towards.
+enum class Hazard { kNone, kMatEnd, kObstacle };
+constexpr std::array<std::string_view, 3> WordsOf(Hazard) {
+  return {"none", "mat_end", "obstacle"};
+}
+
+struct SeamExperiment {
+  std::string name;
+  std::uint64_t seed = 1;
+  SeamKind kind = SeamKind::kRates;
+  std::filesystem::path sensor_file;
+  stitching::StripeSensorOptions sensor;
+  stitching::MatTexture texture;  ///< typical; each seam's mats vary round it
+  /// Of the seams, in turn.
+  std::vector<stitching::EdgeShape> shapes = {
+      stitching::EdgeShape::kStep,   stitching::EdgeShape::kDouble,  stitching::EdgeShape::kSlant,
+      stitching::EdgeShape::kConvex, stitching::EdgeShape::kConcave, stitching::EdgeShape::kNone};
+  int seams = 60;  ///< closed loops: runs with each decision
+  /// Closed loops: the ways to decide that steer. Accumulated weights are left out: they presume
+  /// that the edge stays where it is on the line; before a head that turns it does not.
+  std::vector<seam::DecisionMethod> decisions = {
+      seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights, seam::DecisionMethod::kSteps};
+  stitching::RecordOptions record;  ///< its speed is the head's too
+  /// kTracks: > 0 makes every seam straight but for a half circle in its middle (fig. 3.25).
+  double half_circle_radius_m = 0.0;
+  stitching::TrackOptions track;       ///< its tracker also serves kRates
+  std::filesystem::path reference;     ///< published rates, or empty
+  std::filesystem::path improvements;  ///< published figures of table 3.5, or empty
+  std::filesystem::path runtimes;      ///< published table 3.1, or empty
+};
+
+/// Reads the experiment's own keys, and nothing else.
+void ReadKeys(base::YamlMap& map, SeamExperiment& experiment);
+/// Reads them to the end of the file, and the sensor that they name.
+/// @throws base::InputError naming file, line and key.
+SeamExperiment ReadSeamExperiment(base::YamlMap& map, const experiment::Common& common);
+/// Reads a file, with the keys that every kind of experiment has.
+SeamExperiment ReadSeamExperiment(const std::filesystem::path& file);
+
+/// All that is drawn of one seam comes from this.
+std::uint64_t SeamSeed(const SeamExperiment& experiment, int number);
+stitching::EdgeShape ShapeOf(const SeamExperiment& experiment, int number);
+/// The mats of a seam or run, from 0; depend on the experiment and the number alone.
+stitching::MatOptions MatsOf(const SeamExperiment& experiment, int number);
+Hazard HazardOf(const stitching::MatOptions& mats, double length_m);
+seam::TrackerOptions TrackerFor(const SeamExperiment& experiment, seam::DecisionMethod method);
+
+/// Scans of the calibration body, which every experiment's calibration is made of.
+std::vector<seam::CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
+                                                      const stitching::StripeSensor& sensor);
+/// The sensor's calibration from them.
+seam::Calibration CalibrationOf(const SeamExperiment& experiment,
+                                const stitching::StripeSensor& sensor);
+
+/// Profiles over a seam's mats with their labels.
+stitching::Recording RecordSeam(const SeamExperiment& experiment,
+                                const stitching::StripeSensor& sensor, int number);
+
+/// A closed-loop run with everything that happened on the way, and the mats it ran over.
+struct TrackedRun {
+  stitching::Mats mats;
+  stitching::TrackResult result;
+};
+TrackedRun TrackRun(const SeamExperiment& experiment, const stitching::StripeSensor& sensor,
+                    const seam::Calibration& calibration, seam::DecisionMethod method, int run);
+
+}  // namespace rangegrasp::seam_task

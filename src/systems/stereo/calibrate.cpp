@@ -1,0 +1,485 @@
+#include "stereo/calibrate.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "base/rng.h"
+#include "base/units.h"
+#include "stereo/internal/open_cv.h"
+
+namespace rangegrasp::stereo {
+namespace {
+
+// Section 5.3.2 has two radial and two tangential parameters.
+constexpr int kLensFlags = cv::CALIB_FIX_K3;
+const cv::TermCriteria kUntilStill(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
+
+cv::Mat GreyOf(const image::Image& picture) {
+  cv::Mat grey;
+  cv::cvtColor(internal::View(picture), grey, cv::COLOR_RGB2GRAY);
+  return grey;
+}
+
+cv::Size BoardSize(const ChessboardOptions& options) { return {options.columns, options.rows}; }
+
+// Of the square round a corner in which its two edges are looked at: a fifth of the way to the
+// nearest other corner, since another corner in it draws the result to itself; more pixels than
+// kMaxHalf tell no more.
+int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
+  constexpr int kMinHalf = 2;
+  constexpr int kMaxHalf = 11;
+  const auto row = static_cast<std::size_t>(columns);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i > 0) nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
+    if (i >= row) nearest = std::min(nearest, cv::norm(corners[i] - corners[i - row]));
+  }
+  return std::clamp(static_cast<int>(nearest / 5.0), kMinHalf, kMaxHalf);
+}
+
+geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& options,
+                           double& noise_m) {
+  const auto refuse = [&view] {
+    throw base::InputError(fmt::format("{}: the laser measured no plane of the board in {} points",
+                                       view.name, view.laser_W.size()));
+  };
+  // Half of the points at least are the board's, else it is no plane of it.
+  constexpr std::uint64_t kAnySeed = 1;  // the same points give the same plane
+  base::Rng rng(kAnySeed);
+  const auto fit = geometry::FitPlaneRansac(view.laser_W, {100, options.laser_band_m}, rng);
+  const std::size_t needed = std::max<std::size_t>(100, view.laser_W.size() / 2);
+  if (!fit || fit->inliers.size() < needed) refuse();
+  geometry::Plane plane = fit->plane;
+  // What is left of mixed points lies beyond the noise.
+  double band_m = options.laser_band_m;
+  for (int round = 0; round < 3; ++round) {
+    geometry::Points near;
+    double squares = 0.0;
+    for (const Eigen::Vector3d& p : view.laser_W) {
+      const double distance = plane.Distance(p);
+      if (std::abs(distance) > band_m) continue;
+      near.push_back(p);
+      squares += distance * distance;
+    }
+    const auto refined = geometry::FitPlane(near);
+    if (!refined) refuse();
+    plane = *refined;
+    noise_m = std::sqrt(squares / static_cast<double>(near.size()));
+    band_m = 3.0 * noise_m;
+  }
+  if (plane.Distance(view.laser_origin_W) < 0.0) {
+    plane.normal = -plane.normal;
+    plane.offset_m = -plane.offset_m;
+  }
+  return plane;
+}
+
+// The corners on the board itself, its z axis to who sees them in the order of pictures' rows.
+std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options) {
+  std::vector<Eigen::Vector3d> corners;
+  for (int row = 0; row < options.rows; ++row) {
+    for (int column = 0; column < options.columns; ++column) {
+      corners.emplace_back(column * options.square_m, row * options.square_m, 0.0);
+    }
+  }
+  return corners;
+}
+
+std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {
+  std::vector<cv::Point2f> to;
+  for (const Eigen::Vector2d& p : from) {
+    to.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  }
+  return to;
+}
+
+base::Pose PoseOf(const cv::Mat& rotation, const cv::Mat& translation) {
+  cv::Mat matrix;
+  if (rotation.total() == 3) {
+    cv::Rodrigues(rotation, matrix);
+  } else {
+    matrix = rotation;
+  }
+  base::Pose pose = base::Pose::Identity();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) pose.linear()(i, j) = matrix.at<double>(i, j);
+    pose.translation()[i] = translation.at<double>(i);
+  }
+  return pose;
+}
+
+// The lens and the board's place before the camera at each picture, left ones first.
+struct Lens {
+  cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);
+  cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
+  std::vector<base::Pose> X_CBoard;
+  double residual_px = 0.0;
+};
+
+struct Corners {
+  std::vector<std::vector<cv::Point3f>> board;  // one list a pair
+  std::vector<std::vector<cv::Point2f>> left, right;
+};
+
+Corners CornersOf(std::span<const BoardSighting> boards, const ChessboardOptions& options) {
+  std::vector<cv::Point3f> board;
+  for (const Eigen::Vector3d& p : CornersOfBoard(options)) {
+    board.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
+  }
+  Corners corners;
+  for (const BoardSighting& sighting : boards) {
+    if (sighting.left_px.size() != board.size() || sighting.right_px.size() != board.size()) {
+      throw std::invalid_argument(fmt::format("{}: {} and {} corners, {} wanted", sighting.name,
+                                              sighting.left_px.size(), sighting.right_px.size(),
+                                              board.size()));
+    }
+    corners.board.push_back(board);
+    corners.left.push_back(Points2(sighting.left_px));
+    corners.right.push_back(Points2(sighting.right_px));
+  }
+  return corners;
+}
+
+Lens CalibrateLens(const Corners& corners, const cv::Size& size) {
+  auto boards = corners.board;
+  boards.insert(boards.end(), corners.board.begin(), corners.board.end());
+  auto seen = corners.left;
+  seen.insert(seen.end(), corners.right.begin(), corners.right.end());
+  Lens lens;
+  std::vector<cv::Mat> turns, shifts;
+  lens.residual_px = cv::calibrateCamera(boards, seen, size, lens.matrix, lens.distortion, turns,
+                                         shifts, kLensFlags, kUntilStill);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    lens.X_CBoard.push_back(PoseOf(turns[i], shifts[i]));
+  }
+  return lens;
+}
+
+// One turn for all pairs, of the least squares of all corners; starts from one pair's.
+base::Pose CalibrateTurn(const Corners& corners, Lens& lens, const cv::Size& size,
+                         double& residual_px) {
+  const std::size_t pairs = corners.left.size();
+  const base::Pose X_RL = RightInLeft(lens.X_CBoard.front(), lens.X_CBoard[pairs]).inverse();
+  cv::Mat rotation(3, 3, CV_64F), shift(3, 1, CV_64F), essential, fundamental;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) rotation.at<double>(i, j) = X_RL.linear()(i, j);
+    shift.at<double>(i) = X_RL.translation()[i];
+  }
+  cv::Mat residuals;
+  residual_px = cv::stereoCalibrate(
+      corners.board, corners.left, corners.right, lens.matrix, lens.distortion, lens.matrix,
+      lens.distortion, size, rotation, shift, essential, fundamental, residuals,
+      cv::CALIB_FIX_INTRINSIC | cv::CALIB_USE_EXTRINSIC_GUESS, kUntilStill);
+  return PoseOf(rotation, shift).inverse();
+}
+
+// What registration pairs: a corner in the left camera's frame, and the plane it lies in.
+struct CornerOnPlane {
+  Eigen::Vector3d p_L;
+  geometry::Plane plane_W;
+};
+
+double RootMeanSquare(std::span<const CornerOnPlane> pairs, const base::Pose& X_WL) {
+  double squares = 0.0;
+  for (const CornerOnPlane& pair : pairs) {
+    const double distance = pair.plane_W.Distance(X_WL * pair.p_L);
+    squares += distance * distance;
+  }
+  return std::sqrt(squares / static_cast<double>(pairs.size()));
+}
+
+// The rotation that turns the normals onto each other (Kabsch), then the shift for it.
+base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
+                             std::span<const CornerOnPlane> pairs) {
+  Eigen::Matrix3d joint = Eigen::Matrix3d::Zero();
+  const std::size_t each = pairs.size() / normals_L.size();
+  for (std::size_t i = 0; i < normals_L.size(); ++i) {
+    joint += pairs[i * each].plane_W.normal * normals_L[i].transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(joint, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d sign = Eigen::Vector3d::Ones();
+  sign.z() = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Matrix3d R_WL = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const CornerOnPlane& pair : pairs) {
+    const Eigen::Vector3d& n = pair.plane_W.normal;
+    sum += n * n.transpose();
+    right -= n * pair.plane_W.Distance(R_WL * pair.p_L);
+  }
+  return base::MakePose(R_WL, sum.ldlt().solve(right));
+}
+
+// Gauss and Newton on the six parameters of a small motion, left of the pose.
+base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
+  constexpr int kMaxSteps = 30;
+  constexpr double kStill = 1e-12;  // [m] and [rad]
+  for (int step = 0; step < kMaxSteps; ++step) {
+    Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const CornerOnPlane& pair : pairs) {
+      const Eigen::Vector3d p_W = X_WL * pair.p_L;
+      Eigen::Matrix<double, 6, 1> slope;
+      slope << p_W.cross(pair.plane_W.normal), pair.plane_W.normal;
+      sum += slope * slope.transpose();
+      right -= slope * pair.plane_W.Distance(p_W);
+    }
+    const Eigen::Matrix<double, 6, 1> motion = sum.ldlt().solve(right);
+    const Eigen::Vector3d turn = motion.head<3>();
+    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+    X_WL = base::MakePose(rotation.toRotationMatrix(), motion.tail<3>()) * X_WL;
+    if (motion.norm() < kStill) break;
+  }
+  X_WL.linear() = Eigen::Quaterniond(X_WL.linear()).normalized().toRotationMatrix();
+  return X_WL;
+}
+
+// By which factor all that the camera sees would have to grow to agree best with the planes, and
+// its standard error. Pictures of a board with larger squares are those of one further off, so that
+// only the laser tells squares of another size; the pose takes up most of what is wrong with them
+// if all boards are about as far off.
+struct Scale {
+  double factor = 1.0;
+  double error = 0.0;
+};
+Scale ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs, std::size_t boards) {
+  constexpr int kSteps = 10;  // of Gauss and Newton, from a pose that is nearly right
+  Eigen::Matrix<double, 7, 7> sum;
+  Scale scale;
+  double squares = 0.0;
+  for (int step = 0; step < kSteps; ++step) {
+    sum.setZero();
+    squares = 0.0;
+    Eigen::Matrix<double, 7, 1> right = Eigen::Matrix<double, 7, 1>::Zero();
+    for (const CornerOnPlane& pair : pairs) {
+      const Eigen::Vector3d& n = pair.plane_W.normal;
+      const Eigen::Vector3d p_W = X_WL * (scale.factor * pair.p_L);
+      Eigen::Matrix<double, 7, 1> slope;
+      slope << p_W.cross(n), n, n.dot(X_WL.linear() * pair.p_L);
+      const double distance = pair.plane_W.Distance(p_W);
+      sum += slope * slope.transpose();
+      right -= slope * distance;
+      squares += distance * distance;
+    }
+    const Eigen::Matrix<double, 7, 1> motion = sum.ldlt().solve(right);
+    const Eigen::Vector3d turn = motion.head<3>();
+    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+    X_WL = base::MakePose(rotation.toRotationMatrix(), motion.segment<3>(3)) * X_WL;
+    scale.factor += motion[6];
+  }
+  // Corners of one board share its plane's error: a board counts as one measurement.
+  scale.error = std::sqrt(squares / static_cast<double>(boards) * sum.inverse()(6, 6));
+  return scale;
+}
+
+// The point nearest to the two rays that see it.
+Eigen::Vector3d Between(const Eigen::Vector3d& ray_L, const base::Pose& X_LR,
+                        const Eigen::Vector3d& ray_R) {
+  const Eigen::Vector3d a = ray_L.normalized();
+  const Eigen::Vector3d b = (X_LR.linear() * ray_R).normalized();
+  const Eigen::Vector3d& c = X_LR.translation();
+  const double cosine = a.dot(b);
+  const double below = 1.0 - cosine * cosine;
+  const double along_a = (a.dot(c) - cosine * b.dot(c)) / below;
+  const double along_b = (cosine * a.dot(c) - b.dot(c)) / below;
+  return 0.5 * (along_a * a + c + along_b * b);
+}
+
+// How far the boards' normals are from being all alike: the sine of their least spread.
+double NormalSpread(std::span<const BoardSighting> boards) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const BoardSighting& board : boards) {
+    sum += board.plane_W.normal * board.plane_W.normal.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum /
+                                                              static_cast<double>(boards.size()));
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+}
+
+void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions& options) {
+  if (static_cast<int>(boards.size()) < options.min_views) {
+    throw base::InputError(fmt::format("{} views of the chessboard do not calibrate: {} at least",
+                                       boards.size(), options.min_views));
+  }
+  const double spread = NormalSpread(boards);
+  if (spread < std::sin(options.min_spread_rad)) {
+    throw base::InputError(fmt::format(
+        "the chessboard is tilted too little between its views: by {:.1f} deg, {:.1f} "
+        "at least",
+        base::ToDeg(std::asin(std::min(1.0, spread))), base::ToDeg(options.min_spread_rad)));
+  }
+}
+
+void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& options) {
+  const double worst_px = std::max(result.camera_px, result.stereo_px);
+  if (!(worst_px <= options.max_reprojection_px)) {
+    throw base::InputError(fmt::format(
+        "the chessboard's corners are {:.2f} px off the calibrated cameras' (rms; {:.2f} at most): "
+        "is it flat, and is this one camera that was turned by the same angles each time?",
+        worst_px, options.max_reprojection_px));
+  }
+  constexpr double kSurely = 3.0;  // standard errors
+  if (std::abs(result.scale - 1.0) >
+      std::max(options.max_scale_error, kSurely * result.scale_error)) {
+    throw base::InputError(fmt::format(
+        "the laser's planes do not agree with the chessboard's size: are its squares {:g} mm? They "
+        "would agree with {:.2f} mm",
+        options.square_m * base::kMmPerM, result.scale * options.square_m * base::kMmPerM));
+  }
+  if (!(result.registration_m <= options.max_registration_m)) {
+    throw base::InputError(fmt::format(
+        "the chessboard's corners are {:.2f} mm off the laser's planes (rms; {:.2f} at most): are "
+        "its squares {:g} mm, and was the same board scanned at the same place?",
+        result.registration_m * base::kMmPerM, options.max_registration_m * base::kMmPerM,
+        options.square_m * base::kMmPerM));
+  }
+}
+
+Camera CameraOf(const Lens& lens, int width, int height) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = lens.matrix.at<double>(0, 0);
+  camera.fy = lens.matrix.at<double>(1, 1);
+  camera.cx = lens.matrix.at<double>(0, 2);
+  camera.cy = lens.matrix.at<double>(1, 2);
+  camera.k1 = lens.distortion.at<double>(0);
+  camera.k2 = lens.distortion.at<double>(1);
+  camera.p1 = lens.distortion.at<double>(2);
+  camera.p2 = lens.distortion.at<double>(3);
+  camera.k3 = lens.distortion.at<double>(4);
+  return camera;
+}
+
+// Both pictures' corners of each board, as one camera sees them, on the laser's plane of it.
+std::vector<CornerOnPlane> CornersOnPlanes(std::span<const BoardSighting> boards, const Lens& lens,
+                                           const base::Pose& X_LR,
+                                           const ChessboardOptions& options) {
+  const std::vector<Eigen::Vector3d> corners = CornersOfBoard(options);
+  std::vector<CornerOnPlane> pairs;
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    const base::Pose& X_LBoard = lens.X_CBoard[i];
+    const base::Pose X_LBoard_by_right = X_LR * lens.X_CBoard[boards.size() + i];
+    for (const Eigen::Vector3d& corner : corners) {
+      pairs.push_back({X_LBoard * corner, boards[i].plane_W});
+      pairs.push_back({X_LBoard_by_right * corner, boards[i].plane_W});
+    }
+  }
+  return pairs;
+}
+
+std::vector<CornerOnPlane> TriangulatedOnPlanes(std::span<const BoardSighting> boards,
+                                                const Camera& camera, const base::Pose& X_LR) {
+  std::vector<CornerOnPlane> pairs;
+  for (const BoardSighting& board : boards) {
+    for (std::size_t k = 0; k < board.left_px.size(); ++k) {
+      pairs.push_back(
+          {Between(RayOf(camera, board.left_px[k]), X_LR, RayOf(camera, board.right_px[k])),
+           board.plane_W});
+    }
+  }
+  return pairs;
+}
+
+// The boards' normals towards the left camera.
+std::vector<Eigen::Vector3d> NormalsOf(const Lens& lens, std::size_t boards) {
+  std::vector<Eigen::Vector3d> normals_L;
+  for (std::size_t i = 0; i < boards; ++i) {
+    const Eigen::Vector3d normal = lens.X_CBoard[i].linear().col(2);
+    normals_L.push_back(normal.dot(lens.X_CBoard[i].translation()) > 0.0 ? Eigen::Vector3d(-normal)
+                                                                         : normal);
+  }
+  return normals_L;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
+                                            const ChessboardOptions& options) {
+  const cv::Mat grey = GreyOf(picture);
+  std::vector<cv::Point2f> corners;
+  // The quick search, with corners where the grey values' slopes agree; the thorough one takes 0.2
+  // s a picture and finds boards that are dimly lit.
+  if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
+    const int half = HalfWindow(corners, options.columns);
+    cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
+  } else if (!cv::findChessboardCornersSB(grey, BoardSize(options), corners)) {
+    throw base::InputError(fmt::format("{}: no chessboard with {} x {} inner corners is seen whole",
+                                       name, options.columns, options.rows));
+  }
+  for (const bool upright : {false, true}) {
+    const double edge_px =
+        cv::estimateChessboardSharpness(grey, BoardSize(options), corners, 0.8F, upright)[0];
+    if (!(edge_px <= options.max_edge_px)) {
+      throw base::InputError(
+          fmt::format("{}: the chessboard is blurred: its edges are {:.1f} px wide, {:.1f} at most "
+                      "would do",
+                      name, edge_px, options.max_edge_px));
+    }
+  }
+  std::vector<Eigen::Vector2d> result;
+  for (const cv::Point2f& corner : corners) result.emplace_back(corner.x, corner.y);
+  return result;
+}
+
+BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options) {
+  const internal::SingleThread single_thread;
+  BoardSighting sighting;
+  sighting.name = view.name;
+  sighting.left_px = FindChessboard(view.left, view.name + " (left)", options);
+  sighting.right_px = FindChessboard(view.right, view.name + " (right)", options);
+  // From the same corner in both: a turn of a few degrees does not exchange the board's ends.
+  const Eigen::Vector2d left = sighting.left_px.back() - sighting.left_px.front();
+  const Eigen::Vector2d right = sighting.right_px.back() - sighting.right_px.front();
+  if (left.dot(right) < 0.0) std::reverse(sighting.right_px.begin(), sighting.right_px.end());
+  sighting.plane_W = LaserPlane(view, options, sighting.laser_noise_m);
+  return sighting;
+}
+
+base::Pose RightInLeft(const base::Pose& X_LBoard, const base::Pose& X_RBoard) {
+  const Eigen::Matrix3d& R_l = X_LBoard.linear();
+  const Eigen::Matrix3d& R_r = X_RBoard.linear();
+  const Eigen::Matrix3d R = R_r * R_l.transpose();
+  const Eigen::Vector3d T =
+      X_LBoard.translation() - (R_l * R_r.transpose()) * X_RBoard.translation();
+  return base::MakePose(R.transpose(), T);
+}
+
+CalibrationResult CalibrateStereo(std::span<const BoardSighting> boards, int width, int height,
+                                  const ChessboardOptions& options) {
+  const internal::SingleThread single_thread;
+  CheckBoards(boards, options);
+  const Corners corners = CornersOf(boards, options);
+  const cv::Size size(width, height);
+  CalibrationResult result;
+  Lens lens = CalibrateLens(corners, size);
+  result.camera_px = lens.residual_px;
+  const base::Pose X_LR = CalibrateTurn(corners, lens, size, result.stereo_px);
+  const std::vector<CornerOnPlane> pairs = CornersOnPlanes(boards, lens, X_LR, options);
+  const base::Pose X_WL = Register(FirstRegistration(NormalsOf(lens, boards.size()), pairs), pairs);
+  result.registration_m = RootMeanSquare(pairs, X_WL);
+  const Scale scale = ScaleOf(X_WL, pairs, boards.size());
+  result.scale = scale.factor;
+  result.scale_error = scale.error;
+  result.views = static_cast<int>(boards.size());
+  StereoCalibration& calibration = result.calibration;
+  calibration.camera = CameraOf(lens, width, height);
+  calibration.X_WL = X_WL;
+  calibration.X_WR = X_WL * X_LR;
+  calibration.reprojection_px = std::max(result.camera_px, result.stereo_px);
+  calibration.registration_m = result.registration_m;
+  result.triangulated_m =
+      RootMeanSquare(TriangulatedOnPlanes(boards, calibration.camera, X_LR), X_WL);
+  CheckResiduals(result, options);
+  return result;
+}
+
+}  // namespace rangegrasp::stereo

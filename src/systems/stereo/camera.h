@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+
+#include "base/frames.h"
+
+namespace rangegrasp::stereo {
+
+/// A pinhole camera with the distortion of equations 5.10 to 5.12, in its own frame S (x right, y
+/// down, z forward). A pixel's centre stands at whole coordinates: the upper left one at (0, 0).
+struct Camera {
+  int width = 0;              ///< [px]
+  int height = 0;             ///< [px]
+  double fx = 0.0, fy = 0.0;  ///< focal lengths [px]
+  double cx = 0.0, cy = 0.0;  ///< principal point [px]
+  double k1 = 0.0, k2 = 0.0;  ///< radial distortion, of r^2 and r^4
+  double p1 = 0.0, p2 = 0.0;  ///< tangential distortion
+  double k3 = 0.0;            ///< of r^6; the dissertation's model has none
+
+  bool operator==(const Camera&) const = default;
+};
+
+/// Where an undistorted point (x, y) = (X/Z, Y/Z) of the plane at Z = 1 appears on that plane,
+/// with r^2 = x^2 + y^2:
+///   x_d = x + x (k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2)       (5.10)
+///   y_d = y + y (k1 r^2 + k2 r^4 + k3 r^6) + 2 p2 x y + p1 (r^2 + 2 y^2)       (5.11)
+/// In 5.11 the dissertation prints p1 and p2 as in 5.10; its source, OpenCV's manual, has them the
+/// other way round, without which 5.10 and 5.11 are not a turn of each other.
+Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& undistorted);
+
+/// The inverse of Distort, by Newton's method from the distorted point.
+/// @return NaN if it does not converge: outside of where the distortion can be undone.
+Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& distorted);
+
+/// The pixel in which the camera sees a point p_S [m]; NaN for a point that is not before it.
+Eigen::Vector2d Project(const Camera& camera, const Eigen::Vector3d& p_S);
+
+/// The direction (z = 1) in which a pixel looks; NaN as Undistort.
+Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& pixel);
+
+/// One camera that took two pictures, and where it stood: section 5.3.2's pan of -4 (left) and 0
+/// degrees (right).
+struct StereoCalibration {
+  Camera camera;
+  base::Pose X_WL = base::Pose::Identity();  ///< the camera at the left picture, in the arm's frame
+  base::Pose X_WR = base::Pose::Identity();  ///< and at the right one
+  /// What the calibration left unexplained, for those who read the file; 0: not known.
+  double reprojection_px = 0.0;  ///< root mean square over the corners
+  double registration_m = 0.0;   ///< root mean square over the points that arm and camera share
+};
+
+/// The pose of the right camera in the left one's frame, X_LR (equations 5.13 and 5.14: R and T of
+/// there are those of its inverse).
+base::Pose RightInLeft(const StereoCalibration& calibration);
+
+/// Throws unless the cameras and poses are such as can see one scene: a size, focal lengths and a
+/// principal point that fit, places that differ.
+/// @throws std::invalid_argument saying what is wrong.
+void CheckCalibration(const StereoCalibration& calibration);
+
+/// YAML. @throws base::InputError naming file, line and key; base::RunError if it cannot be
+/// written.
+StereoCalibration ReadStereoCalibration(const std::filesystem::path& file);
+void WriteStereoCalibration(const StereoCalibration& calibration,
+                            const std::filesystem::path& file);
+
+}  // namespace rangegrasp::stereo

@@ -1,0 +1,224 @@
+#include "stereo/hand_eye.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "stereo/internal/open_cv.h"
+
+namespace rangegrasp::stereo {
+namespace {
+
+using Vector12 = Eigen::Matrix<double, 12, 1>;
+
+/// Hands that turned by less tell their camera's place badly: an error of 0.1 deg of the board's
+/// pose is then 1 % of the arm from hand to camera, and the place along the axis stays open.
+constexpr double kMinTurn_rad = base::Deg(10.0);
+/// Of Gauss and Newton; it begins within a millimetre, and doubles its digits.
+constexpr int kSteps = 10;
+/// Of the differences that derivatives are taken from [m, rad].
+constexpr double kDifference = 1e-6;
+
+std::vector<Eigen::Vector3d> BoardCorners(const ChessboardOptions& options) {
+  std::vector<Eigen::Vector3d> corners;
+  for (int row = 0; row < options.rows; ++row) {
+    for (int column = 0; column < options.columns; ++column) {
+      corners.emplace_back(column * options.square_m, row * options.square_m, 0.0);
+    }
+  }
+  return corners;
+}
+
+base::Pose BoardInCamera(const HandEyeView& view, const Camera& camera,
+                         const std::vector<Eigen::Vector3d>& corners) {
+  std::vector<cv::Point3d> on_board;
+  std::vector<cv::Point2d> in_picture;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    on_board.emplace_back(corners[i].x(), corners[i].y(), corners[i].z());
+    in_picture.emplace_back(view.corners_px[i].x(), view.corners_px[i].y());
+  }
+  cv::Vec3d turn, shift;
+  cv::solvePnP(on_board, in_picture, internal::MatrixOf(camera), internal::DistortionOf(camera),
+               turn, shift);
+  cv::Matx33d rotation;
+  cv::Rodrigues(turn, rotation);
+  return base::MakePose(internal::ToEigen(rotation), {shift[0], shift[1], shift[2]});
+}
+
+base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base::Pose>& X_CB) {
+  std::vector<cv::Mat> hand_turns, hand_shifts, board_turns, board_shifts;
+  const auto add = [](const base::Pose& X, std::vector<cv::Mat>& turns,
+                      std::vector<cv::Mat>& shifts) {
+    turns.emplace_back(cv::Mat(internal::FromEigen(X.linear())).clone());
+    const Eigen::Vector3d& t = X.translation();
+    shifts.emplace_back(cv::Mat(cv::Vec3d(t.x(), t.y(), t.z())).clone());
+  };
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    add(views[i].X_WH, hand_turns, hand_shifts);
+    add(X_CB[i], board_turns, board_shifts);
+  }
+  cv::Matx33d turn;
+  cv::Vec3d shift;
+  cv::calibrateHandEye(hand_turns, hand_shifts, board_turns, board_shifts, turn, shift,
+                       cv::CALIB_HAND_EYE_PARK);
+  return base::MakePose(internal::ToEigen(turn), {shift[0], shift[1], shift[2]});
+}
+
+base::Pose Stepped(const base::Pose& X, const Eigen::Matrix<double, 6, 1>& twist) {
+  const Eigen::Vector3d turn = twist.tail<3>();
+  base::Pose by = base::Pose::Identity();
+  by.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  by.translation() = twist.head<3>();
+  return X * by;
+}
+
+/// How far the corners are from where the two poses see them, view after view [px].
+Eigen::VectorXd Residuals(std::span<const HandEyeView> views, const Camera& camera,
+                          const std::vector<Eigen::Vector3d>& corners, const HandEyeResult& at) {
+  Eigen::VectorXd residuals(static_cast<Eigen::Index>(2 * corners.size() * views.size()));
+  Eigen::Index row = 0;
+  for (const HandEyeView& view : views) {
+    const base::Pose X_CB = (view.X_WH * at.X_HC).inverse() * at.X_WBoard;
+    for (std::size_t i = 0; i < corners.size(); ++i, row += 2) {
+      residuals.segment<2>(row) = Project(camera, X_CB * corners[i]) - view.corners_px[i];
+    }
+  }
+  return residuals;
+}
+
+HandEyeResult At(const HandEyeResult& from, const Vector12& twists) {
+  HandEyeResult result = from;
+  result.X_HC = Stepped(from.X_HC, twists.head<6>());
+  result.X_WBoard = Stepped(from.X_WBoard, twists.tail<6>());
+  return result;
+}
+
+void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
+                  const std::vector<Eigen::Vector3d>& corners, HandEyeResult& result) {
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::VectorXd now = Residuals(views, camera, corners, result);
+    Eigen::MatrixXd J(now.size(), 12);
+    for (int i = 0; i < 12; ++i) {
+      const HandEyeResult beside = At(result, kDifference * Vector12::Unit(i));
+      J.col(i) = (Residuals(views, camera, corners, beside) - now) / kDifference;
+    }
+    result = At(result, -(J.transpose() * J).ldlt().solve(J.transpose() * now));
+  }
+  const Eigen::VectorXd left = Residuals(views, camera, corners, result);
+  result.rms_px = std::sqrt(2.0 * left.squaredNorm() / static_cast<double>(left.size()));
+}
+
+/// Each view left out once, from what all of them gave.
+void Jackknife(std::span<const HandEyeView> views, const Camera& camera,
+               const std::vector<Eigen::Vector3d>& corners, HandEyeResult& result) {
+  double shifts = 0.0, turns = 0.0;
+  for (std::size_t left_out = 0; left_out < views.size(); ++left_out) {
+    std::vector<HandEyeView> others(views.begin(), views.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    HandEyeResult without = result;
+    LeastSquares(others, camera, corners, without);
+    const base::Pose apart = result.X_HC.inverse() * without.X_HC;
+    shifts += apart.translation().squaredNorm();
+    const double turn_rad = Eigen::AngleAxisd(apart.linear()).angle();
+    turns += turn_rad * turn_rad;
+  }
+  const auto n = static_cast<double>(views.size());
+  result.shift_error_m = std::sqrt((n - 1.0) / n * shifts);
+  result.turn_error_rad = std::sqrt((n - 1.0) / n * turns);
+}
+
+void Check(std::span<const HandEyeView> views, const ChessboardOptions& options) {
+  const auto corners = static_cast<std::size_t>(options.columns * options.rows);
+  for (const HandEyeView& view : views) {
+    if (view.corners_px.size() == corners) continue;
+    throw std::invalid_argument(fmt::format("CalibrateHandEye: {} corners in a view, not {}",
+                                            view.corners_px.size(), corners));
+  }
+  if (views.size() < static_cast<std::size_t>(options.min_views)) {
+    throw base::InputError(fmt::format("{} views do not calibrate a camera on the hand: {} or more",
+                                       views.size(), options.min_views));
+  }
+  double turned_rad = 0.0;
+  for (const HandEyeView& view : views) {
+    const Eigen::Matrix3d turn = views.front().X_WH.linear().transpose() * view.X_WH.linear();
+    turned_rad = std::max(turned_rad, Eigen::AngleAxisd(turn).angle());
+  }
+  if (turned_rad < kMinTurn_rad) {
+    throw base::InputError(
+        fmt::format("the hand turned by {:.1f} deg between the views: they do not calibrate a "
+                    "camera on it; {:.0f} deg or more, about several axes, do",
+                    turned_rad / base::kDeg, kMinTurn_rad / base::kDeg));
+  }
+}
+
+double GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
+  const auto column =
+      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.x()), 0, picture.width - 1));
+  const auto row =
+      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.y()), 0, picture.height - 1));
+  const std::uint8_t* rgb =
+      picture.rgb.data() + 3 * (row * static_cast<std::size_t>(picture.width) + column);
+  return rgb[0] + rgb[1] + rgb[2];
+}
+
+/// The middle of the square between the first four corners.
+Eigen::Vector2d FirstSquare(const std::vector<Eigen::Vector2d>& corners, std::size_t columns) {
+  return 0.25 * (corners[0] + corners[1] + corners[columns] + corners[columns + 1]);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,
+                                              const ChessboardOptions& options) {
+  if (options.columns % 2 == options.rows % 2) {
+    throw base::InputError(fmt::format(
+        "a board of {} x {} inner corners looks the same from both ends: one of both numbers must "
+        "be odd and one even, as 9 x 6",
+        options.columns, options.rows));
+  }
+  const internal::SingleThread single;
+  std::vector<Eigen::Vector2d> corners = FindChessboard(picture, name, options);
+  const auto columns = static_cast<std::size_t>(options.columns);
+  std::vector<Eigen::Vector2d> reversed(corners.rbegin(), corners.rend());
+  // From the other end dark and light are exchanged.
+  if (GreyAt(picture, FirstSquare(reversed, columns)) <
+      GreyAt(picture, FirstSquare(corners, columns))) {
+    return reversed;
+  }
+  return corners;
+}
+
+HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera& camera,
+                               const ChessboardOptions& options) {
+  Check(views, options);
+  const internal::SingleThread single;
+  const std::vector<Eigen::Vector3d> corners = BoardCorners(options);
+  std::vector<base::Pose> X_CB;
+  for (const HandEyeView& view : views) X_CB.push_back(BoardInCamera(view, camera, corners));
+  HandEyeResult result;
+  result.X_HC = FirstGuess(views, X_CB);
+  result.X_WBoard = views.front().X_WH * result.X_HC * X_CB.front();
+  LeastSquares(views, camera, corners, result);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const base::Pose X_WBoard = views[i].X_WH * result.X_HC * X_CB[i];
+    squares += (X_WBoard.translation() - result.X_WBoard.translation()).squaredNorm();
+  }
+  result.rms_m = std::sqrt(squares / static_cast<double>(views.size()));
+  if (!(result.rms_px <= options.max_reprojection_px)) {
+    throw base::InputError(
+        fmt::format("the corners are {:.2f} px off where a camera on the hand would see them "
+                    "({:g} at most): was the board moved, or is it another camera?",
+                    result.rms_px, options.max_reprojection_px));
+  }
+  Jackknife(views, camera, corners, result);
+  return result;
+}
+
+}  // namespace rangegrasp::stereo

@@ -1,0 +1,346 @@
+#include "stereo/reconstruct.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "geometry/range_image.h"
+#include "stereo/internal/open_cv.h"
+
+namespace rangegrasp::stereo {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint8_t kKept = 255;
+constexpr double kNoiseDeviations = 3.0;
+
+void CheckOptions(const ReconstructOptions& o) {
+  if (o.step_px < 1) throw std::invalid_argument(fmt::format("step_px {}: at least 1", o.step_px));
+  if (!(o.near_m > 0.0 && o.far_m > o.near_m)) {
+    throw std::invalid_argument(
+        fmt::format("depths from {} to {} m: ascending from above 0", o.near_m, o.far_m));
+  }
+  if (o.blue_window_px < 1 || o.blue_window_px % 2 == 0) {
+    throw std::invalid_argument(fmt::format("blue_window_px {}: odd", o.blue_window_px));
+  }
+}
+
+image::Grey8 Brightness(const image::Image& picture) {
+  image::Grey8 grey{picture.width, picture.height, {}};
+  grey.grey.resize(picture.rgb.size() / 3);
+  cv::Mat room(picture.height, picture.width, CV_8UC1, grey.grey.data());
+  cv::cvtColor(internal::View(picture), room, cv::COLOR_RGB2GRAY);
+  return grey;
+}
+
+image::Grey8 Kept(image::Grey8 grey, const Mask& kept) {
+  for (std::size_t i = 0; i < grey.grey.size(); ++i) {
+    if (kept.grey[i] == 0) grey.grey[i] = 0;
+  }
+  return grey;
+}
+
+// Black pixels tell nothing: the camera saw nothing there, or not enough.
+bool SawSomething(const image::Image& picture, std::size_t at) {
+  const std::uint8_t* pixel = picture.rgb.data() + 3 * at;
+  return pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0;
+}
+
+Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) {
+  if (options.remove_blue) {
+    return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
+  }
+  Mask mask{picture.width, picture.height, std::vector<std::uint8_t>(picture.rgb.size() / 3)};
+  for (std::size_t i = 0; i < mask.grey.size(); ++i) {
+    mask.grey[i] = SawSomething(picture, i) ? kKept : 0;
+  }
+  return mask;
+}
+
+/// Depths between which a ray is of interest [m].
+struct DepthRange {
+  double near_m = 0.0;
+  double far_m = 0.0;
+};
+
+DepthRange Intersection(const DepthRange& a, const DepthRange& b) {
+  return {std::max(a.near_m, b.near_m), std::min(a.far_m, b.far_m)};
+}
+
+/// Where along origin + t direction t's share lies between low and high of one coordinate.
+DepthRange Between(double origin, double direction, double low, double high) {
+  if (direction == 0.0) {
+    return low <= origin && origin <= high ? DepthRange{0.0, kInfinity} : DepthRange{};
+  }
+  const double a = (low - origin) / direction, b = (high - origin) / direction;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+/// Depths at which the ray of a pixel of the left rectified camera is inside the volume; near_m is
+/// not below far_m if it misses.
+DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double x, double y) {
+  const base::Pose X_VS = volume.X_WV.inverse() * cameras.X_WS;
+  const Eigen::Vector3d o = X_VS.translation();
+  const Eigen::Vector3d d =  // of depth 1, so that lengths along it are depths
+      X_VS.rotation() *
+      Eigen::Vector3d((x - cameras.cx) / cameras.f, (y - cameras.cy) / cameras.f, 1.0);
+  const double a = d.head<2>().squaredNorm();
+  const double b = d.head<2>().dot(o.head<2>());
+  const double c = o.head<2>().squaredNorm() - volume.radius_m * volume.radius_m;
+  DepthRange round{0.0, c <= 0.0 ? kInfinity : 0.0};  // of a ray along the axis
+  if (a > 0.0) {
+    const double discriminant = b * b - a * c;
+    if (!(discriminant > 0.0)) return {};
+    round = {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a};
+  }
+  return Intersection(Intersection(round, Between(o.z(), d.z(), 0.0, volume.height_m)),
+                      {0.0, kInfinity});
+}
+
+// Mean of those values that are near their median; nullopt if there are too few. Reorders them.
+std::optional<double> CommonValue(std::vector<float>& values, std::size_t min_count,
+                                  double max_spread) {
+  if (values.size() < min_count || values.empty()) return std::nullopt;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  const double median = *middle;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const float value : values) {
+    if (std::abs(value - median) > max_spread) continue;
+    sum += value;
+    ++count;
+  }
+  if (count < min_count) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+/// The disparities that a sample may have; none if max_px is not above min_px.
+struct Search {
+  double min_px = 0.0;
+  double max_px = 0.0;
+  bool Any() const { return max_px > min_px; }
+};
+
+/// The samples of a picture: squares of step_px pixels, and what is searched for in each.
+class Grid {
+ public:
+  Grid(const RectifiedCameras& cameras, const ReconstructOptions& options)
+      : step_px(options.step_px), rows(cameras.height / step_px), columns(cameras.width / step_px) {
+    // A point of the volume may be measured as far outside as its noise takes it.
+    const double slack_px = kNoiseDeviations * options.disparity_sigma_px;
+    const Search all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
+    searches_.assign(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns), all);
+    if (!options.volume) return;
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const DepthRange range = Inside(*options.volume, cameras, MiddleOf(column), MiddleOf(row));
+        Search& search = searches_[IndexOf(column, row)];
+        if (!(range.near_m < range.far_m)) {
+          search = {};
+          continue;
+        }
+        search.min_px = std::max(search.min_px, cameras.DisparityAt(range.far_m) - slack_px);
+        search.max_px = std::min(search.max_px, cameras.DisparityAt(range.near_m) + slack_px);
+      }
+    }
+  }
+
+  double MiddleOf(int sample) const { return sample * step_px + 0.5 * (step_px - 1); }
+  std::size_t IndexOf(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
+  }
+  const Search& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
+  double MaxDisparity() const {
+    double max_px = 0.0;
+    for (const Search& search : searches_) {
+      if (search.Any()) max_px = std::max(max_px, search.max_px);
+    }
+    return max_px;
+  }
+  /// The pixels of a mask in whose sample something is searched for.
+  Mask Searched(const Mask& mask) const {
+    Mask searched{mask.width, mask.height, std::vector<std::uint8_t>(mask.grey.size(), 0)};
+    for (int y = 0; y < rows * step_px; ++y) {
+      for (int x = 0; x < columns * step_px; ++x) {
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                        static_cast<std::size_t>(x);
+        if (SearchOf(x / step_px, y / step_px).Any()) searched.grey[at] = mask.grey[at];
+      }
+    }
+    return searched;
+  }
+
+  const int step_px;
+  const int rows;
+  const int columns;
+
+ private:
+  std::vector<Search> searches_;
+};
+
+// The blue pixels in which the table is seen: in large patches.
+Mask TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
+  Mask table{kept.width, kept.height, std::vector<std::uint8_t>(kept.grey.size(), 0)};
+  for (std::size_t i = 0; i < kept.grey.size(); ++i) {
+    if (kept.grey[i] == 0 && SawSomething(picture, i)) table.grey[i] = kKept;
+  }
+  const cv::Mat blue(table.height, table.width, CV_8UC1, table.grey.data());
+  cv::Mat patches, statistics, centers;
+  cv::connectedComponentsWithStats(blue, patches, statistics, centers, /*connectivity=*/4);
+  for (int y = 0; y < table.height; ++y) {
+    const auto* row = patches.ptr<int>(y);
+    for (int x = 0; x < table.width; ++x) {
+      if (statistics.at<int>(row[x], cv::CC_STAT_AREA) >= min_px) continue;
+      table.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) +
+                 static_cast<std::size_t>(x)] = 0;
+    }
+  }
+  return table;
+}
+
+class Sampler {
+ public:
+  Sampler(const Rectifier& rectifier, const Grid& grid, const ReconstructOptions& options,
+          Reconstruction& into)
+      : rectifier_(rectifier), cameras_(rectifier.cameras()), grid_(grid), o_(options), r_(into) {
+    if (o_.table_W && o_.remove_blue) {
+      table_ = TablePixels(r_.rectified.left, r_.kept, o_.min_table_px);
+    }
+  }
+
+  void Run() {
+    auto& image = r_.view.image;
+    image.profiles = grid_.rows;
+    image.samples = grid_.columns;
+    image.origins_C = {cameras_.X_WS.translation()};
+    for (int row = 0; row < grid_.rows; ++row) {
+      for (int column = 0; column < grid_.columns; ++column) Add(column, row);
+    }
+    r_.view.X_CV = cameras_.X_WS;
+    r_.view.spacing_m = geometry::MedianSpacing(image);
+  }
+
+ private:
+  void Add(int column, int row) {
+    const double x = grid_.MiddleOf(column), y = grid_.MiddleOf(row);
+    Eigen::Vector3d p_W = Eigen::Vector3d::Constant(kNaN);
+    double noise_m = kNaN;
+    if (const auto disparity = DisparityOf(column, row)) {
+      p_W = cameras_.Triangulate(x, y, *disparity);
+      const double depth_m = cameras_.f * cameras_.baseline_m / *disparity;
+      const double ray_m = (p_W - cameras_.X_WS.translation()).norm();
+      noise_m = cameras_.DepthPerPixel(depth_m) * o_.disparity_sigma_px * ray_m / depth_m;
+    } else if (IsTable(column, row)) {
+      p_W = OnTable(x, y);
+      noise_m = 0.0;
+    }
+    r_.view.image.points_C.push_back(p_W);
+    r_.view.noise_m.push_back(static_cast<float>(noise_m));
+    r_.left_pixel.push_back(rectifier_.LeftSource(x, y).cast<float>());
+  }
+
+  std::optional<double> DisparityOf(int column, int row) {
+    const Search& search = grid_.SearchOf(column, row);
+    if (!search.Any()) return std::nullopt;
+    values_.clear();
+    ForPixels(column, row, [&](std::size_t at) {
+      if (!std::isnan(r_.disparity.grey[at])) values_.push_back(r_.disparity.grey[at]);
+    });
+    const auto value = CommonValue(values_, MinCount(), o_.max_spread_px);
+    if (value && (*value < search.min_px || *value > search.max_px)) return std::nullopt;
+    return value;
+  }
+
+  // Whether most of a sample's pixels show the table by their colour.
+  bool IsTable(int column, int row) const {
+    if (table_.grey.empty()) return false;
+    std::size_t blue = 0;
+    ForPixels(column, row, [&](std::size_t at) { blue += table_.grey[at] != 0 ? 1 : 0; });
+    return blue >= MinCount();
+  }
+
+  Eigen::Vector3d OnTable(double x, double y) const {
+    const Eigen::Vector3d origin_W = cameras_.X_WS.translation();
+    const Eigen::Vector3d ray_W =
+        cameras_.X_WS.rotation() *
+        Eigen::Vector3d((x - cameras_.cx) / cameras_.f, (y - cameras_.cy) / cameras_.f, 1.0);
+    const double along = -o_.table_W->Distance(origin_W) / o_.table_W->normal.dot(ray_W);
+    if (!(along > 0.0)) return Eigen::Vector3d::Constant(kNaN);
+    return origin_W + along * ray_W;
+  }
+
+  void ForPixels(int column, int row, const auto& action) const {
+    for (int y = row * o_.step_px; y < (row + 1) * o_.step_px; ++y) {
+      for (int x = column * o_.step_px; x < (column + 1) * o_.step_px; ++x) {
+        action(static_cast<std::size_t>(y) * static_cast<std::size_t>(cameras_.width) +
+               static_cast<std::size_t>(x));
+      }
+    }
+  }
+
+  std::size_t MinCount() const {
+    return static_cast<std::size_t>(
+        std::max(1.0, std::ceil(o_.min_share * o_.step_px * o_.step_px)));
+  }
+
+  const Rectifier& rectifier_;
+  const RectifiedCameras& cameras_;
+  const Grid& grid_;
+  const ReconstructOptions& o_;
+  Reconstruction& r_;
+  Mask table_;
+  std::vector<float> values_;
+};
+
+}  // namespace
+
+Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels, int window_px) {
+  Mask mask{picture.width, picture.height, {}};
+  mask.grey.resize(picture.rgb.size() / 3);
+  for (std::size_t i = 0; i < mask.grey.size(); ++i) {
+    const int red = picture.rgb[3 * i], green = picture.rgb[3 * i + 1],
+              blue = picture.rgb[3 * i + 2];
+    const int other = std::max(red, green);
+    const bool dominant = other < (1.0 - blue_share) * blue && other < blue - blue_levels;
+    mask.grey[i] = dominant || !SawSomething(picture, i) ? 0 : kKept;
+  }
+  if (window_px > 1) {
+    cv::Mat room(mask.height, mask.width, CV_8UC1, mask.grey.data());
+    cv::medianBlur(room, room, window_px);
+  }
+  return mask;
+}
+
+Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
+                           const Rectifier& rectifier, const ReconstructOptions& options) {
+  CheckOptions(options);
+  const internal::SingleThread single;
+  Reconstruction result;
+  result.rectified = rectifier.Apply(left, right);
+  result.kept = KeptPixels(result.rectified.left, options);
+  const RectifiedCameras& cameras = rectifier.cameras();
+  const Grid grid(cameras, options);
+  const double max_px = grid.MaxDisparity();
+  if (max_px == 0.0) {
+    throw base::InputError(
+        "the stereo camera does not see the volume that is to be reconstructed: no pixel's ray "
+        "meets it");
+  }
+  const Mask right_kept = KeptPixels(result.rectified.right, options);
+  result.disparity =
+      Match(Kept(Brightness(result.rectified.left), result.kept),
+            Kept(Brightness(result.rectified.right), right_kept), grid.Searched(result.kept),
+            result.rectified.left, cameras.DisparityAt(options.far_m), max_px, options.match);
+  Sampler(rectifier, grid, options, result).Run();
+  return result;
+}
+
+}  // namespace rangegrasp::stereo

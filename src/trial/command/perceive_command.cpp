@@ -1,0 +1,388 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/data_folder.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/image/png.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "cli/output.h"
+#include "geometry/mesh_file.h"
+#include "grasp/grasp.h"
+#include "grasp/scene_view.h"
+#include "perception/find_table.h"
+#include "perception/perceive.h"
+#include "robot/robot.h"
+#include "trial/command/cloud_arguments.h"
+#include "trial/command/grasping_commands.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct PerceiveArguments : CloudArguments {
+  std::string out, segmentation = "convexity";
+  std::string scene;
+  std::optional<double> noise_mm;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
+  perception::PerceptionOptions options;
+  options.segment.method =
+      base::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
+  if (arguments.noise_mm) options.noise_m = *arguments.noise_mm * base::kMm;
+  options.preprocess.up_C = UpOf(arguments);
+  return options;
+}
+
+// Something larger stands on no table and is in no hand.
+constexpr double kMaxObject_m = 0.6;
+// An object with more of the points is the table or the room.
+constexpr double kMaxShare = 1.0 / 3.0;
+// Points of a tabletop that are further apart come from a file in another unit.
+constexpr double kMaxSpacing_m = 0.05;
+// The same of points that are nearer than any sensor's to each other.
+constexpr double kMinSpacing_m = 2e-5;
+
+// What makes the result doubtful, in words.
+std::vector<std::string> Warnings(const perception::Scene& scene) {
+  std::vector<std::string> warnings;
+  if (scene.sampling.spacing_m > kMaxSpacing_m) {
+    warnings.push_back(
+        fmt::format("the points are {:.1f} m apart: try --unit mm", scene.sampling.spacing_m));
+  }
+  const double spacing_m = scene.sampling.spacing_m;
+  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
+    warnings.push_back(
+        fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM));
+  }
+  if (scene.objects.empty()) {
+    warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
+                                   scene.cloud.size(), scene.points_C.size()));
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const double size_m = object.size_m.maxCoeff();
+    const double share =
+        static_cast<double>(object.points.size()) / static_cast<double>(scene.points_C.size());
+    if (size_m > kMaxObject_m) {
+      warnings.push_back(
+          fmt::format("object {} is {:.2f} m long: larger than what a hand or a "
+                      "table could hold; try --crop or --up",
+                      i + 1, size_m));
+    }
+    if (share > kMaxShare) {
+      warnings.push_back(
+          fmt::format("object {} has {:.0f} % of all points: more than an object "
+                      "on a table; try --crop or --up",
+                      i + 1, 100.0 * share));
+    }
+  }
+  return warnings;
+}
+
+// What to try where no table was found: a cloud in another unit has none, nor has one whose table
+// is looked for from below.
+std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
+                   const perception::PerceptionOptions& options, base::Rng& rng) {
+  std::string advice;
+  if (perception::MeasureSampling(points, options.sampling).spacing_m > kMaxSpacing_m) {
+    advice += "; try --unit mm";
+  }
+  if (options.preprocess.up_C) {
+    auto other = options.preprocess;
+    other.up_C = -*other.up_C;
+    if (perception::FindTable(points, origin, other, rng)) {
+      advice += "; try --up with the other sign";
+    }
+  }
+  return advice;
+}
+
+ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json Json(const grasp::Grasp& grasp) {
+  ordered_json rotation = ordered_json::array();
+  for (int row = 0; row < 3; ++row) {
+    rotation.push_back(
+        {grasp.X_CH.linear()(row, 0), grasp.X_CH.linear()(row, 1), grasp.X_CH.linear()(row, 2)});
+  }
+  return {{"type", base::Word(grasp.type)}, {"position_m", Json(grasp.X_CH.translation())},
+          {"rotation", rotation},           {"tool_center_m", Json(grasp.X_CG.translation())},
+          {"width_m", grasp.width_m},       {"opening_m", grasp.opening_m},
+          {"score", grasp.score},           {"collides", grasp.collides}};
+}
+
+ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& scene,
+                  const std::vector<std::vector<grasp::Grasp>>& grasps) {
+  ordered_json json;
+  const auto& table = scene.table;
+  json["cloud"] = arguments.cloud;
+  json["unit"] = arguments.unit;
+  json["frame"] = "cloud";  // of all places and directions here, in metres
+  json["noise_m"] = scene.sampling.noise_m;
+  json["spacing_m"] = scene.sampling.spacing_m;
+  json["gap_m"] = scene.sampling.gap_m;
+  json["table"] = {{"normal", Json(table.plane.normal)},
+                   {"offset_m", table.plane.offset_m},
+                   {"points", table.points.size()}};
+  json["objects"] = ordered_json::array();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    ordered_json item = {{"points", object.points.size()},
+                         {"kind", base::Word(object.kind)},
+                         {"open", object.open},
+                         {"center_m", Json(object.center_C)},
+                         {"size_m", Json(object.size_m)},
+                         {"height_m", object.height_m},
+                         {"grasps", ordered_json::array()}};
+    for (const auto& grasp : grasps[i]) item["grasps"].push_back(Json(grasp));
+    json["objects"].push_back(item);
+  }
+  json["warnings"] = Warnings(scene);
+  json["seconds"] = ordered_json::object();
+  for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
+  return json;
+}
+
+std::string Text(const perception::Scene& scene,
+                 const std::vector<std::vector<grasp::Grasp>>& grasps) {
+  const auto& n = scene.table.plane.normal;
+  std::string text =
+      fmt::format("noise {:.2f} mm, points {:.2f} mm apart\n",
+                  scene.sampling.noise_m * base::kMmPerM, scene.sampling.spacing_m * base::kMmPerM);
+  text += fmt::format("table: {} points, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
+                      scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const auto free = std::count_if(grasps[i].begin(), grasps[i].end(),
+                                    [](const auto& g) { return !g.collides; });
+    text += fmt::format(
+        "object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free", i + 1,
+        object.points.size(), base::Word(object.kind), object.open ? ", open" : "",
+        object.size_m.x() * base::kMmPerM, object.size_m.y() * base::kMmPerM,
+        object.size_m.z() * base::kMmPerM, grasps[i].size(), free);
+    if (free > 0) text += fmt::format(", best: {}", base::Word(grasps[i].front().type));
+    text += "\n";
+  }
+  return text;
+}
+
+// The measured points of one object as a cloud, all grey.
+void WriteObject(const perception::Scene& scene, std::size_t object,
+                 const std::filesystem::path& file) {
+  const auto& points = scene.objects[object].points;
+  const geometry::TriangleMesh cloud{geometry::Select(scene.cloud.points, points), {}};
+  geometry::WriteColoredPly(
+      file, cloud,
+      std::vector<std::array<std::uint8_t, 3>>(cloud.vertices.size(), {160, 160, 160}));
+}
+
+// What is printed of a cloud.
+struct Perceived {
+  ordered_json json;
+  std::string text;
+  std::vector<std::string> warnings;
+  std::string error;  // why there is nothing of the above; empty if there is
+};
+
+// The engine of pictures draws one at a time.
+void Draw(const std::filesystem::path& file, const draw::Canvas& canvas, const draw::View& view) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  image::WritePng(file, draw::Render(canvas, view, 1280, 960));
+}
+
+Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& hand) {
+  const auto file = ReadCloud(arguments);
+  geometry::Points points = file.points;
+  std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  const Eigen::Vector3d origin = OriginOf(arguments, file);
+  const auto options = OptionsFor(arguments);
+  base::Rng rng(arguments.seed);
+  perception::Scene scene;
+  try {
+    scene = perception::Perceive(points, origin, options, rng);
+  } catch (const base::InputError& e) {
+    throw base::InputError(arguments.cloud + ": " + e.what() +
+                           Advice(points, origin, options, rng));
+  }
+  std::vector<std::vector<grasp::Grasp>> grasps;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
+                                       grasp::GraspOptions{}));
+  }
+  const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene),
+                            ""};
+  if (arguments.out.empty()) return perceived;
+  const std::filesystem::path folder(arguments.out);
+  WriteResult(perceived.json.dump(2) + "\n", folder / "perceived.json");
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
+  }
+  Draw(folder / "perceived.png", draw::DrawScene(points, scene, grasps, hand),
+       draw::LookAtScene(scene, origin));
+  return perceived;
+}
+
+robot::HandModel HandOf(const std::string& scene) {
+  const auto file =
+      scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : std::filesystem::path(scene);
+  return robot::Robot::Load(file).hand();
+}
+
+void PerceiveOne(const PerceiveArguments& arguments) {
+  const Perceived perceived = Perceive(arguments, HandOf(arguments.scene));
+  for (const std::string& warning : perceived.warnings) spdlog::warn("{}", warning);
+  WriteResult(arguments.json ? perceived.json.dump(2) + "\n" : perceived.text);
+  if (!arguments.out.empty()) {
+    spdlog::info("picture and clouds of the objects in {}", arguments.out);
+  }
+}
+
+// ---- several clouds ----
+
+// Files as they are named, and those of folders in the order of their names.
+std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
+  std::vector<std::string> clouds;
+  for (const std::string& name : named) {
+    if (!std::filesystem::is_directory(name)) {
+      clouds.push_back(name);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : std::filesystem::directory_iterator(name)) {
+      const std::string ending = base::EndingOf(entry.path());
+      if (ending == ".pcd" || ending == ".ply") inside.push_back(entry.path().string());
+    }
+    if (inside.empty()) throw base::InputError(name + ": a folder without a .pcd or .ply file");
+    std::sort(inside.begin(), inside.end());
+    clouds.insert(clouds.end(), inside.begin(), inside.end());
+  }
+  return clouds;
+}
+
+// Each cloud has a folder of its name below the one that is named.
+std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
+                                               const std::vector<std::string>& clouds) {
+  std::vector<PerceiveArguments> each;
+  std::map<std::string, std::string> cloud_of;
+  for (const std::string& cloud : clouds) {
+    each.push_back(all);
+    each.back().cloud = cloud;
+    if (all.out.empty()) continue;
+    const std::string stem = std::filesystem::path(cloud).stem().string();
+    each.back().out = (std::filesystem::path(all.out) / stem).string();
+    const auto [other, fresh] = cloud_of.try_emplace(stem, cloud);
+    if (fresh) continue;
+    throw base::InputError(
+        fmt::format("{} and {}: have the same name, so that both would be "
+                    "written to {}; perceive them into two folders",
+                    other->second, cloud, each.back().out));
+  }
+  return each;
+}
+
+void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
+  for (const std::string& warning : perceived.warnings) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
+  if (!perceived.error.empty()) spdlog::error(perceived.error);
+  if (arguments.json) {
+    const ordered_json failed = {{"cloud", arguments.cloud}, {"error", perceived.error}};
+    WriteResult((perceived.error.empty() ? perceived.json : failed).dump() + "\n");
+  } else if (perceived.error.empty()) {
+    WriteResult(arguments.cloud + "\n" + perceived.text + "\n");
+  }
+}
+
+// Several clouds at the same time, told in the order in which they are named. One that cannot be
+// perceived does not stop the others.
+void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
+  const robot::HandModel hand = HandOf(each.front().scene);
+  std::vector<std::promise<Perceived>> promises(each.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < each.size(); i = next++) {
+      Perceived perceived;
+      try {
+        perceived = Perceive(each[i], hand);
+      } catch (const std::exception& e) {
+        perceived.error = e.what();
+        if (perceived.error.find(each[i].cloud) == std::string::npos) {
+          perceived.error = each[i].cloud + ": " + perceived.error;
+        }
+      }
+      promises[i].set_value(std::move(perceived));
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < jobs; ++i) threads.emplace_back(work);
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    const Perceived perceived = promises[i].get_future().get();
+    PrintNext(each[i], perceived);
+    failed += perceived.error.empty() ? 0 : 1;
+  }
+  if (failed > 0) {
+    throw base::InputError(
+        fmt::format("{} of {} clouds could not be perceived", failed, each.size()));
+  }
+}
+
+}  // namespace
+
+void AddPerceiveCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "perceive", "Objects and grasps of any cloud, or of several; of recorded ones, too.");
+  auto arguments = std::make_shared<PerceiveArguments>();
+  auto clouds = std::make_shared<std::vector<std::string>>();
+  auto jobs =
+      std::make_shared<int>(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  command->add_option("clouds", *clouds, "PCD or PLY files, or folders of them")->required();
+  AddCloudOptions(*command, *arguments);
+  command
+      ->add_option("--noise-mm", arguments->noise_mm,
+                   "the sensor's noise, where it is known better than it can be measured")
+      ->check(CLI::Range(0.0, 50.0));
+  command
+      ->add_option("--segmentation", arguments->segmentation,
+                   "how points above the table become segments (convexity)")
+      ->check(CLI::IsMember(base::WordList<perception::SegmentMethod>()));
+  command->add_option("--scene", arguments->scene,
+                      "scene whose hand is to grasp (default: the installed tabletop.xml)");
+  command->add_option("--seed", arguments->seed, "of the random draws")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", arguments->json, "everything as JSON; of several clouds a line each");
+  command->add_option("-o,--out", arguments->out,
+                      "folder for perceived.json, perceived.png and each object's object_<n>.ply; "
+                      "of several clouds a folder each below it");
+  command->add_option("--jobs", *jobs, "clouds at the same time (default: the number of cores)")
+      ->check(CLI::Range(1, 1024));
+  command->footer(
+      "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");
+  command->callback([arguments, clouds, jobs] {
+    const auto all = CloudsIn(*clouds);
+    if (all.size() == 1) {
+      arguments->cloud = all.front();
+      PerceiveOne(*arguments);
+    } else {
+      PerceiveAll(ArgumentsOfEach(*arguments, all), *jobs);
+    }
+  });
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "experiment/task.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+
+/// `task: grasping`: grasp attempts in simulation (chapter 5), one case a trial, one row of the
+/// table an object.
+const experiment::TaskKind& GraspingTask();
+
+/// The work cell of a grasping experiment.
+/// @throws base::InputError if the task is of another kind.
+const Cell& CellOf(const experiment::Task& task);
+/// What a case of it is.
+TrialSpec SpecOf(const experiment::Case& which);
+
+}  // namespace rangegrasp::trial

@@ -1,0 +1,126 @@
+#include "trial/judge.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace rangegrasp::trial {
+namespace {
+
+// Definitions: lifted by at least this, and at the end within this of the delivery place.
+constexpr double kMinLift_m = 0.1;
+constexpr double kDeliveryRadius_m = 0.15;
+// "More than half", of the object's samples and of the target's.
+constexpr double kHalf = 0.5;
+// What has moved by less was brushed at most: a few times the scan's noise.
+constexpr double kMoved_m = 0.005;
+
+// The target's samples that lie clear of the table.
+std::ptrdiff_t VisibleSamples(const Sensed& sensed, const TargetTruth& target) {
+  std::ptrdiff_t visible = 0;
+  for (std::size_t v = 0; v < sensed.truth.size(); ++v) {
+    const auto& points_W = sensed.observation.views[v].image.points_C;  // in a trial, C is W
+    for (std::size_t i = 0; i < points_W.size(); ++i) {
+      // False for a sample that was not measured.
+      const bool clear = target.table_W.Distance(points_W[i]) > target.clearance_m;
+      visible += clear && sensed.truth[v].label[i] == target.label ? 1 : 0;
+    }
+  }
+  return visible;
+}
+
+}  // namespace
+
+DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
+                                const TargetTruth& target) {
+  DetectionVerdict verdict;
+  if (detection.objects.empty()) return verdict;
+  const auto& samples = detection.objects.front().samples;
+  const auto hits =
+      std::count_if(samples.begin(), samples.end(), [&](const geometry::SampleId& id) {
+        return sensed.truth[id.view].label[id.sample] == target.label;
+      });
+  const std::ptrdiff_t visible = VisibleSamples(sensed, target);
+  if (samples.empty() || visible == 0) return verdict;
+  verdict.share_of_object = static_cast<double>(hits) / static_cast<double>(samples.size());
+  verdict.share_of_target = static_cast<double>(hits) / static_cast<double>(visible);
+  verdict.right_target = verdict.share_of_object > kHalf;
+  const double needed = detection.objects.front().whole ? kHalf : 0.0;
+  verdict.segmented = verdict.share_of_target > needed;
+  return verdict;
+}
+
+std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
+                               const Sensed& sensed) {
+  std::map<int, int> votes;
+  for (const auto& id : samples) {
+    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
+  }
+  return votes;
+}
+
+std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
+                           const sim::World& world) {
+  if (detection.objects.empty()) return std::nullopt;
+  Eigen::Vector3d center_W = Eigen::Vector3d::Zero();
+  const auto& samples = detection.objects.front().samples;
+  auto votes = ObjectVotes(samples, sensed);
+  for (const auto& id : samples) {
+    center_W += sensed.observation.views[id.view].image.points_C[id.sample];
+  }
+  center_W /= std::max(1.0, static_cast<double>(samples.size()));
+  std::optional<int> best;
+  for (const auto& [object, count] : votes) {
+    if (object >= 0 && object < world.objects() && !world.parked(object) &&
+        (!best || count > votes[*best]))
+      best = object;
+  }
+  if (best) return best;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (int object = 0; object < world.objects(); ++object) {
+    if (world.parked(object)) continue;
+    const double distance_m = (world.ObjectCenterOfMass(object) - center_W).norm();
+    if (distance_m >= nearest_m) continue;
+    nearest_m = distance_m;
+    best = object;
+  }
+  return best;
+}
+
+bool IsAtDelivery(const sim::World& world, int object) {
+  if (world.parked(object)) return false;
+  const Eigen::Vector3d place_W = world.SitePose("delivery").translation();
+  const Eigen::Vector3d offset = world.ObjectCenterOfMass(object) - place_W;
+  return offset.head<2>().norm() <= kDeliveryRadius_m;
+}
+
+Outcome JudgeExecution(const sim::ExecutionLog& log) {
+  if (!log.audit.failed.empty()) return Outcome::kInvalidPhysics;
+  if (!(log.lift_height_m >= kMinLift_m) || !log.held_after_lift) return Outcome::kNotLifted;
+  if (!log.held_after_carry) return Outcome::kDropped;
+  const bool in_place = log.final_distance_m <= kDeliveryRadius_m && log.at_rest &&
+                        !log.touched_by_hand && log.on_support;
+  return in_place ? Outcome::kDelivered : Outcome::kMisplaced;
+}
+
+std::vector<Eigen::Vector3d> CentersOf(const sim::World& world) {
+  std::vector<Eigen::Vector3d> centers_W;
+  for (int object = 0; object < world.objects(); ++object) {
+    centers_W.push_back(world.ObjectCenterOfMass(object));
+  }
+  return centers_W;
+}
+
+OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const sim::World& world,
+                          int target) {
+  OthersVerdict verdict;
+  for (int object = 0; object < world.objects(); ++object) {
+    if (object == target || world.parked(object)) continue;
+    const Eigen::Vector3d center_W = world.ObjectCenterOfMass(object);
+    const double way_m = (center_W - before_W.at(static_cast<std::size_t>(object))).norm();
+    verdict.moved += way_m > kMoved_m ? 1 : 0;
+    verdict.left_table += world.OverTable(center_W) ? 0 : 1;
+  }
+  return verdict;
+}
+
+}  // namespace rangegrasp::trial

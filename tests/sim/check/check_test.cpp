@@ -1,0 +1,345 @@
+// Every finding: one edit of a good scene brings it, and nothing else is found; so the edit undone
+// is its cure.
+
+#include "sim/check/check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::check {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::filesystem::path kArms = kSource / "tests/data/arms";
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// An own cell in a folder of its own: bench.xml, an arm, a hand, joined by scene.xml.
+class OwnCell : public testing::Test {
+ protected:
+  explicit OwnCell(const std::string& scene = "seven_on_pedestal",
+                   const std::string& arm = "seven_joints") {
+    hand_ = base::ReadFile(kSource / "models/hand/sensorhand.xml");
+    arm_ = Replaced(base::ReadFile(kArms / (arm + ".xml")), "../../../models/hand/sensorhand.xml",
+                    "hand.xml");
+    scene_ = Replaced(base::ReadFile(kArms / (scene + ".xml")), "../../../scenes/bench.xml",
+                      "bench.xml");
+    scene_ = Replaced(scene_, arm + ".xml", "arm.xml");
+    bench_ = base::ReadFile(kSource / "scenes/bench.xml");
+  }
+  std::filesystem::path Write() {
+    base::WriteFile(folder_ / "hand.xml", hand_);
+    base::WriteFile(folder_ / "arm.xml", arm_);
+    base::WriteFile(folder_ / "bench.xml", bench_);
+    base::WriteFile(folder_ / "scene.xml", scene_);
+    return folder_ / "scene.xml";
+  }
+  std::vector<base::Finding> Check() { return CheckModel(Write(), Kind::kScene); }
+  static std::string All(const std::vector<base::Finding>& findings) {
+    std::string text;
+    for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
+    return text;
+  }
+  void SetHome(const std::string& values) {
+    scene_ = std::regex_replace(scene_, std::regex("name=\"home\" data=\"[^\"]*\""),
+                                "name=\"home\" data=\"" + values + "\"");
+  }
+  // One finding, which says all of this.
+  void ExpectOne(const std::vector<std::string>& words, bool error = true) {
+    const auto findings = Check();
+    ASSERT_EQ(findings.size(), 1u) << All(findings);
+    EXPECT_EQ(findings[0].error, error);
+    EXPECT_FALSE(findings[0].cure.empty());
+    for (const std::string& word : words) EXPECT_THAT(base::TextOf(findings[0]), HasSubstr(word));
+  }
+
+  TempFolder folder_;
+  std::string hand_, arm_, scene_, bench_;
+};
+
+class OwnCellOfSix : public OwnCell {
+ protected:
+  OwnCellOfSix() : OwnCell("six_on_pedestal", "six_joints") {}
+};
+
+TEST_F(OwnCell, WithoutFaultHasNoFinding) {
+  const auto findings = Check();
+  EXPECT_TRUE(findings.empty()) << All(findings);
+}
+TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) {
+  const auto findings = Check();
+  EXPECT_TRUE(findings.empty()) << All(findings);
+}
+TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOnWallAndCeiling) {
+  for (const char* scene :
+       {"scenes/tabletop.xml", "scenes/tabletop_box.xml", "tests/data/arms/six_on_wall.xml",
+        "tests/data/arms/seven_on_ceiling.xml", "tests/data/arms/seven_on_floor.xml"}) {
+    for (const auto& finding : CheckModel(kSource / scene, Kind::kScene)) {
+      ADD_FAILURE() << scene << ": " << base::TextOf(finding);
+    }
+  }
+}
+
+TEST(KindOf, IsWhatTheFileHolds) {
+  EXPECT_EQ(KindOf(kSource / "scenes/tabletop.xml"), Kind::kScene);
+  EXPECT_EQ(KindOf(kArms / "six_on_wall.xml"), Kind::kScene);
+  EXPECT_EQ(KindOf(kSource / "models/arm/lwa3.xml"), Kind::kArm);
+  EXPECT_EQ(KindOf(kSource / "models/hand/sensorhand.xml"), Kind::kHand);
+  EXPECT_EQ(KindOf(kSource / "models/objects/spread/spread.xml"), Kind::kObject);
+  EXPECT_THROW(KindOf("no_such_file.xml"), base::InputError);
+}
+
+TEST_F(OwnCell, AnArmAndAHandAreCheckedAlone) {
+  Write();
+  const auto of_arm = CheckModel(folder_ / "arm.xml", Kind::kArm);
+  ASSERT_EQ(of_arm.size(), 1u) << All(of_arm);
+  EXPECT_FALSE(of_arm[0].error);
+  EXPECT_THAT(base::TextOf(of_arm[0]), HasSubstr("numeric \"home\": is missing"));
+  EXPECT_TRUE(CheckModel(folder_ / "hand.xml", Kind::kHand).empty());
+}
+
+// Names.
+
+TEST_F(OwnCell, NamesTheMissingSiteAndTheFile) {
+  bench_ = Replaced(bench_, "name=\"workspace\"", "name=\"work_space\"");
+  ExpectOne({"scene.xml: error", "site \"workspace\"", "missing", "type=\"cylinder\""});
+}
+TEST_F(OwnCell, NamesTheMissingCameraAsAWarning) {
+  bench_ = Replaced(bench_, "<camera name=\"overview\"", "<camera name=\"over\"");
+  ExpectOne({"camera \"overview\"", "missing"}, false);
+}
+TEST_F(OwnCell, PrintsTheMissingTupleReadyToPaste) {
+  arm_ = std::regex_replace(arm_, std::regex("<tuple name=\"arm_joints\">[^]*?</tuple>"), "");
+  ExpectOne({"arm.xml: error", "tuple \"arm_joints\"",
+             "<element objtype=\"joint\" objname=\"joint7\"/>"});
+}
+TEST_F(OwnCell, SaysThatATupleHoldsSomethingElse) {
+  arm_ = Replaced(arm_, "objtype=\"actuator\" objname=\"drive3\"",
+                  "objtype=\"body\" objname=\"link3\"");
+  ExpectOne({"tuple \"arm_actuators\"", "something else than elements of type actuator"});
+}
+TEST_F(OwnCell, SaysThatANumericIsTooShort) {
+  arm_ = Replaced(arm_, "data=\"2 2 2 2 2.5 2.5 2.5\"", "data=\"2 2 2\"");
+  ExpectOne({"numeric \"joint_velocity\"", "7 numbers above 0, it holds 3"});
+}
+TEST_F(OwnCell, SaysThatTheHandIsMissingAndHowToAttachIt) {
+  arm_ = Replaced(arm_, "<attach model=\"hand\" body=\"hand\" prefix=\"hand/\"/>", "");
+  ExpectOne({"body \"hand\"", "missing", "<attach model=\"hand\""});
+}
+TEST_F(OwnCell, SaysThatANameIsThereTwice) {
+  scene_ =
+      Replaced(scene_, "<body name=\"mount\"", "<site name=\"my/delivery\"/> <body name=\"mount\"");
+  ExpectOne({"site \"delivery\"", "there twice"});
+}
+
+// The arm.
+
+TEST_F(OwnCell, SaysThatAJointIsNotListed) {
+  arm_ = Replaced(arm_, "<element objtype=\"joint\" objname=\"joint3\"/>", "");
+  arm_ = Replaced(arm_, "<element objtype=\"actuator\" objname=\"drive3\"/>", "");
+  arm_ = Replaced(arm_, "2 2 2 2 2.5 2.5 2.5", "2 2 2 2.5 2.5 2.5");
+  arm_ = Replaced(arm_, "3 3 3 3 5 5 5", "3 3 3 5 5 5");
+  SetHome("0 0 -1.67 0 0.5 0");
+  EXPECT_THAT(All(Check()), HasSubstr("lies between the world and the hand, and is not in"));
+}
+TEST_F(OwnCell, SaysThatTheActuatorsAreInAnotherOrder) {
+  arm_ = Replaced(arm_, "objname=\"drive2\"", "objname=\"drive_x\"");
+  arm_ = Replaced(arm_, "objname=\"drive3\"", "objname=\"drive2\"");
+  arm_ = Replaced(arm_, "objname=\"drive_x\"", "objname=\"drive3\"");
+  const auto findings = Check();
+  EXPECT_EQ(findings.size(), 2u) << All(findings);
+  EXPECT_THAT(All(findings),
+              HasSubstr("actuator \"arm/drive3\": does not drive joint \"arm/joint2\""));
+}
+TEST_F(OwnCell, SaysThatADriveIsNoPositionServo) {
+  arm_ = Replaced(arm_, "<position name=\"drive4\" joint=\"joint4\" forcerange=\"-87 87\"/>",
+                  "<motor name=\"drive4\" joint=\"joint4\"/>");
+  ExpectOne(
+      {"arm.xml:", "actuator \"arm/drive4\"", "no position servo", "<position joint=\"joint4\""});
+}
+TEST_F(OwnCell, SaysThatACommandIsCut) {
+  arm_ = Replaced(arm_, "joint=\"joint2\"", "joint=\"joint2\" ctrlrange=\"-1 1\"");
+  ExpectOne({"actuator \"arm/drive2\"", "commands from -1 to 1 only"});
+}
+TEST_F(OwnCell, SaysThatHomeIsOutOfRange) {
+  SetHome("-0.32 0.14 -0.45 0 -0.1 0.51 0.09");
+  const auto findings = Check();
+  ASSERT_FALSE(findings.empty());
+  EXPECT_THAT(All(findings), HasSubstr("outside the joints' ranges [rad]: arm/joint4 is 0"));
+}
+TEST_F(OwnCell, SaysThatThereIsNoArmature) {
+  arm_ = Replaced(arm_, " armature=\"0.1\"", "");
+  ExpectOne({"have no armature", "armature=\"0.1\" in the <joint> of the default at", "arm.xml:6"});
+}
+TEST_F(OwnCell, SaysThatGravityIsNotCompensated) {
+  arm_ = Replaced(arm_, "<numeric name=\"gravity_compensation\" data=\"1\"/>", "");
+  ExpectOne({"not compensated for gravity", "<numeric name=\"gravity_compensation\" data=\"1\"/>",
+             "arm/link1"});
+}
+TEST_F(OwnCell, SaysThatADriveIsTooWeak) {
+  arm_ = Replaced(arm_, "joint=\"joint2\" forcerange=\"-150 150\"",
+                  "joint=\"joint2\" forcerange=\"-20 20\"");
+  ExpectOne({"actuator \"arm/drive2\"", "gives 20 Nm", "forcerange="});
+}
+TEST_F(OwnCell, SaysThatADriveFallsBehind) {
+  arm_ = Replaced(arm_, "<position name=\"drive1\" joint=\"joint1\"",
+                  "<position name=\"drive1\" joint=\"joint1\" kp=\"400\"");
+  ExpectOne({"actuators arm/drive1: fall", "mrad behind", "\"joint_acceleration\" data=", "kp "});
+}
+TEST_F(OwnCell, SaysThatTheHomePoseIsNotHeld) {
+  // Gravity is compensated on the last link alone: by a spring that pulls, here, it is not.
+  arm_ = Replaced(arm_, "<joint name=\"joint2\"",
+                  "<joint name=\"joint2\" stiffness=\"300\" springref=\"0\"");
+  ExpectOne({"does not hold the arm at home", "joint \"arm/joint2\"", "kp="});
+}
+
+// Bodies.
+
+TEST_F(OwnCell, SaysThatAMassIsOutOfAllProportion) {
+  arm_ = Replaced(arm_, "density=\"1500\"", "density=\"1500000\"");
+  EXPECT_THAT(All(Check()), HasSubstr("the arm: weighs"));
+}
+TEST_F(OwnCell, SaysThatAnInertiaIsOutOfAllProportion) {
+  arm_ =
+      Replaced(arm_, "<joint name=\"joint4\"",
+               "<inertial pos=\"0 0 0\" mass=\"2\" diaginertia=\"9 9 9\"/><joint name=\"joint4\"");
+  ExpectOne({"body \"arm/link4\"", "as if its 2 kg lay", "diaginertia="});
+}
+TEST_F(OwnCell, SaysThatAMeshIsInMillimetres) {
+  base::WriteFile(folder_ / "part.obj",
+                  "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  arm_ = Replaced(arm_, "<asset>", "<asset> <mesh name=\"part\" file=\"part.obj\"/>");
+  arm_ = Replaced(arm_, "<joint name=\"joint3\"",
+                  "<geom class=\"seen\" type=\"mesh\" mesh=\"part\"/> <joint name=\"joint3\"");
+  const auto findings = Check();
+  EXPECT_THAT(All(findings), HasSubstr("mesh \"arm/part\": reaches"));
+  EXPECT_THAT(All(findings), HasSubstr("millimetres?"));
+  EXPECT_THAT(All(findings), HasSubstr("scale=\"0.001 0.001 0.001\""));
+}
+TEST_F(OwnCell, SaysThatALinkDoesNotCollide) {
+  arm_ = Replaced(arm_, "<geom fromto=\"0 0 0.02 0 0 0.12\" size=\"0.06\"/>", "");
+  arm_ = Replaced(arm_, "<joint name=\"joint2\"",
+                  "<inertial pos=\"0 0 0.1\" mass=\"3\" diaginertia=\"0.02 0.02 0.02\"/><joint "
+                  "name=\"joint2\"");
+  ExpectOne({"bodies arm/link2", "none of which collides"}, false);
+}
+TEST_F(OwnCell, SaysThatNothingIsSeenAndNothingCollides) {
+  arm_ = Replaced(arm_, "<geom group=\"2\" contype", "<geom group=\"4\" contype");
+  hand_ = Replaced(hand_, "<geom group=\"2\" contype", "<geom group=\"4\" contype");
+  ExpectOne({"the arm: has no geom that is seen", "group=\"2\""});
+  arm_ = Replaced(arm_, "group=\"4\" contype", "group=\"2\" contype");
+  arm_ =
+      Replaced(arm_, "group=\"3\" density", "group=\"3\" contype=\"0\" conaffinity=\"0\" density");
+  hand_ = Replaced(hand_, "<geom group=\"3\" type=\"capsule\"",
+                   "<geom group=\"3\" contype=\"0\" conaffinity=\"0\" type=\"capsule\"");
+  EXPECT_THAT(All(Check()), HasSubstr("the arm: has no geom that collides"));
+}
+
+// Contacts.
+
+TEST_F(OwnCell, NamesAPairThatAlwaysTouches) {
+  arm_ = Replaced(arm_, "<geom fromto=\"0 0 -0.06 0.08 0 0\" size=\"0.055\"/>",
+                  "<geom fromto=\"0 0 -0.3 0.08 0 0\" size=\"0.055\"/>");
+  ExpectOne({"bodies \"arm/link1\" and \"arm/link3\"", "touch",
+             "<exclude body1=\"arm/link1\" body2=\"arm/link3\"/>"});
+  scene_ =
+      Replaced(scene_, "</worldbody>",
+               "</worldbody><contact><exclude body1=\"arm/link1\" body2=\"arm/link3\"/></contact>");
+  EXPECT_TRUE(Check().empty()) << "the cure as printed";
+}
+TEST_F(OwnCell, NamesWhatTouchesAtHome) {
+  scene_ = Replaced(scene_, "<body name=\"mount\"",
+                    "<geom name=\"post\" type=\"box\" pos=\"-0.45 0 0.55\" size=\"0.02 0.2 0.01\" "
+                    "group=\"3\"/> <body name=\"mount\"");
+  EXPECT_THAT(All(Check()), HasSubstr("mm inside each other there"));
+}
+
+// Its first links lie below the table's top, an infinite plane to the engine.
+TEST_F(OwnCell, AnArmOnTheFloorIsToldWhatToExcludeFromTheTable) {
+  scene_ = base::ReadFile(kArms / "seven_on_floor.xml");
+  scene_ = Replaced(scene_, "../../../scenes/bench.xml", "bench.xml");
+  scene_ = Replaced(scene_, "seven_joints.xml", "arm.xml");
+  const std::string exclude = "<exclude body1=\"table\" body2=\"arm/link2\"/>";
+  scene_ = Replaced(scene_, exclude, "");
+  ExpectOne({"bodies \"table\" and \"arm/link2\"", "touch", exclude});
+}
+
+// The cell.
+
+TEST_F(OwnCell, SaysThatTheEnginesOptionsLetThingsSlip) {
+  bench_ = Replaced(bench_, "cone=\"elliptic\"", "cone=\"pyramidal\"");
+  ExpectOne({"scene.xml", "pyramidal friction cones", "cone=\"elliptic\""});
+}
+TEST_F(OwnCell, SaysThatTheTableIsElsewhere) {
+  bench_ = Replaced(bench_, "pos=\"0.13 0 0\"/>", "pos=\"0.13 0 -0.05\"/>");
+  EXPECT_THAT(All(Check()), HasSubstr("no table below it whose top is at z = 0"));
+}
+TEST_F(OwnCell, SaysThatTheArmAtHomeStandsInTheView) {
+  SetHome("0 0.3 0 -1.6 0 1.3 0");
+  EXPECT_THAT(All(Check()), HasSubstr("numeric \"home\": body \"arm/"));
+}
+TEST_F(OwnCell, SaysThatTheWorkspaceIsOutOfReach) {
+  scene_ = Replaced(scene_, "pos=\"-0.45 0 0\"", "pos=\"-1.6 0 0\"");
+  EXPECT_THAT(All(Check()),
+              HasSubstr("does not bring the hand from above to the workspace's middle"));
+}
+
+// The hand.
+
+TEST_F(OwnCell, SaysThatAFingertipIsNotMoved) {
+  hand_ = Replaced(hand_, "<element objtype=\"geom\" objname=\"index_3\"/>",
+                   "<element objtype=\"geom\" objname=\"index_3\"/><element objtype=\"geom\" "
+                   "objname=\"palm\"/>");
+  ExpectOne({"hand.xml:", "geom \"arm/hand/palm\"", "fingertip on body \"arm/hand/hand\"",
+             "none of \"hand_joints\" moves"});
+}
+
+TEST_F(OwnCell, PutsWhatTheEngineSaysIntoAFinding) {
+  arm_ = Replaced(arm_, "<joint name=\"joint5\"", "<joint name=\"joint5\" type=\"hing\"");
+  const auto findings = Check();
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(base::TextOf(findings[0]), HasSubstr("hing"));
+}
+
+// An arm that a user arrives with, cured by what its check says.
+class ForeignArm : public testing::Test {
+ protected:
+  // In the folder that RANGEGRASP_SHARED names, or in ../shared beside the project.
+  static std::filesystem::path Shared() {
+    const char* shared = std::getenv("RANGEGRASP_SHARED");
+    return shared ? std::filesystem::path(shared) : kSource.parent_path() / "shared";
+  }
+  const std::filesystem::path file_ = Shared() / "data/robots/kuka_iiwa_14/iiwa14.xml";
+};
+
+TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
+  if (!std::filesystem::exists(file_)) GTEST_SKIP() << file_ << " is not there";
+  ASSERT_EQ(KindOf(file_), Kind::kArm);
+  std::string text;
+  for (const auto& finding : CheckModel(file_, Kind::kArm)) text += base::TextOf(finding) + "\n";
+  for (const char* what :
+       {"tuple \"arm_joints\": is missing", "objname=\"joint7\"", "tuple \"arm_actuators\"",
+        "objname=\"actuator7\"", "numeric \"joint_velocity\"", "numeric \"joint_acceleration\"",
+        "numeric \"home\"", "body \"hand\": is missing", "have no armature", "iiwa14.xml:9",
+        "not compensated for gravity"}) {
+    EXPECT_THAT(text, HasSubstr(what));
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::check

@@ -1,0 +1,199 @@
+#include "clearing/clear.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "clearing/clearing_record.h"
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "sim/resting_poses.h"
+#include "trial/grasping_task.h"
+#include "trial/objects.h"
+
+namespace rangegrasp::clearing {
+namespace {
+
+using trial::Outcome;
+
+const trial::Cell& TestCell() {
+  static const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                                 experiment::AllKinds(), {.set = {"physics.friction=middle"}});
+  return trial::CellOf(*experiment.task);
+}
+
+// Objects at rest on places of the workspace [m].
+sim::World Placed(const std::vector<std::string>& names,
+                  const std::vector<Eigen::Vector2d>& places) {
+  const auto& cell = TestCell();
+  constexpr double kPutDown_m = 0.0005;
+  std::vector<sim::ObjectModel> models;
+  for (const auto& name : names) models.push_back(trial::ObjectModelOf(cell.options, name));
+  sim::World world(cell.options.scene, models, cell.options.physics);
+  world.SetArm(cell.robot.home);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto face = sim::StableRestingPoses(models[i], cell.options.min_tipping_rad)[0].faces[0];
+    const Eigen::Vector3d place_W =
+        cell.robot.X_WWorkspace * Eigen::Vector3d(places[i].x(), places[i].y(), 0.0);
+    world.PlaceObject(static_cast<int>(i),
+                      base::MakePose(face.R_WO.toRotationMatrix(),
+                                     {place_W.x(), place_W.y(), face.height_m + kPutDown_m}));
+  }
+  EXPECT_TRUE(world.Settle());
+  return world;
+}
+sim::World TwoObjects() {
+  return Placed({"salt_cuboid", "sweets_cylinder"}, {{0.0, 0.10}, {0.0, -0.10}});
+}
+
+// The cell's own, with something done to what it found.
+class Changed : public trial::Detector {
+ public:
+  explicit Changed(std::function<void(grasp::Detection&)> change) : change_(std::move(change)) {}
+  trial::Detected Detect(const geometry::Observation& observation, base::Rng& rng,
+                         const trial::Turn& turn) const override {
+    auto detected = TestCell().detector->Detect(observation, rng, turn);
+    change_(detected.detection);
+    return detected;
+  }
+
+ private:
+  std::function<void(grasp::Detection&)> change_;
+};
+
+Clearing Clear(sim::World& world, const ClearingOptions& options = {}, int max_grasps = 36,
+               const Changed* detector = nullptr) {
+  ClearingObserver observer;
+  observer.detector = detector;
+  return ClearTable(TestCell(), options, max_grasps, world, /*seed=*/7, observer);
+}
+
+TEST(ClearTable, TwoObjectsApartAreClearedWithTwoGrasps) {
+  auto world = TwoObjects();
+  const Clearing cleared = Clear(world);
+  EXPECT_EQ(cleared.stop, Stop::kNothingPerceived);
+  EXPECT_EQ(cleared.Grasps(), 2);
+  EXPECT_EQ(cleared.Delivered(), 2);
+  EXPECT_EQ(cleared.scans, 3);  // the last one shows that the table is empty
+  EXPECT_EQ(cleared.perceived, 0u);
+  for (const auto& end : cleared.objects) {
+    EXPECT_EQ(end.fate, Fate::kDelivered);
+    EXPECT_EQ(end.grasps, 1);
+    EXPECT_EQ(end.why, "");
+  }
+  for (int i = 0; i < world.objects(); ++i) EXPECT_TRUE(world.parked(i));
+  EXPECT_EQ(ResultOf(cleared, "").outcome, kCleared);
+}
+
+TEST(ClearTable, WithoutARescanTheTakenObjectIsLeftOutOfTheLastScan) {
+  auto world = TwoObjects();
+  const Clearing cleared = Clear(world, {.rescan = Rescan::kAfterFailure});
+  EXPECT_EQ(cleared.Delivered(), 2);
+  EXPECT_EQ(cleared.Grasps(), 2);
+  EXPECT_EQ(cleared.scans, 2);  // that the table is empty an old scan does not show
+}
+
+TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
+  auto world = Placed({"salt_cuboid"}, {{0.0, 0.0}});
+  // Half an opening above the object.
+  const Changed beside([](grasp::Detection& detection) {
+    for (auto& g : detection.grasps) g.X_CH.translation().z() += 0.15;
+  });
+  const Clearing run = Clear(world, {}, 36, &beside);
+  EXPECT_EQ(run.stop, Stop::kTriesUsedUp);
+  EXPECT_EQ(run.Grasps(), 3);
+  int tries = 0;
+  for (const Step& step : run.steps) {
+    if (!step.attempt.log) continue;
+    EXPECT_EQ(step.try_number, ++tries);
+    EXPECT_EQ(step.attempt.outcome, Outcome::kNotLifted);
+    EXPECT_FALSE(step.felt);
+    EXPECT_FALSE(step.attempt.log->aperture.holds_after_lift);
+  }
+  EXPECT_EQ(run.objects[0].fate, Fate::kLeft);
+  EXPECT_EQ(run.objects[0].why, "tries_used_up");
+  EXPECT_EQ(run.objects[0].grasps, 3);
+  EXPECT_EQ(ResultOf(run, "").outcome, "tries_used_up");
+}
+
+TEST(ClearTable, AnObjectThatCannotBeTakenDoesNotKeepTheOthers) {
+  auto world = TwoObjects();
+  const Changed blocked([](grasp::Detection& detection) {
+    for (auto& g : detection.grasps) g.collides = g.X_CH.translation().y() > 0.0;
+  });
+  const Clearing run = Clear(world, {}, 36, &blocked);
+  EXPECT_EQ(run.stop, Stop::kNothingGraspable);
+  EXPECT_EQ(run.Grasps(), 1);
+  EXPECT_EQ(run.objects[0].why, "no_grasp");
+  EXPECT_EQ(run.objects[1].fate, Fate::kDelivered);
+}
+
+TEST(ClearTable, EndsWhereNothingIsGraspable) {
+  auto world = TwoObjects();
+  const Changed blocked([](grasp::Detection& detection) {
+    for (auto& g : detection.grasps) g.collides = true;
+  });
+  const ClearingOptions options{.idle_scans = 2};
+  const Clearing run = Clear(world, options, 36, &blocked);
+  EXPECT_EQ(run.stop, Stop::kNothingGraspable);
+  EXPECT_EQ(run.Grasps(), 0);
+  EXPECT_EQ(run.scans, 1 + options.idle_scans);
+  for (const auto& end : run.objects) EXPECT_EQ(end.why, "no_grasp");
+}
+
+TEST(ClearTable, EndsAtTheMostGrasps) {
+  auto world = TwoObjects();
+  const Clearing run = Clear(world, {}, /*max_grasps=*/1);
+  EXPECT_EQ(run.stop, Stop::kMaxGrasps);
+  EXPECT_EQ(run.Grasps(), 1);
+  EXPECT_EQ(run.Delivered(), 1);
+}
+
+TEST(ClearTable, AnEmptyTableIsSeenToBeEmpty) {
+  auto world = Placed({"salt_cuboid"}, {{0.0, 0.0}});
+  world.ParkObject(0);
+  const Clearing run = Clear(world);
+  EXPECT_EQ(run.stop, Stop::kNothingPerceived);
+  EXPECT_EQ(run.scans, 1);
+}
+
+TEST(ClearTable, WhatLiesOutsideTheWorkspaceIsLeftAndSaidSo) {
+  auto world = Placed({"salt_cuboid", "spread"}, {{0.0, 0.0}, {0.05, 0.48}});
+  const Clearing run = Clear(world);
+  EXPECT_EQ(run.stop, Stop::kNothingPerceived);
+  EXPECT_EQ(run.objects[0].fate, Fate::kDelivered);
+  EXPECT_EQ(run.objects[1].fate, Fate::kLeft);
+  EXPECT_EQ(run.objects[1].why, "out_of_workspace");
+  // The program takes the table for empty; it is not cleared.
+  EXPECT_EQ(ResultOf(run, "").outcome, "nothing_perceived");
+}
+
+TEST(ClearTable, TheSameSeedGivesTheSameBytes) {
+  auto one = TwoObjects();
+  auto two = TwoObjects();
+  EXPECT_EQ(ResultOf(Clear(one), "").data, ResultOf(Clear(two), "").data);
+}
+
+TEST(ResultOf, NamesEachAttemptAndEachObject) {
+  auto world = TwoObjects();
+  const auto data = nlohmann::json::parse(ResultOf(Clear(world), "salt_cuboid").data);
+  EXPECT_EQ(data["target"], "salt_cuboid");
+  EXPECT_EQ(data["objects"], 2);
+  EXPECT_EQ(data["delivered"], 2);
+  EXPECT_EQ(data["left"], 0);
+  ASSERT_EQ(data["attempts"].size(), 3u);
+  for (int i = 0; i < 2; ++i) {
+    const auto& attempt = data["attempts"][static_cast<std::size_t>(i)];
+    EXPECT_EQ(attempt["outcome"], "delivered");
+    EXPECT_EQ(attempt["felt"], true);
+    EXPECT_EQ(attempt["try"], 1);
+    EXPECT_EQ(attempt["taken_away"], nlohmann::json::array({attempt["object"]}));
+    EXPECT_EQ(attempt["log"]["audit"]["failed"], "");
+  }
+  EXPECT_GT(data["simulated_s"].get<double>(), 5.0);
+  EXPECT_GT(data["homing_s"].get<double>(), 0.5);
+}
+
+}  // namespace
+}  // namespace rangegrasp::clearing

@@ -1,0 +1,96 @@
+#include "cylinders/task/cylinders_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/file.h"
+
+namespace rangegrasp::cylinder_task {
+namespace {
+
+using testing::ElementsAre;
+
+experiment::Stamp StampOf(const std::string& shown, const std::string& rows,
+                          const std::string& reference) {
+  experiment::Stamp stamp;
+  stamp.data = {{kShown, shown}, {kRows, rows}, {kNoise, "0.366"}};
+  stamp.data[kReference] =
+      base::ReadFile(RANGEGRASP_SOURCE_DIR "/experiments/reference/" + reference);
+  return stamp;
+}
+
+experiment::Record RecordOf(int repetition, const std::string& fits) {
+  experiment::Record record;
+  record.which.params =
+      R"({"source": "noisy", "row": 0, "repetition": )" + std::to_string(repetition) + "}";
+  record.result = {"fitted",
+                   "fit",
+                   "",
+                   R"({"points": 4000, "fits": )" + fits + "}",
+                   {{"rcf 100", 0.5}, {"rcf 100 preparation", 0.25}}};
+  return record;
+}
+
+TEST(CylindersReport, MeansStandBesideThePublishedRowAndFailedFitsCount) {
+  auto crashed = RecordOf(3, "[]");
+  crashed.result.data = "{}";
+  const auto report =
+      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+                       "4.3_cylinder_resolution.csv"),
+               {RecordOf(0, R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
+                        "radius_error_mm": 0.1, "axis_error_deg": 0.02}])"),
+                RecordOf(1, R"([{"method": "rcf", "iterations": 100, "radius_mm": 10.7,
+                        "radius_error_mm": 0.7, "axis_error_deg": 0.04}])"),
+                RecordOf(2, R"([{"method": "rcf", "iterations": 100, "failed": true}])"), crashed});
+  ASSERT_EQ(report.sections.size(), 1u);
+  // SE of two values: half their difference. Good: one of four.
+  EXPECT_THAT(report.sections[0].grid.rows,
+              ElementsAre(ElementsAre("10 x 100", "4000", "RCF", "10.3000", "0.4000", "0.3000",
+                                      "0.260", "0.0300", "0.0100", "0.0320", "0.5000", "0.2500",
+                                      "0.32", "2 of 4", "25.0")));
+  EXPECT_EQ(report.files[0].first, "fits.csv");
+  EXPECT_EQ(report.files[1].first, "figure_4.13_noisy.svg");
+}
+
+TEST(CylindersReport, OnlyPerfectImagesStandBesideThePublishedFigures) {
+  const std::string fit = R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
+                              "radius_error_mm": 0.1, "axis_error_deg": 0.02}])";
+  auto perfect = RecordOf(0, fit);
+  perfect.which.params = R"({"source": "perfect", "row": 0, "repetition": 0})";
+  const auto figures =
+      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+                       "4.3_cylinder_resolution.csv"),
+               {RecordOf(0, fit), perfect})
+          .published;
+  ASSERT_EQ(figures.size(), 3u);
+  EXPECT_EQ(figures[0].row, "RCF, 4000 points, radius error");
+  EXPECT_EQ(figures[0].published, 0.26);
+  EXPECT_EQ(figures[0].own, 0.1);
+  EXPECT_EQ(figures[2].own, 0.5);
+}
+
+TEST(CylindersReport, IterationsMakeSixFigures) {
+  const auto report =
+      ReportOf(StampOf("iterations",
+                       R"([{"radius_mm": 25.75, "height_mm": 173.0, "points": 29953},
+                  {"radius_mm": 26.25, "height_mm": 134.0, "points": 34981}])",
+                       "4.4_cylinder_synthetic.csv"),
+               {RecordOf(0, R"([{"method": "rcf", "iterations": 50, "radius_mm": 25.0,
+                        "radius_error_mm": 0.75, "axis_error_deg": 0.02},
+                       {"method": "rcf", "iterations": 100, "radius_mm": 25.75,
+                        "radius_error_mm": 0.0, "axis_error_deg": 0.01},
+                       {"method": "rcf_as_printed", "iterations": 100, "radius_mm": 60.0,
+                        "radius_error_mm": 34.25, "axis_error_deg": 20.0}])")});
+  ASSERT_EQ(report.files.size(), 7u);
+  // What would press all others to the axis is in the table and the CSV alone.
+  EXPECT_THAT(report.files[1].second, testing::Not(testing::HasSubstr("as printed")));
+  EXPECT_EQ(report.files[1].first, "figure_4.14_noisy.svg");
+  EXPECT_EQ(report.files[6].first, "figure_4.19_noisy.svg");
+  // The table is that of 100 iterations; the CSV has both.
+  ASSERT_EQ(report.sections[0].grid.rows.size(), 2u);
+  EXPECT_THAT(report.sections[0].grid.rows[1], testing::Contains("0.568"));
+  EXPECT_EQ(report.csv.rows.size(), 3u);
+}
+
+}  // namespace
+}  // namespace rangegrasp::cylinder_task

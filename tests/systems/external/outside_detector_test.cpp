@@ -1,0 +1,349 @@
+#include "external/outside_detector.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/process/sandbox.h"
+#include "error_of.h"
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "external/detector_check.h"
+#include "geometry/cloud_file.h"
+#include "geometry/mesh_file.h"
+#include "temp_folder.h"
+#include "trial/grasping_task.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+/// A cell, and a box on its table that was looked at once.
+struct Looked {
+  experiment::Experiment experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  const Cell& cell = CellOf(*experiment.task);
+  TrialSpec spec{"dextrose", 0, TrialSeed(11, "dextrose", 0)};
+  Sensed sensed = Look(cell, ArrangeTrial(cell, spec)->world, spec.seed);
+};
+
+const Looked& TheLook() {
+  static const Looked look;
+  return look;
+}
+
+class Outside : public ::testing::Test {
+ protected:
+  Outside() : options_(TheLook().cell.options) { outside_.limit_s = 20.0; }
+
+  /// What comes of a detector that is a shell script.
+  Detected Ask(const std::string& script, const Turn& turn = {}) {
+    outside_.command = {"/bin/sh", "-c", script};
+    base::Rng rng(1);
+    return external::MakeOutsideDetector(outside_, options_, TheLook().cell.robot)
+        ->Detect(TheLook().sensed.observation, rng, turn);
+  }
+  /// The same of one that answers so.
+  Detected Answer(const json& answer) {
+    return Ask("cat " + files_.Write("answer", answer.dump()).string());
+  }
+  std::string FailureOf(const std::string& script) {
+    return testing_support::ErrorOf<DetectorFailed>([&] { Ask(script); });
+  }
+  std::string FailureOfAnswer(const json& answer) {
+    return testing_support::ErrorOf<DetectorFailed>([&] { Answer(answer); });
+  }
+
+  /// The samples of the box, by truth.
+  static std::vector<std::size_t> SamplesOfTarget() {
+    const auto& label = TheLook().sensed.truth.front().label;
+    std::vector<std::size_t> samples;
+    for (std::size_t i = 0; i < label.size(); ++i) {
+      const auto& p = TheLook().sensed.observation.views.front().image.points_C[i];
+      if (label[i] == 1 && p.allFinite() && p.z() > 0.006) samples.push_back(i);
+    }
+    return samples;
+  }
+  static Eigen::Vector3d MiddleOfTarget() {
+    Eigen::AlignedBox3d box;
+    for (const auto i : SamplesOfTarget()) {
+      box.extend(TheLook().sensed.observation.views.front().image.points_C[i]);
+    }
+    return box.center();
+  }
+  /// From above, at the middle of the box.
+  static json GraspAtTarget() {
+    const Eigen::Vector3d at = MiddleOfTarget();
+    return {{"position_m", {at.x(), at.y(), at.z()}},
+            {"rotation", {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}},
+            {"width_m", 0.06}};
+  }
+
+  external::OutsideOptions outside_;
+  Options options_;
+  testing_support::TempFolder files_;
+};
+
+TEST_F(Outside, TheQuestionSaysWhatItNeedsAndNoTruth) {
+  const std::string to = files_.path().string();
+  Ask("cat > " + to + "/question; cp obs.pcd hand.stl " + to + "; echo '{\"grasps\": []}'");
+  const json question = json::parse(base::ReadFile(files_ / "question"));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : question.items()) keys.push_back(key);
+  EXPECT_THAT(keys, ::testing::ElementsAre("arm", "hand", "images", "noise_m", "observation",
+                                           "seed", "views", "workspace"));
+  EXPECT_LT(question["seed"].get<double>(), 9007199254740992.0);
+  EXPECT_NEAR(question["noise_m"], 0.0005, 0.0005);
+  const auto& view = TheLook().sensed.observation.views.front();
+  EXPECT_EQ(question["views"][0]["rows"], view.image.profiles);
+  EXPECT_EQ(question["views"][0]["X_WV"][2][3], view.X_CV.translation().z());
+  const auto cloud = geometry::ReadCloud(files_ / "obs.pcd");
+  ASSERT_EQ(cloud.points.size(), view.image.points_C.size());
+  EXPECT_EQ(cloud.height, view.image.profiles);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    ASSERT_EQ(cloud.points[i].allFinite(), view.image.points_C[i].allFinite());
+    if (!cloud.points[i].allFinite()) continue;
+    // Single precision at 1 m.
+    ASSERT_LT((cloud.points[i] - view.image.points_C[i]).norm(), 2e-7);
+  }
+  const std::string header = base::ReadFile(files_ / "obs.pcd").substr(0, 400);
+  EXPECT_THAT(header, HasSubstr("FIELDS x y z\n"));
+  EXPECT_GT(geometry::ReadMesh(files_ / "hand.stl").triangles.size(), 100u);
+}
+
+TEST_F(Outside, ObjectsAndGraspsAreUnderstood) {
+  json second = GraspAtTarget();
+  second["score"] = 2.0;
+  second["approach"] = {0.0, 0.6, -0.8};
+  json elsewhere = GraspAtTarget();
+  elsewhere["object"] = 1;
+  const auto target = SamplesOfTarget();
+  const Detected detected = Answer({{"objects", {{{"samples", target}}, {{"samples", {0, 1, 2}}}}},
+                                    {"grasps", {GraspAtTarget(), second, elsewhere}}});
+  const grasp::Detection& detection = detected.detection;
+  ASSERT_EQ(detection.objects.size(), 2u);
+  EXPECT_EQ(detection.objects.front().samples.size(), target.size());
+  EXPECT_FALSE(detection.objects.front().surface_C.triangles.empty());
+  ASSERT_EQ(detection.grasps.size(), 2u) << "those of the first object";
+  EXPECT_EQ(detection.grasps[0].score, 2.0) << "best first";
+  EXPECT_TRUE(detection.grasps[0].approach_C.isApprox(Eigen::Vector3d(0.0, 0.6, -0.8)));
+  EXPECT_TRUE(detection.grasps[1].approach_C.isApprox(Eigen::Vector3d(0.0, 0.0, -1.0)));
+  EXPECT_NEAR(detection.table_C.offset_m, 0.0, 0.003);
+  const auto verdict =
+      JudgeDetection(detection, TheLook().sensed, {1, TheLook().cell.TablePlane(), 0.006});
+  EXPECT_TRUE(verdict.right_target && verdict.segmented);
+}
+
+TEST_F(Outside, ThePadsCloseAboutThePosition) {
+  const auto detection = Answer({{"grasps", {GraspAtTarget()}}}).detection;
+  ASSERT_EQ(detection.grasps.size(), 1u);
+  const robot::HandModel& hand = TheLook().cell.robot.hand();
+  const auto& held = hand.AtGap(0.06);
+  const Eigen::Vector3d middle_H = 0.5 * (held.thumb_pad_H + held.finger_pad_H);
+  const Eigen::Vector3d thumb = detection.grasps[0].X_CH * held.thumb_pad_H;
+  const Eigen::Vector3d fingers = detection.grasps[0].X_CH * held.finger_pad_H;
+  EXPECT_NEAR((detection.grasps[0].X_CH * middle_H - MiddleOfTarget()).norm(), 0.0, 1e-9);
+  EXPECT_GT((thumb - fingers).x(), 0.03) << "x points from the fingers to the thumb";
+}
+
+TEST_F(Outside, WithoutObjectsTheObjectIsWhatLiesBetweenTheFingers) {
+  json far = GraspAtTarget();
+  far["position_m"][1] = far["position_m"][1].get<double>() + 0.2;
+  far["score"] = -1.0;
+  const auto detection = Answer({{"grasps", {far, GraspAtTarget()}}}).detection;
+  ASSERT_EQ(detection.objects.size(), 1u);
+  EXPECT_FALSE(detection.objects.front().whole);
+  const auto& samples = detection.objects.front().samples;
+  EXPECT_GT(samples.size(), 20u);
+  const auto target = SamplesOfTarget();
+  const auto hits = std::ranges::count_if(samples, [&](const geometry::SampleId& id) {
+    return std::ranges::binary_search(target, id.sample);
+  });
+  EXPECT_GT(static_cast<double>(hits), 0.9 * static_cast<double>(samples.size()));
+  const auto verdict =
+      JudgeDetection(detection, TheLook().sensed, {1, TheLook().cell.TablePlane(), 0.006});
+  EXPECT_TRUE(verdict.right_target && verdict.segmented);
+  // A hand in the air holds nothing.
+  EXPECT_TRUE(Answer({{"grasps", {far}}}).detection.objects.empty());
+  EXPECT_TRUE(Answer({{"grasps", json::array()}}).detection.objects.empty());
+}
+
+TEST_F(Outside, AGraspThatCannotBeCountsAsColliding) {
+  json wide = GraspAtTarget();
+  wide["width_m"] = 0.5;
+  json in_table = GraspAtTarget();
+  in_table["position_m"][2] = -0.05;
+  json away = GraspAtTarget();
+  away["position_m"] = {3, 0, 0.1};
+  const auto detection =
+      Answer({{"objects", {{{"samples", SamplesOfTarget()}}}}, {"grasps", {wide, in_table, away}}})
+          .detection;
+  ASSERT_EQ(detection.grasps.size(), 3u);
+  for (const auto& grasp : detection.grasps) EXPECT_TRUE(grasp.collides);
+}
+
+TEST_F(Outside, TheTurnDecidesWhichObjectIsFirst) {
+  const auto target = SamplesOfTarget();
+  const json answer = {{"objects", {{{"samples", {0}}}, {{"samples", target}}}},
+                       {"grasps", {GraspAtTarget()}}};
+  const std::string script = "cat " + files_.Write("answer", answer.dump()).string();
+  const Turn large_only = [](const std::vector<geometry::SampleId>& samples) {
+    return samples.size() > 10 ? std::optional<int>(0) : std::nullopt;
+  };
+  const Detected detected = Ask(script, large_only);
+  EXPECT_TRUE(detected.has_turn);
+  EXPECT_EQ(detected.detection.objects.front().samples.size(), target.size());
+  EXPECT_TRUE(detected.detection.grasps.empty()) << "they were for the other";
+  EXPECT_FALSE(Ask(script, [](const auto&) { return std::nullopt; }).has_turn);
+}
+
+TEST_F(Outside, WhatIsNoAnswerIsSaidWithItsReason) {
+  EXPECT_EQ(FailureOf("echo dying >&2; exit 7"),
+            "ended with code 7 without an answer; stderr: dying");
+  EXPECT_THAT(FailureOf("kill -SEGV $$"), HasSubstr("Segmentation fault"));
+  EXPECT_THAT(FailureOf("echo loading model; echo '{}'"), HasSubstr("begins with: loading model"));
+  EXPECT_THAT(FailureOf("printf '\\377\\376\\n'"), HasSubstr("no JSON"));
+  EXPECT_THAT(FailureOf("echo '{\"grasps\": [{\"width_m\": NaN}]}'"), HasSubstr("NaN"));
+  EXPECT_THAT(FailureOf("echo '{\"grasps\": [1e999]}'"), HasSubstr("no JSON"));
+  EXPECT_THAT(FailureOf("echo '{}'"), HasSubstr("'grasps' is missing"));
+  EXPECT_THAT(FailureOf("echo '[]'"), HasSubstr("must be {\"objects\""));
+  EXPECT_THAT(FailureOf("head -c 8000000 /dev/zero | tr '\\0' '['"), HasSubstr("nested"));
+  // 1 GB of JSON.
+  EXPECT_THAT(FailureOf("printf '{\"grasps\": ['; yes '1,' | tr -d '\\n' | head -c 1000000000"),
+              HasSubstr("more than 16777216 bytes"));
+  outside_.limit_s = 0.3;
+  EXPECT_EQ(FailureOf("sleep 100"), "no answer within 0.3 s");
+}
+
+TEST_F(Outside, WhatIsWrongInAnAnswerIsNamed) {
+  const auto with = [](const std::string& key, const json& value) {
+    json grasp = GraspAtTarget();
+    grasp[key] = value;
+    return json{{"grasps", {GraspAtTarget(), grasp}}};
+  };
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}})),
+              HasSubstr("grasps[1].rotation is [[1,0,0],[0,1,0],[0,0,2]]: must be a rotation"));
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}})),
+              HasSubstr("reflection"));
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {1, 0, 0})), HasSubstr("must be three numbers"));
+  EXPECT_THAT(FailureOfAnswer(with("rotation", {1, 0, 0, 0})), HasSubstr("must be a rotation"));
+  EXPECT_THAT(FailureOfAnswer(with("width_m", -0.01)), HasSubstr("from 0 to 100"));
+  EXPECT_THAT(FailureOfAnswer(with("width_m", "wide")), HasSubstr("is \"wide\""));
+  EXPECT_THAT(FailureOfAnswer(with("position_m", {0, 0, 1e30})),
+              HasSubstr("position_m[2] is 1e+30"));
+  EXPECT_THAT(FailureOfAnswer(with("approach", {0, 0, -3})), HasSubstr("must be of length 1"));
+  EXPECT_THAT(FailureOfAnswer(with("score", json::object())), HasSubstr("grasps[1].score is {}"));
+  EXPECT_THAT(FailureOfAnswer(json{{"grasps", 3}}), HasSubstr("grasps is 3: must be a list"));
+  EXPECT_THAT(FailureOfAnswer(json{{"grasps", {3}}}), HasSubstr("grasps[0] is 3"));
+  const auto objects = [](const json& object) {
+    return json{{"objects", {object}}, {"grasps", json::array()}};
+  };
+  for (const json& sample : {json(10'000'000), json(-1), json(1.5), json("1"), json()}) {
+    EXPECT_THAT(FailureOfAnswer(objects({{"samples", {sample}}})),
+                HasSubstr("objects[0].samples[0] is "));
+  }
+  EXPECT_THAT(FailureOfAnswer(objects(json::object())), HasSubstr("'samples' is missing"));
+  json grasp = GraspAtTarget();
+  grasp["object"] = 1;
+  EXPECT_THAT(FailureOfAnswer(json{{"objects", {{{"samples", {0}}}}}, {"grasps", {grasp}}}),
+              HasSubstr("from 0 to below 1"));
+}
+
+TEST_F(Outside, ASurfaceComesFromTheDetectorsFolderAlone) {
+  const auto cube =
+      files_.Write("cube.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                   "property float y\nproperty float z\nelement face 4\nproperty list "
+                   "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                   "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  const auto answer = [&](const std::string& name) {
+    json object = {{"samples", SamplesOfTarget()}, {"surface", name}};
+    return "cat " +
+           files_.Write("answer", json{{"objects", {object}}, {"grasps", json::array()}}.dump())
+               .string();
+  };
+  const std::string copy = "cp " + cube.string() + " own.ply; ";
+  EXPECT_EQ(Ask(copy + answer("own.ply")).detection.objects.front().surface_C.triangles.size(), 4u);
+  EXPECT_THAT(FailureOf(answer("own.ply")), HasSubstr("does not exist"));
+  EXPECT_THAT(FailureOf(answer(cube.string())), HasSubstr("outside the detector's folder"));
+  EXPECT_THAT(
+      FailureOf("mkdir a; " + answer("a/../../" + files_.path().filename().string() + "/cube.ply")),
+      HasSubstr("outside the detector's folder"));
+  EXPECT_THAT(FailureOf("ln -s " + cube.string() + " own.ply; " + answer("own.ply")),
+              HasSubstr("outside the detector's folder"));
+  EXPECT_THAT(FailureOf("mkfifo own.ply; " + answer("own.ply")), HasSubstr("is no file"));
+  EXPECT_THAT(FailureOf("echo garbage > own.ply; " + answer("own.ply")), HasSubstr("own.ply"));
+  EXPECT_THAT(FailureOf("echo > own.obj; " + answer("own.obj")), HasSubstr(".ply or .stl"));
+}
+
+TEST_F(Outside, AFailureIsAnOutcomeWithItsReason) {
+  outside_.command = {"/bin/sh", "-c", "echo last words >&2; exit 1"};
+  const auto detector = external::MakeOutsideDetector(outside_, options_, TheLook().cell.robot);
+  const auto result = RunTrial(TheLook().cell, TheLook().spec, detector.get());
+  EXPECT_EQ(result.outcome, "detector_failed");
+  EXPECT_EQ(result.stage, "perceive");
+  EXPECT_THAT(result.detail, HasSubstr("stderr: last words"));
+}
+
+TEST_F(Outside, ItsSeedIsTheTrials) {
+  const std::string to = files_.path().string();
+  const std::string script = "cat >> " + to + "/questions; echo '{\"grasps\": []}'";
+  Ask(script);
+  Ask(script);
+  const std::string both = base::ReadFile(files_ / "questions");
+  EXPECT_EQ(both.substr(0, both.size() / 2), both.substr(both.size() / 2));
+}
+
+TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
+  const auto open = [](const std::string& detector) {
+    experiment::Changes changes;
+    changes.set = {"detector=" + detector};
+    return testing_support::MessageOf<base::InputError>([&] {
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                                 experiment::AllKinds(), changes);
+    });
+  };
+  EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
+  EXPECT_THAT(open("{command: [no-such-program]}"), HasSubstr("no program 'no-such-program'"));
+  EXPECT_THAT(open("{command: [sh, missing.py]}"), HasSubstr("experiments/missing.py"));
+  EXPECT_THAT(open("{time_limit_s: 3}"), HasSubstr("key 'command': is missing"));
+  EXPECT_THAT(open("{command: [sh], time_limit_s: 60}"), HasSubstr("less than trial_limit_s"));
+  EXPECT_THAT(open("{command: [sh], sandbocks: true}"), HasSubstr("sandbox"));
+  EXPECT_THAT(open("outside"), HasSubstr("dissertation"));
+}
+
+TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
+  struct Checked {
+    std::string text;
+    bool failed = false;
+  };
+  const auto check = [&](const std::string& script) {
+    experiment::Changes changes;
+    changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}"};
+    const auto e = experiment::OpenExperiment(
+        RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), changes);
+    Checked checked;
+    checked.failed = !external::CheckAnswers(CellOf(*e.task), checked.text);
+    return checked;
+  };
+  const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");
+  EXPECT_FALSE(empty.failed);
+  EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 objects; 0 grasps"));
+  EXPECT_THAT(empty.text, HasSubstr("sandbox: "));
+  if (!process::WhyNoSandbox()) {
+    EXPECT_THAT(empty.text, HasSubstr("the same answer"));
+  }
+  const auto broken = check("echo '{}'");
+  EXPECT_TRUE(broken.failed);
+  EXPECT_THAT(broken.text, HasSubstr("'grasps' is missing"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial

@@ -1,0 +1,305 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/error.h"
+#include "base/rng.h"
+#include "parts/baselines/core_extraction.h"
+#include "parts/baselines/kmeans.h"
+#include "parts/baselines/sdf.h"
+#include "parts/metrics/cut_discrepancy.h"
+#include "parts/metrics/rand_error.h"
+#include "parts/solids.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using Labels = std::vector<std::int32_t>;
+
+// Two balls joined by a thin neck: thick, thin, thick; faces in rings along x.
+constexpr std::uint32_t kRings = 61, kAround = 24;
+Shape Dumbbell() {
+  return testing::Tube(
+      kRings, kAround, [](double t) { return Eigen::Vector3d(10.0 * t, 0.0, 0.0); },
+      [](double t) {
+        const double from_ball = std::min(std::abs(10.0 * t - 2.0), std::abs(10.0 * t - 8.0));
+        return std::max(0.4, std::sqrt(std::max(0.0, 2.0 * 2.0 - from_ball * from_ball)));
+      });
+}
+
+Eigen::Vector3d CenterOf(const Shape& shape, std::size_t f) {
+  const auto& [a, b, c] = shape.faces[f];
+  return (shape.points[a] + shape.points[b] + shape.points[c]) / 3.0;
+}
+
+// Halves, at the middle of the neck.
+Labels Halves(const Shape& dumbbell) {
+  Labels labels;
+  for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
+    labels.push_back(CenterOf(dumbbell, f).x() < 5.0 ? 0 : 1);
+  }
+  return labels;
+}
+
+void ExpectValid(const Shape& shape, const Segmentation& found) {
+  ASSERT_EQ(found.label.size(), shape.faces.size());
+  const std::set<std::int32_t> used(found.label.begin(), found.label.end());
+  EXPECT_EQ(static_cast<int>(used.size()), found.parts);
+  EXPECT_EQ(*used.begin(), 0);
+  EXPECT_EQ(*used.rbegin(), found.parts - 1);
+}
+
+Shape Moved(const Shape& shape, const Eigen::Matrix3d& rotation, double scale) {
+  Shape moved = shape;
+  for (auto& p : moved.points) p = scale * (rotation * p) + Eigen::Vector3d(3.0, -7.0, 1.0);
+  return moved;
+}
+
+const Eigen::Matrix3d kTurn =
+    Eigen::AngleAxisd(1.0, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+
+// Three faces round one edge, a hole, and a piece of its own.
+Shape Damaged() {
+  Shape shape = Dumbbell();
+  shape.faces.erase(shape.faces.begin() + 300, shape.faces.begin() + 340);
+  const auto n = static_cast<std::uint32_t>(shape.points.size());
+  shape.points.emplace_back(5.0, 5.0, 5.0);
+  shape.points.emplace_back(6.0, 5.0, 5.0);
+  shape.points.emplace_back(5.0, 6.0, 5.5);
+  shape.faces.push_back({n, n + 1, n + 2});
+  shape.faces.push_back({shape.faces[0][0], shape.faces[0][1], n});
+  return shape;
+}
+
+// ---- k-means ----
+
+KMeansOptions Clusters(int clusters) {
+  KMeansOptions options;
+  options.clusters = clusters;
+  return options;
+}
+
+TEST(KMeans, HalvesADumbbellAtItsNeck) {
+  const Shape dumbbell = Dumbbell();
+  const Segmentation found = SegmentByKMeans(dumbbell, Clusters(2));
+  ExpectValid(dumbbell, found);
+  // The cut may lie anywhere on the neck's six rings of 60, whose faces are a tenth of all.
+  EXPECT_LT(RandError(found.label, Halves(dumbbell)), 0.1);
+}
+
+// All distances along the dual graph (Floyd and Warshall).
+Eigen::MatrixXd DualDistances(const Shape& shape) {
+  const auto n = static_cast<Eigen::Index>(shape.faces.size());
+  Eigen::MatrixXd distance = Eigen::MatrixXd::Constant(n, n, 1e30);
+  const auto at = [&](Eigen::Index f) { return CenterOf(shape, static_cast<std::size_t>(f)); };
+  for (Eigen::Index f = 0; f < n; ++f) {
+    for (Eigen::Index g = 0; g < n; ++g) {
+      int shared = 0;
+      for (const auto v : shape.faces[static_cast<std::size_t>(f)]) {
+        for (const auto w : shape.faces[static_cast<std::size_t>(g)]) shared += v == w ? 1 : 0;
+      }
+      if (shared >= 2) distance(f, g) = (at(f) - at(g)).norm();
+    }
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        distance(i, j) = std::min(distance(i, j), distance(i, k) + distance(k, j));
+      }
+    }
+  }
+  return distance;
+}
+
+TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
+  // A lopsided ball: no two distances are the same.
+  const Shape ball = testing::Ball(4, [](const Eigen::Vector3d& p) {
+    return 1.0 + 0.5 * std::sin(3.0 * p.x() + 0.3) + 0.3 * p.y() * p.z() + 0.2 * p.z();
+  });
+  const Eigen::MatrixXd distance = DualDistances(ball);
+  KMeansOptions options = Clusters(5);
+  options.dihedral_weight = 0.0;
+  options.iterations = 1;
+  const Labels label = SegmentByKMeans(ball, options).label;
+  // The seeds by brute force.
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  double area = 0.0;
+  for (std::size_t f = 0; f < ball.faces.size(); ++f) {
+    const auto& [a, b, c] = ball.faces[f];
+    const double one =
+        (ball.points[b] - ball.points[a]).cross(ball.points[c] - ball.points[a]).norm();
+    centroid += one * CenterOf(ball, f);
+    area += one;
+  }
+  std::vector<Eigen::Index> seeds{0};
+  for (std::size_t f = 0; f < ball.faces.size(); ++f) {
+    const auto far = [&](std::size_t g) { return (CenterOf(ball, g) - centroid / area).norm(); };
+    if (far(f) > far(static_cast<std::size_t>(seeds[0]))) seeds[0] = static_cast<Eigen::Index>(f);
+  }
+  const auto nearest = [&](Eigen::Index f) {
+    return std::min_element(seeds.begin(), seeds.end(),
+                            [&](auto s, auto t) { return distance(s, f) < distance(t, f); });
+  };
+  while (seeds.size() < 5) {
+    Eigen::Index best = 0;
+    for (Eigen::Index f = 0; f < distance.rows(); ++f) {
+      if (distance(*nearest(f), f) > distance(*nearest(best), best)) best = f;
+    }
+    seeds.push_back(best);
+  }
+  for (Eigen::Index f = 0; f < distance.rows(); ++f) {
+    EXPECT_EQ(label[static_cast<std::size_t>(f)], nearest(f) - seeds.begin()) << f;
+  }
+}
+
+TEST(KMeans, GivesAsManyPartsAsAsked) {
+  const Shape dumbbell = Dumbbell();
+  for (const int k : {1, 2, 3, 5, 8, 20}) {
+    const Segmentation found = SegmentByKMeans(dumbbell, Clusters(k));
+    ExpectValid(dumbbell, found);
+    EXPECT_EQ(found.parts, k);
+  }
+}
+
+TEST(KMeans, MoreClustersThanFacesAreOneFaceEach) {
+  const Shape ball = testing::Ball(1, [](const auto&) { return 1.0; });
+  const Segmentation found = SegmentByKMeans(ball, Clusters(1000));
+  ExpectValid(ball, found);
+  EXPECT_EQ(found.parts, static_cast<int>(ball.faces.size()));
+}
+
+TEST(KMeans, DoesNotDependOnPlaceAndScaleNorOnTheRun) {
+  const Shape dumbbell = Dumbbell();
+  const Labels labels = SegmentByKMeans(dumbbell, Clusters(4)).label;
+  EXPECT_EQ(SegmentByKMeans(dumbbell, Clusters(4)).label, labels);
+  // A power of two and no turn: not even rounding differs in the lengths' order.
+  Shape larger = dumbbell;
+  for (auto& p : larger.points) p *= 1024.0;
+  EXPECT_EQ(SegmentByKMeans(larger, Clusters(4)).label, labels);
+}
+
+TEST(KMeans, ADamagedMeshIsCutToo) {
+  const Shape damaged = Damaged();
+  ExpectValid(damaged, SegmentByKMeans(damaged, Clusters(4)));
+}
+
+TEST(KMeans, RefusesCloudsAndOptionsOutOfRange) {
+  Shape cloud = Dumbbell();
+  cloud.faces.clear();
+  EXPECT_THROW(SegmentByKMeans(cloud, Clusters(2)), base::InputError);
+  EXPECT_THROW(SegmentByKMeans(Dumbbell(), Clusters(0)), std::invalid_argument);
+  KMeansOptions options;
+  options.dihedral_weight = NAN;
+  EXPECT_THROW(SegmentByKMeans(Dumbbell(), options), std::invalid_argument);
+}
+
+// ---- shape diameter function ----
+
+TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
+  const Shape dumbbell = Dumbbell();
+  SdfOptions options;
+  options.clusters = 2;
+  const Segmentation found = SegmentBySdf(dumbbell, options);
+  ExpectValid(dumbbell, found);
+  // Faces in the middle of a ball and in the middle of the neck.
+  std::set<std::int32_t> left, neck, right;
+  for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
+    const double x = CenterOf(dumbbell, f).x();
+    if (std::abs(x - 2.0) < 0.5) left.insert(found.label[f]);
+    if (std::abs(x - 5.0) < 0.5) neck.insert(found.label[f]);
+    if (std::abs(x - 8.0) < 0.5) right.insert(found.label[f]);
+  }
+  ASSERT_EQ(left.size(), 1U);
+  ASSERT_EQ(neck.size(), 1U);
+  ASSERT_EQ(right.size(), 1U);
+  EXPECT_NE(*left.begin(), *neck.begin());
+  EXPECT_NE(*right.begin(), *neck.begin());
+  EXPECT_NE(*left.begin(), *right.begin()) << "equally thick, but apart: parts of their own";
+}
+
+TEST(Sdf, DoesNotDependOnTheRunNorOnThePose) {
+  // Two clusters: five on so simple a shape hang on rounding (the mixture's local minima).
+  const Shape dumbbell = Dumbbell();
+  SdfOptions options;
+  options.clusters = 2;
+  const Labels labels = SegmentBySdf(dumbbell, options).label;
+  EXPECT_EQ(SegmentBySdf(dumbbell, options).label, labels);
+  EXPECT_LT(RandError(SegmentBySdf(Moved(dumbbell, kTurn, 0.01), options).label, labels), 0.01);
+}
+
+TEST(Sdf, AMeshThatIsInsideOutHasTheSameParts) {
+  const Shape dumbbell = Dumbbell();
+  Shape turned = dumbbell;
+  for (auto& face : turned.faces) std::swap(face[1], face[2]);
+  EXPECT_EQ(SegmentBySdf(turned, {}).label, SegmentBySdf(dumbbell, {}).label);
+}
+
+TEST(Sdf, ADamagedMeshIsCutToo) {
+  const Shape damaged = Damaged();
+  ExpectValid(damaged, SegmentBySdf(damaged, {}));
+}
+
+TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
+  // One sheet with a fold: no ray from a face meets anything behind it.
+  Shape sheet;
+  sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.2}, {1, 1, 0}};
+  sheet.faces = {{0, 1, 2}, {1, 3, 2}};
+  sheet.element_of_input = {0, 1};
+  const Segmentation found = SegmentBySdf(sheet, {});
+  ExpectValid(sheet, found);
+}
+
+TEST(Sdf, TrianglesThatShareNoEdgeAreOnePartOrAPartEach) {
+  int apart = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    base::Rng rng(seed);
+    Shape soup;
+    for (std::uint32_t corner = 0; corner < 24; ++corner) {
+      const double x = rng.Uniform(), y = rng.Uniform(), z = rng.Uniform();
+      soup.points.emplace_back(x, y, z);
+      if (corner % 3 == 2) soup.faces.push_back({corner - 2, corner - 1, corner});
+    }
+    const Segmentation found = SegmentBySdf(soup, {});
+    ExpectValid(soup, found);
+    EXPECT_TRUE(found.parts == 1 || found.parts == 8) << seed;
+    apart += found.parts == 8 ? 1 : 0;
+  }
+  EXPECT_GT(apart, 0);
+}
+
+TEST(Sdf, SoupsOfRandomTrianglesNeverCrash) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    base::Rng rng(seed);
+    Shape soup;
+    const std::size_t points = 4 + rng.Index(12);
+    for (std::size_t i = 0; i < points; ++i) {
+      const double x = rng.Uniform(), y = rng.Uniform(), z = rng.Uniform();
+      soup.points.emplace_back(x, y, z);
+    }
+    const std::size_t faces = 1 + rng.Index(30);
+    while (soup.faces.size() < faces) {
+      const auto a = static_cast<std::uint32_t>(rng.Index(points));
+      const auto b = static_cast<std::uint32_t>(rng.Index(points));
+      const auto c = static_cast<std::uint32_t>(rng.Index(points));
+      if (a != b && b != c && c != a) soup.faces.push_back({a, b, c});
+    }
+    ExpectValid(soup, SegmentBySdf(soup, {}));
+    ExpectValid(soup, SegmentByKMeans(soup, Clusters(3)));
+  }
+}
+
+TEST(Sdf, RefusesCloudsAndOptionsOutOfRange) {
+  Shape cloud = Dumbbell();
+  cloud.faces.clear();
+  EXPECT_THROW(SegmentBySdf(cloud, {}), base::InputError);
+  for (const auto& wrong : {SdfOptions{0, 0.26, 25, 2.0}, SdfOptions{5, 1.5, 25, 2.0},
+                            SdfOptions{5, 0.26, 0, 2.0}, SdfOptions{5, 0.26, 25, 4.0}}) {
+    EXPECT_THROW(SegmentBySdf(Dumbbell(), wrong), std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::parts

@@ -1,0 +1,296 @@
+// The parts commands, as a user with a mesh or cloud of their own would run them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/command.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+// A ball on the x side of which a rod grows: rings of points along x, with two ends.
+struct Lollipop {
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::array<std::size_t, 3>> faces;
+
+  Lollipop() {
+    constexpr std::size_t kRings = 40, kAround = 16;
+    for (std::size_t r = 0; r < kRings; ++r) {
+      const double x = -0.99 + 4.0 * static_cast<double>(r) / (kRings - 1);
+      const double radius = std::max(0.15, std::sqrt(std::max(0.0, 1.0 - x * x)));
+      for (std::size_t k = 0; k < kAround; ++k) {
+        const double angle = 2.0 * M_PI * static_cast<double>(k) / kAround;
+        points.push_back({x, radius * std::cos(angle), radius * std::sin(angle)});
+      }
+    }
+    points.push_back({-1.0, 0, 0});
+    points.push_back({3.02, 0, 0});
+    for (std::size_t k = 0; k < kAround; ++k) {
+      const std::size_t next = (k + 1) % kAround, last = (kRings - 1) * kAround;
+      for (std::size_t r = 0; r + 1 < kRings; ++r) {
+        const std::size_t base = r * kAround;
+        faces.push_back({base + k, base + kAround + next, base + next});
+        faces.push_back({base + k, base + kAround + k, base + kAround + next});
+      }
+      faces.push_back({points.size() - 2, k, next});
+      faces.push_back({points.size() - 1, last + next, last + k});
+    }
+  }
+  std::string Off() const {
+    std::ostringstream out;
+    out << "OFF\n" << points.size() << " " << faces.size() << " 0\n";
+    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
+    for (const auto& f : faces) out << "3 " << f[0] << " " << f[1] << " " << f[2] << "\n";
+    return out.str();
+  }
+  std::string Ply() const {
+    std::ostringstream out;
+    out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
+        << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
+    return out.str();
+  }
+};
+
+// The points of a binary PLY as `scan` writes it: x, y, z as floats and two whole numbers.
+std::vector<std::array<double, 3>> ScannedPoints(const std::string& ply) {
+  const std::string end = "end_header\n";
+  std::vector<std::array<double, 3>> points;
+  for (std::size_t at = ply.find(end) + end.size(); at + 20 <= ply.size(); at += 20) {
+    std::array<float, 3> p{};
+    std::memcpy(p.data(), ply.data() + at, sizeof p);
+    points.push_back(
+        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  }
+  return points;
+}
+
+std::vector<int> LabelsOf(const std::string& seg) {
+  std::istringstream in(seg);
+  std::vector<int> labels;
+  for (int label = 0; in >> label;) labels.push_back(label);
+  return labels;
+}
+
+class PartsTest : public testing::Test {
+ protected:
+  PartsTest() { mesh_ = folder_.Write("lollipop.off", Lollipop().Off()).string(); }
+
+  Ran Parts(std::vector<std::string> more) {
+    more.insert(more.begin(), "parts");
+    more.insert(more.end(), {"-o", Out()});
+    return RunProgram(more);
+  }
+  std::string Out() const { return (folder_ / "out").string(); }
+  void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+    const Ran ran = Parts(arguments);
+    EXPECT_EQ(ran.code, 2) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_THAT(ran.err, HasSubstr(says));
+  }
+
+  TempFolder folder_;
+  std::string mesh_;
+};
+
+TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
+  const Ran ran = Parts({mesh_, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["faces"], Lollipop().faces.size());
+  EXPECT_EQ(json["element"], "face");
+  std::size_t elements = 0;
+  for (const auto& part : json["parts"]) elements += part["elements"].get<std::size_t>();
+  EXPECT_EQ(elements, Lollipop().faces.size());
+  EXPECT_EQ(json["parts"][0]["core"], true);
+  const std::string labels = base::ReadFile(folder_ / "out/lollipop.seg");
+  EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
+            static_cast<long>(Lollipop().faces.size()));
+  EXPECT_THAT(base::ReadFile(folder_ / "out/lollipop.ply"), testing::StartsWith("ply\n"));
+  EXPECT_THAT(base::ReadFile(folder_ / "out/lollipop.png"), testing::StartsWith("\x89PNG"));
+}
+
+TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
+  for (const char* method : {"mirror", "hierarchy", "kmeans", "sdf", "core"}) {
+    const Ran ran = Parts({mesh_, "--method", method});
+    EXPECT_EQ(ran.code, 0) << method << ": " << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces")) << method;
+  }
+}
+
+TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
+  for (const int k : {1, 2, 7}) {
+    const Ran ran = Parts({mesh_, "--method", "kmeans", "--parts", std::to_string(k), "--json"});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(nlohmann::json::parse(ran.out)["parts"].size(), static_cast<std::size_t>(k));
+  }
+}
+
+// A ball on a stick: two parts, of which the tree tells; at level 0 it is whole.
+TEST_F(PartsTest, AHierarchyHasATreeLevelsAndAsManyPartsAsAsked) {
+  const auto json = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {mesh_, "--method", "hierarchy", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ran ran = Parts(arguments);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out);
+  };
+  const auto two = json({"--parts", "2"});
+  EXPECT_EQ(two["parts"].size(), 2U);
+  ASSERT_EQ(two["tree"].size(), 3U);
+  EXPECT_TRUE(two["tree"][0]["parent"].is_null());
+  EXPECT_TRUE(two["tree"][0]["label"].is_null());
+  EXPECT_GT(two["tree"][0]["cut_quality"], 0.0);
+  for (const std::size_t leaf : {1U, 2U}) {
+    EXPECT_EQ(two["tree"][leaf]["parent"], 0);
+    EXPECT_EQ(two["tree"][leaf]["level"], 1);
+  }
+  EXPECT_EQ(json({"--parts", "2", "--level", "0"})["parts"].size(), 1U);
+  EXPECT_EQ(json({"--cut-quality", "0.001"})["parts"].size(), 1U);
+}
+
+TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
+  const std::string other = (folder_ / "other.off").string();
+  std::filesystem::copy_file(mesh_, other);
+  const Ran ran =
+      Parts({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_EQ(json.size(), 2U);
+  for (const char* name : {"lollipop", "other"}) {
+    std::size_t bytes = 0;
+    for (const char* part : {"_part_0.stl", "_part_1.stl"}) {
+      bytes += base::ReadFile(folder_ / "out" / (std::string(name) + part)).size() - 84;
+    }
+    EXPECT_EQ(bytes, 50 * Lollipop().faces.size()) << name;
+  }
+  std::filesystem::create_directory(folder_ / "again");
+  const std::string again = (folder_ / "again/other.off").string();
+  std::filesystem::copy_file(mesh_, again);
+  ExpectRefused({other, again}, "would both leave");
+}
+
+TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
+  ASSERT_EQ(Parts({mesh_}).code, 0);
+  std::vector<std::string> first;
+  for (const char* name : {".seg", ".ply", ".png"}) {
+    first.push_back(base::ReadFile(folder_ / (std::string("out/lollipop") + name)));
+  }
+  ASSERT_EQ(Parts({mesh_}).code, 0);
+  std::size_t i = 0;
+  for (const char* name : {".seg", ".ply", ".png"}) {
+    EXPECT_EQ(base::ReadFile(folder_ / (std::string("out/lollipop") + name)), first[i++]) << name;
+  }
+}
+
+TEST_F(PartsTest, ACloudHasALabelAPoint) {
+  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  const Ran ran = Parts({cloud, "--go-on-outside", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["element"], "point");
+  const std::string labels = base::ReadFile(folder_ / "out/cloud.seg");
+  EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
+            static_cast<long>(Lollipop().points.size()));
+}
+
+TEST_F(PartsTest, AMeshInItsPoseInvariantFormHasLabelsForItsOwnFaces) {
+  const Ran ran = Parts({mesh_, "--pose-invariant", "--go-on-outside"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces"));
+}
+
+// A cloud of one view: the handle is a part of its own, the container the core.
+TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
+  const std::string cloud = (folder_ / "mug.ply").string();
+  const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
+  const Ran scan =
+      RunProgram({"scan", experiment, "--trial", "coffee_cup-0004", "--target-only", "-o", cloud});
+  ASSERT_EQ(scan.code, 0) << scan.err;
+  const Ran ran = Parts({cloud, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  ASSERT_GE(json["parts"].size(), 2U);
+  EXPECT_GT(json["parts"][0]["share"], 0.8);
+  // The scan is of an upright mug: its handle is what reaches out beyond the wall's 40 mm.
+  const auto points = ScannedPoints(base::ReadFile(cloud));
+  const auto labels = LabelsOf(base::ReadFile(folder_ / "out" / "mug.seg"));
+  ASSERT_EQ(points.size(), labels.size());
+  std::array<double, 2> middle{};
+  std::size_t rim = 0;
+  for (const auto& p : points) {
+    if (p[2] < 0.09) continue;
+    ++rim;
+    middle[0] += p[0];
+    middle[1] += p[1];
+  }
+  for (double& m : middle) m /= static_cast<double>(rim);
+  std::map<int, int> handle;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double out = std::hypot(points[i][0] - middle[0], points[i][1] - middle[1]);
+    if (out > 0.050) ++handle[labels[i]];
+  }
+  ASSERT_EQ(handle.size(), 1U);
+  EXPECT_GT(handle.begin()->first, 0);
+  EXPECT_GT(handle.begin()->second, 30);
+}
+
+// The same from the whole scan: perception finds the object on the table, cropped from the arm.
+TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
+  const std::string cloud = (folder_ / "scan.pcd").string();
+  const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
+  ASSERT_EQ(RunProgram({"scan", experiment, "--trial", "coffee_cup-0005", "-o", cloud}).code, 0);
+  const std::string out = (folder_ / "perceived").string();
+  const Ran ran =
+      RunProgram({"perceive", cloud, "--crop", "-0.25,-0.25,-1,0.25,0.25,1", "-o", out});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("object 1: "));
+  EXPECT_EQ(Parts({out + "/object_1.ply", "--go-on-outside"}).code, 0);
+  const Ran turned = RunProgram({"perceive", cloud, "--crop", "1,0,0,0,1,1"});
+  EXPECT_EQ(turned.code, 2);
+  EXPECT_THAT(turned.err, HasSubstr("--crop"));
+  EXPECT_EQ(RunProgram({"perceive", cloud, "--crop", "1,0,0"}).code, 2);
+}
+
+TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
+  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  ExpectRefused({}, "a FILE");
+  ExpectRefused({(folder_ / "none.off").string()}, "none.off");
+  ExpectRefused({folder_.Write("a.off", "OFF\nx\n").string()}, "a.off");
+  ExpectRefused({folder_.Write("a.txt", "1 2 3").string()}, "a.txt: unknown ending");
+  ExpectRefused({mesh_, "--method", "mirrow"}, "--method");
+  ExpectRefused({mesh_, "--parts", "3"}, "kmeans and sdf");
+  ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");
+  ExpectRefused({mesh_, "--method", "kmeans", "--level", "1"}, "hierarchy and core");
+  ExpectRefused({mesh_, "--method", "core", "--level", "0"}, "at least one level");
+  ExpectRefused({mesh_, "--method", "sdf", "--cut-quality", "0.5"}, "--method hierarchy");
+  ExpectRefused({cloud, "--go-on-outside", "--meshes"}, "needs a mesh");
+  ExpectRefused({mesh_, "--method", "sdf", "--pose-invariant"}, "--pose-invariant");
+  ExpectRefused({mesh_, "--method", "core", "--go-on-outside"}, "--go-on-outside");
+  for (const char* method : {"kmeans", "sdf", "core"}) {
+    ExpectRefused({cloud, "--method", method}, "cloud.ply: is a point cloud");
+  }
+}
+
+// An old habit is told the new command, whatever follows it.
+TEST_F(PartsTest, EvaluateSaysThatExperimentsAreRun) {
+  ExpectRefused({"evaluate"}, "rangegrasp run EXPERIMENT.yaml");
+  ExpectRefused({"evaluate", "experiments/parts_psb.yaml", "--data", "psb", "--resume"},
+                "rangegrasp run EXPERIMENT.yaml");
+}
+
+}  // namespace
+}  // namespace rangegrasp

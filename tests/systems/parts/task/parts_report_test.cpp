@@ -1,0 +1,240 @@
+#include "parts/task/parts_report.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/csv.h"
+#include "base/error.h"
+#include "parts/task/parts_means.h"
+
+namespace rangegrasp::parts_task {
+namespace {
+
+using experiment::Record;
+using experiment::Report;
+using nlohmann::json;
+using parts::Method;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class PartsReportTest : public testing::Test {
+ protected:
+  PartsReportTest() {
+    setup_.classes = {{"cup", {1}, {2, 3}}, {"bird", {4}, {5}}};
+    setup_.methods = {Method::kMirror, Method::kSdf};
+    setup_.published = "method,average_s\nSDF,8.0\nProposed Method,4.2\nCore Extraction,19.5\n";
+    Add("cup", 1, Split::kTune, {0.9, 0.9});
+    Add("cup", 2, Split::kReport, {0.1, 0.3});
+    Add("cup", 3, Split::kReport, {0.3, 0.5});
+    Add("bird", 4, Split::kTune, {0.7, 0.7});
+    Add("bird", 5, Split::kReport, {0.6, 0.2});
+  }
+
+  // The cut discrepancy is twice the Rand error, the time as many seconds as the id.
+  void Add(const std::string& name, int id, Split split, const std::vector<double>& errors) {
+    for (std::size_t m = 0; m < errors.size(); ++m) {
+      const json params = {{"class", name},
+                           {"model", id},
+                           {"method", base::Word(setup_.methods[m])},
+                           {"split", base::Word(split)}};
+      const json data = {
+          {"parts", 4}, {"rand_error", errors[m]}, {"cut_discrepancy", 2.0 * errors[m]}};
+      experiment::Case which;
+      which.id = fmt::format("{}-{}", id, base::Word(setup_.methods[m]));
+      which.params = params.dump();
+      records_.push_back({which, {"scored", "score", "", data.dump(), {{"method", id}}}});
+    }
+  }
+  Record& RecordOf(const std::string& id) {
+    return *std::find_if(records_.begin(), records_.end(),
+                         [&](const Record& one) { return one.which.id == id; });
+  }
+  void HasNoCut(const std::string& id) {
+    json data = json::parse(RecordOf(id).result.data);
+    data["cut_discrepancy"] = nullptr;
+    RecordOf(id).result.data = data.dump();
+  }
+  MetricMeans Means(Metric metric, std::optional<Split> split) const {
+    std::vector<PartsRow> rows;
+    for (const Record& record : records_) rows.push_back(RowOf(record));
+    return MeansOf(setup_, rows, metric, split);
+  }
+  Report Make() const {
+    experiment::Stamp stamp;
+    stamp.data["parts"] =
+        R"({"classes": [{"name": "cup", "tune": [1], "report": [2, 3]},
+                        {"name": "bird", "tune": [4], "report": [5]}],
+            "methods": ["mirror", "sdf"]})";
+    stamp.data["published_table_6.1"] = setup_.published;
+    return PartsReport(stamp, records_);
+  }
+  static std::string FileOf(const Report& report, const std::string& name) {
+    for (const auto& [file, text] : report.files) {
+      if (file == name) return text;
+    }
+    return "no such file";
+  }
+
+  PartsSetup setup_;
+  std::vector<Record> records_;
+};
+
+TEST_F(PartsReportTest, MeansOfTheReportSplitLeaveOutWhatWasTunedOn) {
+  const auto means = Means(Metric::kRandError, Split::kReport);
+  EXPECT_NEAR(means.by_class[0][0].mean.value(), 0.2, 1e-12);
+  EXPECT_NEAR(means.by_class[1][0].mean.value(), 0.4, 1e-12);
+  EXPECT_NEAR(means.by_class[0][1].mean.value(), 0.6, 1e-12);
+  // Of the classes, however many models each has.
+  EXPECT_NEAR(means.overall[0].mean.value(), 0.4, 1e-12);
+  EXPECT_NEAR(means.overall[1].mean.value(), 0.3, 1e-12);
+  const auto all = Means(Metric::kRandError, std::nullopt);
+  EXPECT_NEAR(all.by_class[0][0].mean.value(), 1.3 / 3.0, 1e-12);
+}
+
+TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
+  const auto means = Means(Metric::kRandError, Split::kReport);
+  // Of 0.1 and 0.3: s = 0.1 sqrt 2, over sqrt 2.
+  EXPECT_NEAR(means.by_class[0][0].standard_error.value(), 0.1, 1e-12);
+  EXPECT_EQ(means.by_class[0][0].count, 2U);
+  EXPECT_FALSE(means.by_class[0][1].standard_error);
+  // Of 0.1, 0.3, 0.6: mean 1/3, squares' sum 0.38 / 3.
+  EXPECT_NEAR(means.over_models[0].mean.value(), 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(means.over_models[0].standard_error.value(), std::sqrt(0.38 / 3.0 / 2.0 / 3.0),
+              1e-12);
+  EXPECT_EQ(means.over_models[0].count, 3U);
+  const Report report = Make();
+  EXPECT_THAT(report.sections[0].title, HasSubstr("3 models apart from those of tuning"));
+  EXPECT_THAT(report.sections[0].grid.rows[0],
+              ElementsAre("mirror", "3", "0.3333", "0.1453", "3", "0.6667", "0.2906"));
+  EXPECT_THAT(report.sections[1].grid.rows[0][1], "5");
+}
+
+// Of 0.9, 0.1, 0.3 and of 0.7, 0.6: s^2 = 0.52 / 3 and 0.005, over 3 and 2 models.
+TEST_F(PartsReportTest, TheMeanOfTheClassesHasTheErrorOfTheirMeans) {
+  const auto means = Means(Metric::kRandError, std::nullopt);
+  EXPECT_NEAR(means.overall[0].standard_error.value(), 0.5 * std::sqrt(0.52 / 9.0 + 0.0025), 1e-12);
+  EXPECT_FALSE(Means(Metric::kRandError, Split::kReport).overall[0].standard_error);
+}
+
+TEST_F(PartsReportTest, AFailedModelDoesNotCount) {
+  experiment::Result& result = RecordOf("3-mirror").result;
+  result = {"failed", "read", "off/3.off: no such file", "{}", {}};
+  EXPECT_NEAR(Means(Metric::kRandError, Split::kReport).by_class[0][0].mean.value(), 0.1, 1e-12);
+  const Report report = Make();
+  EXPECT_EQ(report.sections.back().title, "Failed");
+  EXPECT_THAT(report.sections.back().grid.rows[0],
+              ElementsAre("cup", "3", "mirror", "off/3.off: no such file"));
+}
+
+// Whatever ended a method: the row stands among the failed ones, with the reason.
+TEST_F(PartsReportTest, WhatCrashedOrTimedOutIsCountedAsFailed) {
+  RecordOf("2-sdf").result = {experiment::kCrashed, "", "signal 11", "{}", {}};
+  RecordOf("5-sdf").result = {experiment::kTimedOut, "", "", "{}", {}};
+  const Report report = Make();
+  const auto& times = report.sections[report.sections.size() - 2].grid;
+  EXPECT_EQ(times.rows[1][0], "sdf");
+  EXPECT_EQ(times.rows[1][1], "3");  // models
+  EXPECT_EQ(times.rows[1][4], "2");  // failed
+  const auto& failed = report.sections.back().grid.rows;
+  ASSERT_EQ(failed.size(), 2U);
+  EXPECT_THAT(failed[0], ElementsAre("cup", "2", "sdf", "crashed: signal 11"));
+  EXPECT_THAT(failed[1], ElementsAre("bird", "5", "sdf", "timed_out"));
+  const auto rows = base::CsvTable::Parse(FileOf(report, "rows.csv"), "rows.csv");
+  EXPECT_EQ(rows.rows(), records_.size());
+  EXPECT_EQ(rows.Cell(3, rows.Column("failed")), "1");
+}
+
+TEST_F(PartsReportTest, AClassWithoutACutHasNoDiscrepancyAndDoesNotCountInTheMean) {
+  HasNoCut("2-mirror");
+  HasNoCut("3-mirror");
+  const auto means = Means(Metric::kCutDiscrepancy, Split::kReport);
+  EXPECT_FALSE(means.by_class[0][0].mean);
+  EXPECT_NEAR(means.overall[0].mean.value(), 1.2, 1e-12);
+  EXPECT_TRUE(means.by_class[1][0].mean);
+  EXPECT_EQ(MeansCsv(means, Metric::kCutDiscrepancy),
+            "class,method,cut_discrepancy,standard_error,models\ncup,mirror,,,0\n"
+            "cup,sdf,0.800000,0.200000,2\nbird,mirror,1.200000,,1\nbird,sdf,0.400000,,1\n"
+            "overall,mirror,1.200000,,1\noverall,sdf,0.600000,0.176383,3\n");
+}
+
+TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
+  const auto sections = Make().sections;
+  ASSERT_EQ(sections.size(), 7U);
+  EXPECT_THAT(sections[2].title, HasSubstr("1 - Rand index"));
+  EXPECT_THAT(sections[2].title, HasSubstr("3 models apart from those of tuning"));
+  EXPECT_THAT(sections[3].title, HasSubstr("5 models"));
+  EXPECT_THAT(sections[4].title, HasSubstr("Cut discrepancy"));
+  // Of the report split's 0.1 and 0.3 of cups; of one bird there is no error, nor of the classes.
+  EXPECT_THAT(sections[2].grid.rows[0], ElementsAre("cup", "0.2000 +- 0.1000", "0.4000 +- 0.1000"));
+  EXPECT_THAT(sections[2].grid.rows[1], ElementsAre("bird", "0.6000", "0.2000"));
+  EXPECT_THAT(sections[2].grid.header, ElementsAre("class", "mirror", "sdf"));
+  EXPECT_THAT(sections[2].grid.rows.back(), ElementsAre("mean of the classes", "0.4000", "0.3000"));
+  EXPECT_TRUE(sections[2].grid.total);
+}
+
+TEST_F(PartsReportTest, TimesStandBesideThePublishedOnes) {
+  const auto rows = Make().sections[6].grid.rows;
+  // Models 1 to 5 took 1 to 5 seconds: mean and median 3; published 4.2 and 8.0.
+  EXPECT_THAT(rows[0], ElementsAre("mirror", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071",
+                                   "3.0000", "5.0000", "4.2", "1"));
+  EXPECT_THAT(rows[1], ElementsAre("sdf", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071", "3.0000",
+                                   "5.0000", "8.0", "3"));
+}
+
+TEST_F(PartsReportTest, WithoutRecordsThereAreDashesAndNoNumbers) {
+  records_.clear();
+  for (const auto& section : Make().sections) {
+    const std::string text = experiment::TextOf(section.grid);
+    EXPECT_THAT(text, HasSubstr("-"));
+    EXPECT_THAT(text, Not(HasSubstr("nan")));
+  }
+}
+
+TEST_F(PartsReportTest, AnExperimentWithOneSplitHasItsTablesOnce) {
+  experiment::Stamp stamp;
+  stamp.data["parts"] =
+      R"({"classes": [{"name": "cup", "tune": [], "report": [2, 3]}], "methods": ["mirror"]})";
+  stamp.data["published_table_6.1"] = "";
+  EXPECT_EQ(PartsReport(stamp, {}).sections.size(), 4U);
+}
+
+TEST_F(PartsReportTest, ABrokenPublishedTableIsToldWithItsLine) {
+  setup_.published = "method,average_s\nSDF,8.9\nK-Means,fast\n";
+  try {
+    Make();
+    FAIL();
+  } catch (const base::InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("published table 6.1:3: "));
+    EXPECT_THAT(e.what(), HasSubstr("'fast'"));
+  }
+}
+
+// Numbers of the rows are read back as they were found.
+TEST_F(PartsReportTest, TheFilesAreTheRowsAndFigures619To622) {
+  json data = json::parse(RecordOf("2-mirror").result.data);
+  data["rand_error"] = 1.0 / 3.0;
+  RecordOf("2-mirror").result.data = data.dump();
+  RecordOf("2-mirror").result.detail = "a \"quoted\", long note";
+  const Report report = Make();
+  for (const char* metric : {"rand_index", "cut_discrepancy"}) {
+    for (const char* split : {"", "_all_models"}) {
+      for (const char* ending : {".csv", "_by_class.svg", "_overall.svg"}) {
+        EXPECT_NE(FileOf(report, std::string(metric) + split + ending), "no such file");
+      }
+    }
+  }
+  const auto rows = base::CsvTable::Parse(FileOf(report, "rows.csv"), "rows.csv");
+  ASSERT_EQ(rows.rows(), records_.size());
+  EXPECT_EQ(rows.Number(2, rows.Column("rand_error")), 1.0 / 3.0);
+  EXPECT_EQ(rows.Cell(2, rows.Column("note")), "a \"quoted\", long note");
+  EXPECT_EQ(rows.Cell(0, rows.Column("split")), "tune");
+}
+
+}  // namespace
+}  // namespace rangegrasp::parts_task

@@ -1,0 +1,67 @@
+#include "recognition/bring/bring_report.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/units.h"
+
+namespace rangegrasp::bring {
+namespace {
+
+Step StepWith(const std::string& grasp, double lean_rad, bool upright) {
+  Step step;
+  step.at_wanted = true;
+  step.grasp = grasp;
+  step.asked_upright = upright;
+  step.attempt.grasp.emplace();
+  step.attempt.log.emplace();
+  step.attempt.log->lean_rad = lean_rad;
+  return step;
+}
+
+experiment::Record RecordOf(const std::string& group, const std::string& outcome,
+                            std::vector<Step> steps) {
+  Bring run;
+  run.outcome = outcome;
+  run.steps = std::move(steps);
+  return {{group, group, 1, "{}", 0}, ResultOf(run, group, outcome != kSaidAbsent)};
+}
+
+std::vector<std::string> RowNamed(const experiment::Grid& grid, const std::string& name) {
+  for (const auto& row : grid.rows) {
+    if (row.front() == name) return row;
+  }
+  return {};
+}
+
+TEST(BringReport, EveryRunCounts) {
+  const auto report =
+      ReportOf({}, {RecordOf("cup", "handed_over", {StepWith("handle", base::Deg(29.0), true)}),
+                    RecordOf("cup", "handed_over", {StepWith("", base::Deg(31.0), true)}),
+                    RecordOf("cup", "wrong_object", {StepWith("", 0.0, false)}),
+                    RecordOf("can", kSaidAbsent, {}),
+                    RecordOf("can", kNotFound, {}),
+                    {{"can", "can", 1, "{}", 0}, {"timed_out", "", "", "", {}}}});
+  const auto cup = RowNamed(report.csv, "cup");
+  ASSERT_EQ(cup.size(), 12u);
+  EXPECT_EQ(cup[1], "3");
+  EXPECT_EQ(cup[2], "2");
+  EXPECT_EQ(cup[8], "1/2") << "one leaned further than 30 deg";
+  EXPECT_EQ(cup[11], "wrong_object 1");
+  const auto can = RowNamed(report.csv, "can");
+  EXPECT_EQ(can[1], "3");
+  EXPECT_EQ(can[2], "1");
+  EXPECT_EQ(RowNamed(report.csv, "all")[2], "3");
+}
+
+TEST(BringReport, WhatThePersonTakesItByIsFreeOrNot) {
+  Step touched = StepWith("", 0.0, false);
+  touched.touched_kept_free = true;
+  const auto report = ReportOf({}, {RecordOf("cup", "handed_over", {touched}),
+                                    RecordOf("cup", "handed_over", {StepWith("", 0.0, false)})});
+  EXPECT_EQ(RowNamed(report.csv, "cup")[9], "1/2");
+}
+
+}  // namespace
+}  // namespace rangegrasp::bring

@@ -1,0 +1,139 @@
+#include "recognition/views/looker.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/quantile.h"
+#include "error_of.h"
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "sensing/hand_eye.h"
+#include "temp_folder.h"
+#include "trial/grasping_task.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+/// A cup alone, looked at by the fixed scanner and then from the wrist; as a trial does it.
+LookedAround LookTwice() {
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml",
+                                 experiment::AllKinds(), {.set = {"views=2"}});
+  const Cell& cell = CellOf(*experiment.task);
+  const TrialSpec spec{"coffee_cup", 0, TrialSeed(11, "coffee_cup", 0)};
+  Arrangement arranged = *ArrangeTrial(cell, spec);
+  return views::LookAround(cell, Look(cell, arranged.world, spec.seed), arranged.world, spec.seed);
+}
+
+const LookedAround& Twice() {
+  static const LookedAround around = LookTwice();
+  return around;
+}
+
+TEST(Looker, TheArmGoesThereAndAddsAView) {
+  const LookedAround& around = Twice();
+  ASSERT_EQ(around.looks.size(), 1u);
+  EXPECT_TRUE(around.looks[0].arrived);
+  EXPECT_GT(around.looks[0].way_s, 0.5);
+  ASSERT_EQ(around.sensed.observation.views.size(), 2u);
+  ASSERT_EQ(around.sensed.truth.size(), 2u);
+  // Its own origin and noise: the wrist is nearer and somewhere else.
+  const auto& views = around.sensed.observation.views;
+  EXPECT_GT((views[0].X_CV.translation() - views[1].X_CV.translation()).norm(), 0.3);
+  EXPECT_EQ(views[1].noise_m.size(), views[1].image.points_C.size());
+  EXPECT_TRUE(views[1].image.origins_C[0].isApprox(views[1].X_CV.translation(), 1e-9));
+}
+
+TEST(Looker, SeesOfTheCupWhatTheFirstViewDidNot) {
+  const auto& truth = Twice().sensed.truth;
+  const auto& views = Twice().sensed.observation.views;
+  int behind[2] = {0, 0};
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (std::size_t v = 0; v < 2; ++v) {
+    for (std::size_t i = 0; i < truth[v].label.size(); ++i) {
+      const Eigen::Vector3d& p = views[v].image.points_C[i];
+      if (truth[v].label[i] != 1 || !p.allFinite()) continue;
+      middle += p;
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 1000);
+  middle /= count;
+  // Seen from the fixed scanner, points on the cup's far side lie behind its middle.
+  const Eigen::Vector2d away = (middle - views[0].X_CV.translation()).head<2>().normalized();
+  for (std::size_t v = 0; v < 2; ++v) {
+    for (std::size_t i = 0; i < truth[v].label.size(); ++i) {
+      const Eigen::Vector3d& p = views[v].image.points_C[i];
+      if (truth[v].label[i] != 1 || !p.allFinite()) continue;
+      behind[v] += (p - middle).head<2>().dot(away) > 0.02 && p.z() < 0.07 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(behind[1], behind[0]);
+}
+
+// Noise, the arm and the mount: a sample's range is the true one but for the noise along its ray.
+TEST(Looker, ItsRangesAreTrueButForTheNoise) {
+  const auto& truth = Twice().sensed.truth[1];
+  const auto& view = Twice().sensed.observation.views[1];
+  std::vector<double> errors_m;
+  for (std::size_t i = 0; i < truth.label.size(); ++i) {
+    const Eigen::Vector3d& p = view.image.points_C[i];
+    if (truth.state[i] != sensing::SampleState::kMeasured) continue;
+    errors_m.push_back(std::abs((p - view.image.origins_C.front()).norm() - truth.true_range_m[i]));
+  }
+  ASSERT_GT(errors_m.size(), 5000u);
+  EXPECT_LT(base::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more where it is further
+}
+
+/// The options of the cup's experiment with a calibration of its own.
+Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesystem::path& file) {
+  sensing::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
+  Options options = cell.options;
+  Of<views::LookOptions>(options, views::kLooks).hand_eye = file;
+  return options;
+}
+
+TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", experiment::AllKinds(), {});
+  const Cell& cell = CellOf(*experiment.task);
+  const testing_support::TempFolder folder;
+  const base::Pose& X_HS = *cell.robot.X_HWristScanner;
+  Arrangement arranged = *ArrangeTrial(cell, {"coffee_cup", 0, 11});
+  const base::Pose X_WS = arranged.world.SitePose("wrist_scanner");
+  const auto stands = [&](const base::Pose& X_HSBelieved, std::uint64_t seed) {
+    const Options options = WithHandEye(cell, X_HSBelieved, folder / "hand_eye.yaml");
+    return views::Looker(options, cell.robot, seed)
+        .SenseHere(arranged.world)
+        .observation.views.front()
+        .X_CV.translation();
+  };
+  // The arm's own error is 0.1 mm and 0.02 deg, whose lever is short here.
+  EXPECT_LT((stands(X_HS, 1) - X_WS.translation()).norm(), 0.0005);
+  base::Pose moved = X_HS;
+  moved.translation() += 0.005 * X_HS.linear().col(0);
+  const Eigen::Vector3d right_W = X_WS.linear().col(0);
+  EXPECT_NEAR((stands(moved, 2) - X_WS.translation()).dot(right_W), 0.005, 0.0005);
+  moved.translation() += 0.05 * X_HS.linear().col(0);
+  EXPECT_THAT(testing_support::ErrorOf([&] { stands(moved, 3); }),
+              testing::HasSubstr("sits 55 mm from the one in"));
+}
+
+TEST(Looker, TheSameSeedGivesTheSameBytes) {
+  const LookedAround again = LookTwice();
+  EXPECT_EQ(again.q, Twice().q);
+  const auto& a = again.sensed.observation.views[1].image.points_C;
+  const auto& b = Twice().sensed.observation.views[1].image.points_C;
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!a[i].allFinite() && !b[i].allFinite()) continue;
+    ASSERT_EQ(a[i], b[i]) << i;
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial

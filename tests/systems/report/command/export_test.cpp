@@ -1,0 +1,181 @@
+// What `export` leaves: records, and data sets with their truth.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/csv.h"
+#include "cli/command.h"
+#include "experiment/store.h"
+#include "geometry/cloud_file.h"
+
+namespace rangegrasp {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing_support::Command;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+const std::string kSource = RANGEGRASP_SOURCE_DIR;
+
+// A run of four trials of a box of 75 x 45 x 120 mm, and its data set.
+class ExportTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new TempFolder;
+    made_ = new Ran(RunProgram({"run", kSource + "/experiments/laser_single.yaml", "--objects",
+                                "salt_cuboid", "--trials", "4", "--out", Folder("run")}));
+    if (made_->code == 0) {
+      *made_ = RunProgram({"export", Folder("run"), "-o", Folder("set"), "--clouds"});
+    }
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    delete shared_;
+  }
+  void SetUp() override { ASSERT_EQ(made_->code, 0) << made_->err; }
+
+  static std::string Folder(const std::string& name) { return (*shared_ / name).string(); }
+  static json Annotations() { return json::parse(base::ReadFile(Folder("set/annotations.json"))); }
+  static Eigen::Isometry3d Pose(const json& numbers) {
+    Eigen::Isometry3d X;
+    for (int i = 0; i < 16; ++i) X.matrix()(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
+    return X;
+  }
+
+  static TempFolder* shared_;
+  static Ran* made_;
+};
+TempFolder* ExportTest::shared_ = nullptr;
+Ran* ExportTest::made_ = nullptr;
+
+// The labels of a binary PCD with the fields x y z label state.
+std::vector<std::uint32_t> LabelsOf(const std::string& file) {
+  const std::string bytes = base::ReadFile(file);
+  std::size_t at = bytes.find("DATA binary\n") + std::strlen("DATA binary\n");
+  std::vector<std::uint32_t> labels;
+  for (; at + 20 <= bytes.size(); at += 20) {
+    std::memcpy(&labels.emplace_back(), bytes.data() + at + 12, 4);
+  }
+  return labels;
+}
+
+TEST_F(ExportTest, RecordsAreThoseOfTheStore) {
+  const auto stored = experiment::Store::Open(Folder("run")).ReadAll();
+  std::string lines;
+  for (const auto& record : stored) lines += ToJson(record) + "\n";
+  EXPECT_EQ(base::ReadFile(Folder("set/records.jsonl")), lines);
+  const auto csv = base::CsvTable::Parse(base::ReadFile(Folder("set/records.csv")), "records.csv");
+  ASSERT_EQ(csv.rows(), stored.size());
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    EXPECT_EQ(csv.Cell(i, csv.Column("id")), stored[i].which.id);
+    EXPECT_EQ(csv.Cell(i, csv.Column("outcome")), stored[i].result.outcome);
+    const auto data = json::parse(stored[i].result.data);
+    EXPECT_EQ(csv.Cell(i, csv.Column("data.scan_points")), data["scan_points"].dump());
+  }
+}
+
+// Within 3 mm of the box: ten times the scanner's noise, and what its calibration is off by.
+TEST_F(ExportTest, LabelledSamplesLieOnTheObjectInItsPose) {
+  const json set = Annotations();
+  ASSERT_EQ(set["clouds"].size(), 4u);
+  ASSERT_EQ(set["annotations"].size(), 4u);
+  EXPECT_EQ(set["categories"][0]["title"], "Salt Shaker (cuboid)");
+  const Eigen::Array3d half(0.0375, 0.0225, 0.06);
+  for (const json& box : set["annotations"]) {
+    EXPECT_TRUE(box["target"]);
+    const std::string file =
+        Folder("set/") +
+        set["clouds"][box["cloud_id"].get<std::size_t>()]["file_name"].get<std::string>();
+    const auto cloud = geometry::ReadCloud(file);
+    const auto labels = LabelsOf(file);
+    ASSERT_EQ(labels.size(), cloud.points.size());
+    const Eigen::Isometry3d X_OW = Pose(box["X_WO"]).inverse();
+    int on_it = 0;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (labels[i] != box["label"] || !cloud.points[i].allFinite()) continue;
+      ++on_it;
+      const Eigen::Array3d outside = (X_OW * cloud.points[i]).array().abs() - half;
+      EXPECT_LT(std::abs(outside.maxCoeff()), 0.003) << file << ", sample " << i;
+    }
+    EXPECT_GT(on_it, 200);
+  }
+}
+
+TEST_F(ExportTest, TheGraspThatWasTriedHasTheTrialsOutcome) {
+  const json set = Annotations();
+  std::map<int, std::vector<std::string>> tried;
+  for (const json& grasp : set["grasps"]) {
+    EXPECT_EQ(grasp["annotation_id"], grasp["cloud_id"]);  // one object a cloud here
+    if (!grasp["outcome"].is_null()) tried[grasp["cloud_id"]].push_back(grasp["outcome"]);
+  }
+  for (const json& cloud : set["clouds"]) {
+    auto outcomes = tried[cloud["id"].get<int>()];
+    ASSERT_FALSE(outcomes.empty());
+    std::erase(outcomes, "withdrawn");
+    EXPECT_EQ(outcomes, std::vector<std::string>{cloud["outcome"]});
+  }
+  EXPECT_EQ(made_->err.find("ended differently"), std::string::npos) << made_->err;
+}
+
+TEST_F(ExportTest, OneThatWasKilledGoesOnToTheSameFiles) {
+  const std::vector<std::string> arguments = {"export",   Folder("run"), "-o", Folder("again"),
+                                              "--clouds", "--jobs",      "1"};
+  {
+    Command command(arguments);
+    while (command.Runs() && !std::filesystem::exists(Folder("again/clouds"))) usleep(1000);
+    command.Kill();
+  }
+  EXPECT_FALSE(std::filesystem::exists(Folder("again/annotations.json")));
+  const Ran ran = RunProgram(arguments);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  for (const char* name : {"annotations.json", "clouds/salt_cuboid-0000.pcd", "records.csv"}) {
+    EXPECT_EQ(base::ReadFile(Folder("again/") + name), base::ReadFile(Folder("set/") + name));
+  }
+}
+
+TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
+  std::string python;
+  for (const char* one : {"python3", "/usr/bin/python3"}) {
+    if (std::system((std::string(one) + " -c 'import numpy' 2>/dev/null").c_str()) == 0)
+      python = one;
+  }
+  if (python.empty()) GTEST_SKIP() << "no Python with numpy (Debian: python3-numpy)";
+  const std::string command = python + " " + kSource + "/examples/read_data_set.py " +
+                              Folder("set") + " > " + Folder("read");
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string text = base::ReadFile(Folder("read"));
+  for (const json& cloud : Annotations()["clouds"]) {
+    EXPECT_THAT(text, HasSubstr(cloud["case"].get<std::string>() + ": " +
+                                cloud["outcome"].get<std::string>() + ", " +
+                                cloud["measured"].dump() + " samples"));
+  }
+}
+
+TEST_F(ExportTest, WhatItCannotExportIsTold) {
+  const Ran itself = RunProgram({"export", Folder("run"), "-o", Folder("run"), "--clouds"});
+  EXPECT_EQ(itself.code, 2);
+  EXPECT_THAT(itself.err, HasSubstr("holds the run itself"));
+  EXPECT_TRUE(experiment::Store::Exists(Folder("run")));
+  ASSERT_EQ(RunProgram({"run", kSource + "/experiments/seam_base.yaml", "--trials", "3", "--out",
+                        Folder("seams")})
+                .code,
+            0);
+  const Ran seams = RunProgram({"export", Folder("seams"), "-o", Folder("seam_set"), "--clouds"});
+  EXPECT_EQ(seams.code, 2);
+  EXPECT_THAT(seams.err, HasSubstr("task: grasping"));
+  EXPECT_EQ(RunProgram({"export", Folder("seams"), "-o", Folder("seam_set")}).code, 0);
+  EXPECT_EQ(RunProgram({"export", Folder("nowhere"), "-o", Folder("x")}).code, 2);
+}
+
+}  // namespace
+}  // namespace rangegrasp

@@ -1,0 +1,137 @@
+// Published tables run from one command: few trials of few tables.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <exception>
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+#include "experiment/store.h"
+
+namespace rangegrasp {
+namespace {
+
+using experiment::Store;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing_support::Command;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+std::vector<std::string> Arguments(const std::string& out, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = {"reproduce", "--short", "5.2", "--jobs", "2", "-o", out};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// How many cases a run has finished that is still going on; 0 while its store is being made.
+int CountIn(const std::filesystem::path& folder) {
+  try {
+    return Store::Exists(folder) ? Store::Open(folder).Count() : 0;
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
+// One run that no one stopped, made once for all tests.
+class ReproduceTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new TempFolder;
+    reference_ = new Ran(RunProgram(Arguments(Folder("reference"), {})));
+  }
+  static void TearDownTestSuite() {
+    delete reference_;
+    delete shared_;
+  }
+  void SetUp() override { ASSERT_EQ(reference_->code, 0) << reference_->err; }
+
+  static std::string Folder(const std::string& name) { return (*shared_ / name).string(); }
+  static std::string Page(const std::string& name, const char* ending) {
+    return base::ReadFile(*shared_ / name / ("reproduced" + std::string(ending)));
+  }
+
+  static TempFolder* shared_;
+  static Ran* reference_;
+};
+TempFolder* ReproduceTest::shared_ = nullptr;
+Ran* ReproduceTest::reference_ = nullptr;
+
+// 12 objects with two figures each, and the overall ones.
+TEST_F(ReproduceTest, PutsEachPublishedFigureBesideTheTablesOwn) {
+  EXPECT_EQ(reference_->out, Page("reference", ".md"));
+  EXPECT_THAT(reference_->out, HasSubstr("verdicts are weak"));
+  EXPECT_THAT(reference_->out, HasSubstr("Fisher's exact test"));
+  EXPECT_THAT(reference_->err, HasSubstr("table 5.2: 12 cases"));
+  const auto page = json::parse(Page("reference", ".json"));
+  const auto& rows = page["tables"][0]["rows"];
+  ASSERT_EQ(rows.size(), 26u);
+  const Ran table = RunProgram({"table", Folder("reference/laser_single"), "--json"});
+  const auto own = json::parse(table.out);
+  for (std::size_t i = 0; i <= 12; ++i) {
+    const auto& row = i < 12 ? own["rows"][i] : own["overall"];
+    EXPECT_DOUBLE_EQ(rows[2 * i]["published"].get<double>(),
+                     100.0 * row["published_detection_rate"].get<double>());
+    EXPECT_DOUBLE_EQ(rows[2 * i]["reproduced"].get<double>(),
+                     100.0 * row["detection_rate"].get<double>());
+  }
+  const std::string csv = Page("reference", ".csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 27);
+}
+
+TEST_F(ReproduceTest, ARunThatWasKilledGoesOnAndEndsWithTheSamePage) {
+  {
+    Command killed(Arguments(Folder("killed"), {}));
+    const std::filesystem::path store = Folder("killed/laser_single");
+    while (killed.Runs() && CountIn(store) < 3) {
+      usleep(10'000);
+    }
+    killed.Kill();
+  }
+  const int before = Store::Open(Folder("killed/laser_single")).Count();
+  ASSERT_LT(before, 12);
+  const Ran ran = RunProgram(Arguments(Folder("killed"), {}));
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("12 cases, " + std::to_string(before) + " of them done"));
+  EXPECT_THAT(ran.err, HasSubstr(std::to_string(12 - before) + " cases in"));
+  for (const char* ending : {".md", ".csv", ".json"}) {
+    EXPECT_EQ(Page("killed", ending), Page("reference", ending));
+  }
+}
+
+TEST_F(ReproduceTest, WhatCannotBeRunIsLeftOutWithItsReasonAndNotCounted) {
+  const auto arguments = Arguments(Folder("reference"), {"6.1", "--psb", "/no/such/folder"});
+  const Ran ran = RunProgram(arguments);
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("6.1 is left out: "));
+  EXPECT_THAT(ran.out, HasSubstr("/no/such/folder"));
+  const auto page = json::parse(Page("reference", ".json"));
+  EXPECT_EQ(page["tables"][1]["state"], "left out");
+  EXPECT_EQ(page["tables"][1]["rows"].size(), 0u);
+  // Nothing else was asked for.
+  EXPECT_EQ(RunProgram({"reproduce", "6.1", "--psb", "/no/such/folder", "-o", Folder("none")}).code,
+            2);
+  ASSERT_EQ(RunProgram(Arguments(Folder("reference"), {})).code, 0);  // for the other tests
+}
+
+TEST_F(ReproduceTest, AnUnknownTableIsToldBeforeAnythingIsRun) {
+  const Ran ran = RunProgram({"reproduce", "5.7", "-o", Folder("unknown")});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("'5.7' must be one of 3.1"));
+  EXPECT_FALSE(std::filesystem::exists(Folder("unknown")));
+}
+
+TEST_F(ReproduceTest, SeveralSeedsStandInOneTable) {
+  const Ran ran = RunProgram(Arguments(Folder("seeds"), {"--seeds", "1,2"}));
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto page = json::parse(Page("seeds", ".json"));
+  EXPECT_EQ(page["tables"][0]["done"], 24);
+  EXPECT_EQ(page["tables"][0]["seeds"], "1,2");
+}
+
+}  // namespace
+}  // namespace rangegrasp

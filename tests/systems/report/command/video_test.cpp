@@ -1,0 +1,122 @@
+// Films of trials, by ffmpeg or by what pretends to be it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "base/process/ask.h"
+#include "cli/command.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+// What ffprobe says of a film.
+nlohmann::json Probed(const std::string& file) {
+  setenv("FILM", file.c_str(), 1);  // its name needs no quoting then
+  FILE* pipe = popen("ffprobe -v error -show_streams -show_format -of json \"$FILM\"", "r");
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+  EXPECT_EQ(pclose(pipe), 0) << file;
+  return nlohmann::json::parse(text);
+}
+
+class VideoTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new TempFolder;
+    const Ran ran = RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                                "--objects", "dextrose,salt_cuboid", "--trials", "1", "--seed",
+                                "11", "--out", (*shared_ / "run").string()});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+  }
+  static void TearDownTestSuite() { delete shared_; }
+
+  static Ran Film(const std::vector<std::string>& ids, const std::string& file) {
+    std::vector<std::string> arguments = {"trial", (*shared_ / "run").string()};
+    arguments.insert(arguments.end(), ids.begin(), ids.end());
+    arguments.insert(arguments.end(), {"--video", file});
+    // 400 pictures of 0.3 s each.
+    testing_support::Command command(arguments);
+    const int code = command.Wait(580.0);
+    return {code, command.Out(), command.Err()};
+  }
+  // Runs with a script as ffmpeg.
+  Ran FilmWith(const std::string& script, const std::string& file) {
+    const auto fake = folder_.Write("bin/ffmpeg", "#!/bin/sh\n" + script);
+    std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
+    const std::string path = getenv("PATH");
+    setenv("PATH", (fake.parent_path().string() + ":" + path).c_str(), 1);
+    Ran ran = Film({"dextrose-0000"}, file);
+    setenv("PATH", path.c_str(), 1);
+    return ran;
+  }
+
+  static TempFolder* shared_;
+  TempFolder folder_;
+};
+TempFolder* VideoTest::shared_ = nullptr;
+
+TEST_F(VideoTest, AFilmLastsAsLongAsTheExecution) {
+  if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
+  const std::string file = (folder_ / "it's a film.mp4").string();
+  const Ran ran = Film({"dextrose-0000"}, file);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const double simulated_s = nlohmann::json::parse(ran.out)["data"]["log"]["simulated_s"];
+  const auto film = Probed(file);
+  EXPECT_EQ(film["streams"][0]["codec_type"], "video");
+  EXPECT_EQ(film["streams"][0]["width"], 1280);
+  EXPECT_EQ(film["streams"][0]["height"], 720);
+  // A frame more or less.
+  EXPECT_NEAR(std::stod(film["format"]["duration"].get<std::string>()), simulated_s, 0.1);
+}
+
+// A detector that fails ends a trial before anything moves: each film shows its start for 2 s.
+TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
+  if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
+  const std::string run = (folder_ / "still").string();
+  ASSERT_EQ(RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", "--objects",
+                        "dextrose,salt_cuboid", "--trials", "1", "--seed", "11", "--set",
+                        "detector.command=[/bin/false]", "--out", run})
+                .code,
+            0);
+  const std::string file = (folder_ / "two.mp4").string();
+  const Ran ran = RunProgram({"trial", run, "dextrose-0000", "salt_cuboid-0000", "--video", file});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NEAR(std::stod(Probed(file)["format"]["duration"].get<std::string>()), 4.0, 0.1);
+}
+
+TEST_F(VideoTest, AnFfmpegThatDiesIsToldAndLeavesNoFile) {
+  const std::string file = (folder_ / "film.mp4").string();
+  const Ran full = FilmWith(
+      "head -c 1000000 >/dev/null; echo 'film.mp4: No space left on device' >&2; exit 1\n", file);
+  EXPECT_EQ(full.code, 1);
+  EXPECT_THAT(full.err, HasSubstr("ended with code 1"));
+  EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+TEST_F(VideoTest, WithoutFfmpegThePackageIsNamed) {
+  const std::string path = getenv("PATH");
+  setenv("PATH", folder_.path().c_str(), 1);
+  const Ran ran = Film({"dextrose-0000"}, (folder_ / "film.mp4").string());
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("Debian package ffmpeg"));
+}
+
+TEST_F(VideoTest, AFileOfAnotherEndingIsRefusedBeforeAnythingIsRun) {
+  const Ran ran = Film({"dextrose-0000"}, (folder_ / "film.gif").string());
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr(".mp4"));
+}
+
+}  // namespace
+}  // namespace rangegrasp

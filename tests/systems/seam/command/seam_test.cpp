@@ -1,0 +1,426 @@
+// The seam commands, as a user with a sensor of their own would run them.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/command.h"
+#include "seam/stitching/correction.h"
+
+namespace rangegrasp {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::Ran;
+using testing_support::RunProgram;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::string kBase = (kSource / "experiments/seam_base.yaml").string();
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// A step of 1 mm at `column` of 256, with a ripple; no edge: column 256.
+std::string Row(int column) {
+  std::string row;
+  for (int i = 0; i < 256; ++i) {
+    const int um = (i >= column ? 1000 : 0) + (i * 37 % 11) * 3;
+    row += (i > 0 ? "," : "") + std::to_string(um);
+  }
+  return row + "\n";
+}
+
+class SeamTest : public testing::Test {
+ protected:
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+  // With the options that the rows of Row() ask for.
+  Ran Detect(std::vector<std::string> more, const std::string& in = "/dev/null") {
+    more.insert(more.begin(), {"seam", "detect"});
+    more.insert(more.end(), {"--unit", "um"});
+    return RunProgram(more, "", in);
+  }
+  void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+    const Ran ran = RunProgram(arguments);
+    EXPECT_EQ(ran.code, 2) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_THAT(ran.err, HasSubstr(says));
+  }
+  TempFolder folder_;
+};
+
+TEST_F(SeamTest, DetectsTheEdgeOfRecordedProfiles) {
+  std::string text;
+  for (int i = 0; i < 10; ++i) text += Row(120);
+  const std::string file = folder_.Write("p.csv", text).string();
+  for (const char* method : {"voting", "weights", "accumulated"}) {
+    const Ran ran = Detect({file, "--method", method});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto lines = Lines(ran.out);
+    ASSERT_EQ(lines.size(), 11U);
+    EXPECT_THAT(lines[0], StartsWith("profile,time_s,status,column,"));
+    EXPECT_THAT(lines[10], StartsWith("10,0.1452,edge,120.00,")) << method;
+  }
+}
+
+TEST_F(SeamTest, TracksStepsUnlessToldOtherwise) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
+  const std::string said = Detect({file}).out;
+  EXPECT_EQ(said, Detect({file, "--method", "steps"}).out);
+  EXPECT_NE(said, Detect({file, "--method", "voting"}).out);
+  EXPECT_EQ(Detect({file, "--set", "method=voting"}).out, Detect({file, "--method", "voting"}).out);
+}
+
+TEST_F(SeamTest, OfALineWithTooFewColumnsForTrackedStepsTheCureIsNamed) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100)).string();
+  ExpectRefused({"seam", "detect", file, "--unit", "um", "--columns-per-mm", "1"},
+                "need 1.33 columns a mm, the line has 1.00; use method voting or weights");
+  EXPECT_EQ(Detect({file, "--columns-per-mm", "1.34"}).code, 0);
+  EXPECT_EQ(Detect({file, "--columns-per-mm", "1", "--method", "voting"}).code, 0);
+}
+
+TEST_F(SeamTest, JsonHasOneObjectAProfile) {
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
+  const Ran ran = Detect({file, "--json", "--method", "voting"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto lines = Lines(ran.out);
+  ASSERT_EQ(lines.size(), 3U);
+  const auto json = nlohmann::json::parse(lines[2]);
+  EXPECT_EQ(json["profile"], 3);
+  EXPECT_EQ(json["status"], "edge");
+  EXPECT_EQ(json["column"], 100.0);
+  EXPECT_EQ(json["detectors"]["Gradient-Accumulation"], 100);
+}
+
+TEST_F(SeamTest, AStreamWithDamagedRowsGoesOn) {
+  const std::string in =
+      folder_.Write("in", Row(90) + "1,2,3\n" + Row(90) + Row(90) + "x" + Row(90) + Row(90))
+          .string();
+  const Ran ran = Detect({"-"}, in);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("row 2 has 3 columns instead of 256"));
+  EXPECT_THAT(ran.err, HasSubstr("row 5, column 1: 'x0' is not a number"));
+  const auto lines = Lines(ran.out);
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_THAT(lines[4], StartsWith("6,0.0806,edge,90.0"));
+}
+
+TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
+  ExpectRefused({"seam", "detect", folder_.Write("r.csv", "1,2,3\n1,2\n").string()}, "row 2");
+  ExpectRefused({"seam", "detect", folder_.Write("e.csv", "").string()}, "e.csv");
+  ExpectRefused({"seam", "detect", File("none.png")}, "none.png");
+  ExpectRefused({"seam", "detect", folder_.Write("s.csv", "1,2,3\n").string()}, "32");
+  ExpectRefused({"seam", "detect", "-"}, "stdin");
+  const std::string file = folder_.Write("p.csv", Row(90)).string();
+  ExpectRefused({"seam", "detect", file}, "row 1");  // 1,000 mm: out of range
+  ExpectRefused({"seam", "detect", file, "--method", "magic"}, "--method");
+  ExpectRefused({"seam", "detect", file, "--columns-per-mm", "0"}, "--columns-per-mm");
+  ExpectRefused({"seam", "detect", file, "--options", File("none.yaml")}, "none.yaml");
+  ExpectRefused({"seam", "detect", file, "--calibration", File("none.yaml")}, "none.yaml");
+}
+
+TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
+  const std::string file = folder_.Write("p.csv", Row(90)).string();
+  const std::string options = folder_.Write("o.yaml", "columns_per_mm: 12\n").string();
+  ExpectRefused({"seam", "detect", file, "--options", options, "--columns-per-mm", "18"},
+                "--options excludes --columns-per-mm");
+  for (const std::vector<std::string>& other :
+       {std::vector<std::string>{"--columns-per-mm", "18"}, {"--unit", "um"}}) {
+    ExpectRefused({"seam", "detect", file, "--calibration", "c.yaml", other[0], other[1]},
+                  other[0] + " excludes --calibration");
+  }
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.png")}).code, 0);
+  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "a grey level");
+}
+
+TEST_F(SeamTest, ASingleProfileIsAnswered) {
+  for (const char* method : {"voting", "weights", "accumulated"}) {
+    const Ran ran = Detect({folder_.Write("p.csv", Row(90)).string(), "--method", method});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_THAT(Lines(ran.out).back(), StartsWith("1,0.0000,edge,90.00,")) << method;
+    const Ran flat = Detect({folder_.Write("f.csv", Row(256)).string(), "--method", method});
+    EXPECT_THAT(Lines(flat.out).back(), StartsWith("1,0.0000,no_edge,")) << method;
+  }
+}
+
+TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
+  const std::string in =
+      folder_.Write("in", Row(90).substr(300) + Row(90) + Row(90) + Row(90)).string();
+  const Ran ran = Detect({"-"}, in);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("instead of 256"));
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.0"));
+}
+
+// Rows 0 to 100 are heights from -20 to 0 mm; at -15 mm a column is 7.5 % wider.
+TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
+  const std::string calibration =
+      folder_
+          .Write("c.yaml",
+                 "columns: 256\nrow_min_px: 0\nrow_max_px: 100\nheight_0_m: -0.01\n"
+                 "height_1_m: 0.01\nheight_2_m: 0\nheight_3_m: 0\nheight_4_m: 0\n"
+                 "meters_per_column: 0.0001\nmeters_per_column_per_m: -0.0005\n")
+          .string();
+  std::string row;
+  for (int i = 0; i < 256; ++i) row += fmt::format("{},", i >= 200 ? 26.0 : 24.0 + 0.1 * (i % 3));
+  std::string text;
+  for (int i = 0; i < 20; ++i) text += row + "\n";
+  const std::string file = folder_.Write("r.csv", text).string();
+  const double wanted_m = (200.0 - 127.5) * 1.075e-4;
+  const std::vector<std::string> detect = {"seam",      "detect",   file,    "--calibration",
+                                           calibration, "--method", "voting"};
+  const auto with = [&](const char* output) {
+    auto arguments = detect;
+    arguments.emplace_back(output);
+    return RunProgram(arguments);
+  };
+  const Ran json = with("--json");
+  ASSERT_EQ(json.code, 0) << json.err;
+  const auto reading = nlohmann::json::parse(Lines(json.out).back());
+  EXPECT_EQ(reading["column"], 200.0);
+  EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of 0.4 mm
+  const Ran xml = with("--xml");
+  const auto packet = stitching::FromXml(Lines(xml.out).back());
+  EXPECT_NEAR(packet.edge_x_m, wanted_m, 2e-3 * wanted_m);
+}
+
+TEST_F(SeamTest, TheMonitorIsSetByTheOptions) {
+  std::string text;
+  for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const std::string monitor = "monitor: {window: 6, mat_end_profiles: 3}\n";
+  const Ran early = Detect({file, "--options", folder_.Write("o.yaml", monitor).string()});
+  ASSERT_EQ(early.code, 0) << early.err;
+  EXPECT_THAT(Lines(early.out).back(), testing::EndsWith(",mat_end"));
+  EXPECT_THAT(Lines(Detect({file}).out).back(), testing::EndsWith(","));
+  ExpectRefused({"seam", "detect", file, "--options",
+                 folder_.Write("b.yaml", "monitor: {window: 2}\n").string()},
+                "b.yaml:1: key 'window'");
+}
+
+TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
+  const std::string file = folder_.Write("p.csv", Row(90) + Row(90)).string();
+  EXPECT_EQ(Detect({file, "--picture", File("p.svg"), "--picture-row", "2"}).code, 0);
+  EXPECT_THAT(base::ReadFile(File("p.svg")), HasSubstr("Gradient-Accumulation"));
+  const Ran ran = Detect({file, "--picture", File("q.svg"), "--picture-row", "3"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("there are only 2 profiles"));
+}
+
+// ---- formats of other sensors ----
+
+TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
+  std::string text = "Profile\nFrame Count\n5\nFrame,Time,Encoder,Axis";
+  for (int i = 0; i < 256; ++i) text += fmt::format(",{:.2f}", 50.0 + 0.1 * i);
+  text += "\n";
+  for (int k = 0; k < 5; ++k) {
+    text += fmt::format("{},{},{},Z", k, 16000 * k, 7 * k);
+    for (int i = 0; i < 256; ++i) text += i >= 120 ? ",31.0" : i % 9 == 4 ? "," : ",30.0";
+    text += "\n";
+  }
+  const std::string file = folder_.Write("g.csv", text + "End\n").string();
+  const std::vector<std::string> detect = {"seam",    "detect",   file,    "--preset",
+                                           "gocator", "--method", "voting"};
+  const Ran ran = RunProgram(detect);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("5,0.0640,edge,120.00,62.0000,"));
+  // Columns are 0.1 mm apart, the first at x = 50 mm.
+  auto encoder = detect;
+  encoder.insert(encoder.end(),
+                 {"--encoder-column", "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
+  const Ran with = RunProgram(encoder);
+  ASSERT_EQ(with.code, 0) << with.err;
+  const auto json = nlohmann::json::parse(Lines(with.out).back());
+  EXPECT_NEAR(json["x_m"], 62e-3, 1e-9);
+  EXPECT_NEAR(json["position_m"], 14e-3, 1e-9);
+}
+
+TEST_F(SeamTest, PacketsTellTheSensorsOwnX) {
+  std::string text;
+  for (int k = 0; k < 20; ++k) {
+    for (int i = 0; i < 256; ++i) text += fmt::format("{} {}\n", 50.0 + 0.1 * i, i >= 120 ? 1 : 0);
+    text += "\n";
+  }
+  const std::string file = folder_.Write("p.txt", text).string();
+  const Ran ran = RunProgram({"seam", "detect", file, "--layout", "points", "--xml"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NEAR(stitching::FromXml(Lines(ran.out).back()).edge_x_m, 62e-3, 1e-4);
+}
+
+TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
+  std::string text;
+  for (const double time_s : {1.0, 1.02, 1.04, 2.04, 2.06})
+    text += fmt::format("{},", time_s) + Row(90);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const Ran ran = Detect({file, "--time-column", "1"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the one before it: an outage"));
+  const auto lines = Lines(ran.out);
+  EXPECT_THAT(lines[4], testing::EndsWith(",outage"));
+  EXPECT_THAT(lines[5], StartsWith("5,2.0600,edge,90.0"));
+  EXPECT_THAT(lines[5], testing::EndsWith(","));
+  const Ran patient = Detect({file, "--time-column", "1", "--set", "file.max_gap_s=1.5"});
+  EXPECT_THAT(patient.err, testing::Not(HasSubstr("outage")));
+}
+
+TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
+  const std::string text = folder_.Write("p.csv", Row(90)).string();
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.tif")}).code, 0);
+  const std::string image = File("s.tif");
+  const auto refused = [&](std::vector<std::string> arguments, const std::string& says) {
+    arguments.insert(arguments.begin(), {"seam", "detect"});
+    ExpectRefused(arguments, says);
+  };
+  refused({image, "--unit", "um"}, "file.unit_mm: key 'unit_mm': is for text; " + image);
+  refused({image, "--layout", "pairs"}, "key 'layout': is for text");
+  refused({image, "--preset", "gocator"}, "--preset gocator:");
+  refused({image, "--preset", "sick"},
+          "--preset sick: image_scale_mm differs from sensor to sensor");
+  refused({text, "--preset", "sick", "--image-scale", "1"}, "key 'image_scale_mm': is for images");
+  refused({text, "--preset", "keyence"}, "--preset keyence: ");
+  refused({text, "--preset", "other"}, "--preset");
+  refused({text, "--image-offset", "1"}, "key 'image_offset_mm': is for images; " + text);
+  refused({text, "--decimal-comma", "--separator", "comma"}, "key 'decimal_comma'");
+  refused({text, "--separator", "dot"}, "--separator");
+  refused({text, "--header-lines", "two"}, "key 'header_lines': 'two' must be a whole number");
+  refused({text, "--no-value", "none"}, "key 'no_values': 'none' must be a number");
+  refused({text, "--max-height", "-300"}, "key 'min_height_mm': must be below max_height_mm");
+  refused({text, "--time-column", "Time"}, text + ": time_column: 'Time' is neither");
+  refused({text, "--set", "file.layouts=pairs"}, "unknown key 'layouts'");
+  refused({text, "--set", "monitor.windows=3"}, "unknown key 'windows'");
+  refused({text, "--set", "layout"}, "must be KEY=VALUE");
+  refused({text, "--columns-per-mm", "10", "--set", "columns_per_mm=12"},
+          "--columns-per-mm excludes");
+  for (const char* key : {"image_scale_mm", "away", "min_height_mm"}) {
+    refused({image, "--calibration", "c.yaml", "--set", std::string("file.") + key + "=true"},
+            std::string("key '") + key + "': tells of heights; with --calibration");
+  }
+}
+
+TEST_F(SeamTest, EveryKeyIsReachedFromTheCommandLine) {
+  std::string text;
+  for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
+  const std::string file = folder_.Write("p.csv", text).string();
+  const Ran ran = Detect({file, "--set", "monitor.window=6", "--set", "monitor.mat_end_profiles=3",
+                          "--set", "step.min_step_mm=0.5"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(Lines(ran.out).back(), testing::EndsWith(",mat_end"));
+  const std::string options =
+      folder_.Write("o.yaml", "file: {unit_mm: 0.001, away: true}\n").string();
+  const Ran turned = RunProgram({"seam", "detect", file, "--options", options, "--negative"});
+  ASSERT_EQ(turned.code, 0) << turned.err;
+  EXPECT_THAT(Lines(turned.out)[3], StartsWith("3,0.0323,edge,"));
+  ExpectRefused({"seam", "detect", file, "--options",
+                 folder_.Write("b.yaml", "file:\n  layout: lines\n").string()},
+                "b.yaml:2: key 'layout': 'lines' must be one of rows, pairs, points, columns");
+}
+
+TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
+  std::vector<std::string> first;
+  for (const char* name : {"s.csv", "s.png", "s.pgm", "s.tif"}) {
+    ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "3", "-o", File(name)}).code, 0);
+    const Ran ran = RunProgram({"seam", "detect", File(name)});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto lines = Lines(ran.out);
+    if (first.empty()) first = lines;
+    ASSERT_EQ(lines.size(), first.size()) << name;
+  }
+  // The labels beside them: where nine tenths of the profiles of an uneven mat were found, at
+  // least.
+  const auto labels = Lines(base::ReadFile(File("s.labels.csv")));
+  ASSERT_EQ(labels.size(), first.size());
+  int near = 0;
+  for (std::size_t i = 1; i < labels.size(); ++i) {
+    const double label = std::stod(labels[i].substr(labels[i].find(',') + 1));
+    std::istringstream cells(first[i]);
+    std::string cell;
+    for (int k = 0; k < 4; ++k) std::getline(cells, cell, ',');
+    near += !cell.empty() && std::abs(std::stod(cell) - label) <= 12.0 ? 1 : 0;
+  }
+  EXPECT_GT(near, static_cast<int>(0.9 * static_cast<double>(labels.size())));
+}
+
+TEST_F(SeamTest, RawRowsAndTheirCalibrationGiveTheSameReadings) {
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "4", "-o", File("m.csv")}).code, 0);
+  ASSERT_EQ(
+      RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
+  const Ran metres = RunProgram({"seam", "detect", File("m.csv")});
+  const Ran rows =
+      RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
+  ASSERT_EQ(rows.code, 0) << rows.err;
+  const auto a = Lines(metres.out);
+  const auto b = Lines(rows.out);
+  ASSERT_EQ(a.size(), b.size());
+  int same = 0;
+  for (std::size_t i = 1; i < a.size(); ++i) {
+    same += a[i].substr(0, a[i].find(",edge")) == b[i].substr(0, b[i].find(",edge")) ? 1 : 0;
+  }
+  EXPECT_GT(same, static_cast<int>(0.98 * static_cast<double>(a.size())));
+}
+
+TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
+  ASSERT_EQ(
+      RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
+  for (const char* name : {"body.csv", "body.png"}) {
+    ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--body", "-o", File(name)}).code, 0);
+    const Ran ran = RunProgram(
+        {"seam", "calibrate", File(name), "--bases", File("body.bases.csv"), "-o", File("c.yaml")});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns a mm
+    const Ran with = RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("c.yaml")});
+    const Ran known =
+        RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
+    const auto a = Lines(with.out);
+    const auto b = Lines(known.out);
+    ASSERT_EQ(a.size(), b.size());
+    int same = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      same += a[i].substr(0, a[i].find(",edge")) == b[i].substr(0, b[i].find(",edge")) ? 1 : 0;
+    }
+    EXPECT_GT(same, static_cast<int>(0.98 * static_cast<double>(a.size())));
+  }
+  folder_.Write("few.csv", "scan,base_mm\n1,0\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("few.csv"), "-o", File("d")},
+      "few.csv: tells the heights of 1 scans");
+  folder_.Write("bad.csv", "scan,base_mm\n1,low\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},
+      "bad.csv:2: column 'base_mm': 'low'");
+  ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
+                 "--step-heights-mm", "0,4,9", "-o", File("d")},
+                "body.csv: ");
+}
+
+TEST_F(SeamTest, CommandsThatMovedSayWhereTo) {
+  ExpectRefused({"seam", "evaluate", kBase, "--seams", "3", "-o", File("x")},
+                "rangegrasp run EXPERIMENT.yaml");
+  ExpectRefused({"seam", "track", "--help"}, "rangegrasp trial DIR ID");
+  EXPECT_THAT(RunProgram({"seam", "--help"}).out, testing::Not(HasSubstr("evaluate")));
+}
+
+TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
+  const std::string below = (folder_.Write("file", "") / "below").string();
+  ExpectRefused({"seam", "generate", kBase, "-o", below + "/p.csv"}, below);
+  ExpectRefused({"seam", "generate", File("none.yaml"), "-o", File("p.csv")}, "none.yaml");
+}
+
+TEST(SeamHelp, EveryCommandHasAnExampleOfItself) {
+  for (const std::string command : {"generate", "calibrate", "detect"}) {
+    const Ran ran = RunProgram({"seam", command, "--help"});
+    EXPECT_EQ(ran.code, 0);
+    EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp seam " + command));
+    EXPECT_EQ(RunProgram({"seam", command}).code, 2);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp

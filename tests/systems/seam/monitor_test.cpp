@@ -1,0 +1,477 @@
+#include "seam/monitor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/rng.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using base::Rng;
+
+constexpr double kSigma_m = 0.08e-3;
+constexpr double kRadius_m = 0.03;
+constexpr double kSeen_m = 0.022;  // of a cylinder to either side: its flanks turn the light away
+
+struct Scene {
+  double cylinder = 0.0;  // 1 convex, -1 concave
+  double seen_m = kSeen_m;
+  double flank_lost = 0.98;
+  double step_m = 0.0;
+  double edge_m = 0.0;
+  double lost = 0.05;
+  double phantoms = 0.0;  // share of what is lost
+  double outliers = 0.01;
+  int filaments = 0;
+  double obstacle_x_m = 0.0, obstacle_width_m = 0.0, obstacle_height_m = 0.0;
+};
+
+double SurfaceAt(const Scene& scene, double x) {
+  double z = 0.02 * x + (x > scene.edge_m ? scene.step_m : 0.0);
+  if (scene.cylinder == 0.0) return z;
+  const double inside = std::clamp(x - scene.edge_m, -kSeen_m, kSeen_m);
+  return z + scene.cylinder * (std::sqrt(kRadius_m * kRadius_m - inside * inside) - kRadius_m);
+}
+
+PreparedProfile Scan(const Scene& scene, const LineGeometry& line, Rng& rng) {
+  PreparedProfile profile;
+  int run = 0;
+  double off = 0.0;
+  for (int i = 0; i < line.columns; ++i) {
+    const double x = line.ToMeters(i);
+    const bool obstacle = std::abs(x - scene.obstacle_x_m) < 0.5 * scene.obstacle_width_m;
+    const bool flank = scene.cylinder != 0.0 && std::abs(x - scene.edge_m) > scene.seen_m;
+    const bool lost = flank ? rng.Uniform() < scene.flank_lost : rng.Uniform() < scene.lost;
+    double z = SurfaceAt(scene, x) + (obstacle ? scene.obstacle_height_m : 0.0);
+    z += kSigma_m * rng.Normal();
+    if (run <= 0 && rng.Uniform() < scene.outliers / 4.0) {
+      run = 1 + static_cast<int>(-4.0 * std::log(1.0 - rng.Uniform()));
+      off = 6e-3 * rng.Normal();
+    }
+    if (run-- > 0) z += off;
+    if (lost && !obstacle) {
+      const bool phantom = !flank && rng.Uniform() < scene.phantoms;
+      z = phantom ? rng.Uniform(-0.075, 0.075) : std::numeric_limits<double>::quiet_NaN();
+    }
+    profile.original_m.push_back(static_cast<float>(z));
+  }
+  for (int k = 0; k < scene.filaments; ++k) {
+    const auto at = rng.Index(profile.original_m.size() - 5);
+    for (std::size_t i = at; i < at + 5; ++i) profile.original_m[i] += 1.5e-3F;
+  }
+  return profile;
+}
+
+Scene RandomScene(Rng& rng) {
+  Scene scene;
+  scene.cylinder = std::floor(rng.Uniform(-1.0, 2.0));
+  scene.step_m = rng.Uniform(0.3e-3, 1.1e-3);
+  scene.edge_m = rng.Uniform(-0.012, 0.012);
+  return scene;
+}
+
+struct Protrusion {
+  double height_m = 0.0;
+  std::size_t column = 0;
+};
+
+// The highest stretch of 2 mm: the lowest of its points, half of which may be missing.
+Protrusion HighestStretch(const PreparedProfile& profile, const LineGeometry& line) {
+  const auto above = HeightAboveSurface(profile);
+  const auto width = static_cast<std::size_t>(2e-3 * line.columns_per_m);
+  Protrusion best;
+  for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
+    std::vector<float> points;
+    std::copy_if(above.begin() + static_cast<std::ptrdiff_t>(begin),
+                 above.begin() + static_cast<std::ptrdiff_t>(begin + width),
+                 std::back_inserter(points), [](float z) { return std::isfinite(z); });
+    if (2 * points.size() < width) continue;
+    const auto low = static_cast<double>(*std::min_element(points.begin(), points.end()));
+    if (low > best.height_m) best = {low, begin + width / 2};
+  }
+  return best;
+}
+
+Reading Told(ProfileStatus status) {
+  Reading reading;
+  reading.status = status;
+  if (status == ProfileStatus::kEdge) reading.step_m = 0.5e-3;
+  return reading;
+}
+
+TEST(HeightAboveSurface, MeasuresAnObstacleOnAFlatMat) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Rng rng(seed);
+    Scene scene;
+    scene.outliers = 0.0;
+    scene.obstacle_x_m = rng.Uniform(-0.03, 0.03);
+    scene.obstacle_width_m = 0.006;
+    scene.obstacle_height_m = rng.Uniform(3e-3, 20e-3);
+    const auto found = HighestStretch(Scan(scene, line, rng), line);
+    // The lowest of its 24 columns counts: within four standard deviations of the noise.
+    EXPECT_NEAR(found.height_m, scene.obstacle_height_m, 4.0 * kSigma_m) << seed;
+    EXPECT_NEAR(line.ToMeters(static_cast<double>(found.column)), scene.obstacle_x_m, 0.003)
+        << seed;
+  }
+}
+
+TEST(HeightAboveSurface, IsNoHigherThanMatEdgesAndFilamentsAre) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.outliers = 0.0;
+    scene.filaments = 8;
+    EXPECT_LT(HighestStretch(Scan(scene, line, rng), line).height_m, 2.5e-3) << seed;
+  }
+}
+
+TEST(HeightAboveSurface, TakesNoNoiseForASurfaceEvenIfAThirdIsNoise) {
+  const LineGeometry line;
+  int seen = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.lost = 0.4;
+    scene.phantoms = 0.8;
+    seen += HighestStretch(Scan(scene, line, rng), line).height_m >= 3e-3 ? 1 : 0;
+  }
+  // Long runs of outliers: exp(-23/4) of the 2.6 a profile, a third of them high; 0.3 % of 300.
+  // Nine is beyond what chance gives to anything but a surface of noise.
+  EXPECT_LE(seen, 9);
+}
+
+TEST(HeightAboveSurface, FindsAnObstacleOfAThirdOfTheLine) {
+  const LineGeometry line;
+  Rng rng(4);
+  Scene scene;
+  scene.obstacle_width_m = 0.028;
+  scene.obstacle_height_m = 5e-3;
+  const auto found = HighestStretch(Scan(scene, line, rng), line);
+  EXPECT_NEAR(found.height_m, 5e-3, 4.0 * kSigma_m);
+}
+
+TEST(HeightAboveSurface, TakesEmptyAndShortProfiles) {
+  LineGeometry line;
+  PreparedProfile profile;
+  EXPECT_EQ(HighestStretch(profile, line).height_m, 0.0);
+  profile.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(HighestStretch(profile, line).height_m, 0.0);
+  profile.original_m.assign(5, 0.0F);
+  EXPECT_EQ(HeightAboveSurface(profile), std::vector<float>(5, 0.0F));
+}
+
+TEST(RisingColumns, AreThoseOfBruteForce) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    std::vector<float> above(40);
+    for (float& z : above) z = rng.Uniform() < 0.2 ? kNone : (rng.Uniform() < 0.85 ? 4.0F : 2.0F);
+    const std::size_t width = 1 + rng.Index(8);
+    std::vector<bool> expected(above.size(), false);
+    for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {
+      std::size_t high = 0;
+      std::size_t missing = 0;
+      for (std::size_t i = begin; i < begin + width; ++i) {
+        high += above[i] == 4.0F ? 1 : 0;
+        missing += std::isnan(above[i]) ? 1 : 0;
+      }
+      if (high + missing < width || 6 * missing > width) continue;
+      for (std::size_t i = begin; i < begin + width; ++i) expected[i] = true;
+    }
+    EXPECT_EQ(RisingColumns(above, width, 3.0), expected) << seed;
+  }
+  EXPECT_EQ(RisingColumns(std::vector<float>(3, 9.0F), 4, 3.0), std::vector<bool>(3, false));
+}
+
+TEST(SurfaceMonitor, StopsForEveryObstacleOfThreeMillimetres) {
+  const LineGeometry line;
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.obstacle_x_m = scene.edge_m + rng.Uniform(-0.01, 0.01);
+    scene.obstacle_width_m = rng.Uniform(0.003, 0.012);
+    scene.obstacle_height_m = rng.Uniform(3.3e-3, 20e-3);
+    SurfaceMonitor monitor(line, {});
+    std::optional<StopReason> stop;
+    for (int i = 0; i < 4; ++i) {
+      stop = monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
+    }
+    missed += stop == StopReason::kObstacle ? 0 : 1;
+  }
+  EXPECT_EQ(missed, 0);
+}
+
+TEST(SurfaceMonitor, GoesOnOverMatsWithoutObstacle) {
+  const LineGeometry line;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.filaments = 5;
+    SurfaceMonitor monitor(line, {});
+    for (int i = 0; i < 50; ++i) {
+      ASSERT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << seed;
+    }
+  }
+}
+
+TEST(SurfaceMonitor, WantsAnObstacleInOnePlace) {
+  const LineGeometry line;
+  Rng rng(5);
+  SurfaceMonitor monitor(line, {});
+  Scene scene;
+  scene.outliers = 0.0;
+  scene.obstacle_width_m = 0.004;
+  scene.obstacle_height_m = 8e-3;
+  for (int i = 0; i < 10; ++i) {
+    scene.obstacle_x_m = -0.03 + 0.0065 * i;
+    EXPECT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << i;
+  }
+}
+
+// A level mat with a block of 8 mm from one column to another.
+PreparedProfile WithBlock(std::size_t begin, std::size_t end) {
+  PreparedProfile profile;
+  profile.original_m.assign(1024, 0.0F);
+  for (std::size_t i = begin; i < end; ++i) profile.original_m[i] = 8e-3F;
+  return profile;
+}
+
+TEST(SurfaceMonitor, StopsAtTheProfileThatMakesTheCountWithinTheWindow) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  const auto block = WithBlock(500, 560);
+  const auto level = WithBlock(0, 0);
+  const auto update = [&](const PreparedProfile& profile) {
+    return monitor.Update(profile, Told(ProfileStatus::kEdge));
+  };
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
+  for (int i = 1; i < options.window; ++i) EXPECT_FALSE(update(level)) << i;
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
+  EXPECT_EQ(update(block), StopReason::kObstacle);
+}
+
+// A block over most of the line is taken for the surface: it stands out from what was there before.
+TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  }
+  std::optional<StopReason> stop;
+  for (int i = 0; i < options.obstacle_profiles; ++i) {
+    stop = monitor.Update(WithBlock(300, 1024), Told(ProfileStatus::kEdge));
+  }
+  EXPECT_EQ(stop, StopReason::kObstacle);
+}
+
+// A head that steers moves its line along itself: columns rise by the mould's flanks, mats do not.
+TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
+  const LineGeometry line;
+  const MonitorOptions options;
+  constexpr double kMoved_m = 0.2e-3;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.cylinder = seed % 2 == 0 ? 1.0 : -1.0;
+    SurfaceMonitor monitor(line, options);
+    const auto update = [&] {
+      auto profile = Scan(scene, line, rng);
+      profile.moved_m = kMoved_m;
+      scene.edge_m -= kMoved_m;
+      return monitor.Update(profile, Told(ProfileStatus::kEdge));
+    };
+    for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
+    // Over all that the light comes back from: only what was there before tells it.
+    scene.obstacle_x_m = scene.edge_m;
+    scene.obstacle_width_m = 2.0 * kSeen_m - 2e-3;
+    scene.obstacle_height_m = 5e-3;
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.obstacle_profiles; ++i) stop = update();
+    EXPECT_EQ(stop, StopReason::kObstacle) << seed;
+  }
+}
+
+// With dark flanks an obstacle there is an island of light: a parabola through its top, the mat
+// and nothing between them has the most support. No obstacle was there before.
+TEST(SurfaceMonitor, StopsForAnObstacleOnAFlankThatReturnsNoLight) {
+  const LineGeometry line;
+  const MonitorOptions options;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    Scene scene;
+    scene.cylinder = seed % 2 == 0 ? 1.0 : -1.0;
+    scene.seen_m = 0.011;
+    scene.flank_lost = 1.0;
+    scene.step_m = rng.Uniform(0.3e-3, 1.1e-3);
+    SurfaceMonitor monitor(line, options);
+    const auto update = [&] {
+      return monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
+    };
+    for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
+    scene.obstacle_x_m = scene.edge_m + (seed % 4 < 2 ? -0.018 : 0.018);
+    scene.obstacle_width_m = 0.005;
+    scene.obstacle_height_m = 3.5e-3;
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.obstacle_profiles; ++i) stop = update();
+    EXPECT_EQ(stop, StopReason::kObstacle) << seed;
+  }
+}
+
+// After an outage nothing is known of what was there before: it is no level surface at 0.
+TEST(SurfaceMonitor, TakesNoMatForAnObstacleBecauseNothingWasSeenBefore) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  PreparedProfile profile;
+  profile.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  for (int i = 0; i < options.outage_profiles; ++i) {
+    monitor.Update(profile, Told(ProfileStatus::kUnusable));
+  }
+  profile.original_m.assign(1024, 8e-3F);
+  for (int i = 0; i < 2 * options.window; ++i) {
+    ASSERT_FALSE(monitor.Update(profile, Told(ProfileStatus::kEdge))) << i;
+  }
+}
+
+// Detectors may lose an edge that is there: what a fit still sees is no mat end.
+TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  Reading followed = Told(ProfileStatus::kNoEdge);
+  followed.followed_step_m = 0.4e-3;
+  for (int i = 0; i < 3 * options.window; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), followed)) << i;
+  }
+  EXPECT_TRUE(monitor.SeesEdge());
+  // Far less than its usual height is not that edge any more.
+  followed.followed_step_m = 0.2 * Told(ProfileStatus::kEdge).step_m;
+  std::optional<StopReason> stop;
+  for (int i = 0; i < options.mat_end_profiles; ++i) {
+    stop = monitor.Update(WithBlock(0, 0), followed);
+  }
+  EXPECT_EQ(stop, StopReason::kMatEnd);
+  EXPECT_FALSE(monitor.SeesEdge());
+}
+
+// On the low mat: the surface between both is half a millimetre higher.
+TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
+  const LineGeometry line;
+  MonitorOptions options;
+  options.obstacle_width_m = 0.5e-3;
+  options.obstacle_profiles = 1;
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    Scene scene = RandomScene(rng);
+    scene.outliers = 0.0;
+    scene.obstacle_x_m = scene.edge_m - rng.Uniform(0.002, 0.01);
+    scene.obstacle_width_m = 0.7e-3;  // of 1 mm, but for its borders
+    scene.obstacle_height_m = 3e-3;
+    SurfaceMonitor monitor(line, options);
+    missed += monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge)) ? 0 : 1;
+  }
+  EXPECT_EQ(missed, 0);
+}
+
+// An edge that goes on with a step too low for a new one is none here.
+TEST(SurfaceMonitor, TheMatsEndThoughALowStepGoesOn) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  Reading low = Told(ProfileStatus::kEdge);
+  low.step_m = 0.9 * options.min_step_m;
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), low)) << i;
+  }
+  EXPECT_EQ(monitor.Update(WithBlock(0, 0), low), StopReason::kMatEnd);
+}
+
+TEST(SurfaceMonitor, AnEdgeThatOnlyEarlierProfilesBearOutHasEnded) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  Reading reading = Told(ProfileStatus::kEdge);
+  for (int i = 0; i < 2 * options.window; ++i)
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), reading));
+  reading.goes_on = false;
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), reading)) << i;
+  }
+  EXPECT_EQ(monitor.Update(WithBlock(0, 0), reading), StopReason::kMatEnd);
+}
+
+TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
+  const LineGeometry line;
+  PreparedProfile flat;
+  flat.original_m.assign(1024, 0.0F);
+  MonitorOptions options;
+  SurfaceMonitor monitor(line, options);
+  for (int i = 0; i < 2 * options.window; ++i) {
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge)));  // no edge was seen yet
+  }
+  monitor.Reset();
+  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+  for (int i = 1; i < options.mat_end_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge))) << i;
+    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kUnusable))) << i;
+  }
+  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kNoEdge)), StopReason::kMatEnd);
+  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kEdge)), StopReason::kMatEnd);
+  monitor.Reset();
+  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+}
+
+// A low stretch of an edge looks like its end until the edge comes back; much later there may be
+// something else.
+TEST(SurfaceMonitor, AMatEndIsTakenBackIfTheEdgeIsSoonThereBeyondDoubt) {
+  const MonitorOptions options;
+  for (const bool soon : {true, false}) {
+    SurfaceMonitor monitor({}, options);
+    const auto update = [&](ProfileStatus status, std::optional<bool> sure) {
+      Reading reading = Told(status);
+      reading.sure = sure;
+      return monitor.Update(WithBlock(0, 0), reading);
+    };
+    EXPECT_FALSE(update(ProfileStatus::kEdge, true));
+    std::optional<StopReason> stop;
+    for (int i = 0; i < options.mat_end_profiles; ++i) stop = update(ProfileStatus::kNoEdge, false);
+    EXPECT_EQ(stop, StopReason::kMatEnd);
+    for (int i = 0; i < (soon ? 1 : 2) * options.window; ++i) {
+      EXPECT_EQ(update(ProfileStatus::kEdge, false), StopReason::kMatEnd) << i;
+    }
+    EXPECT_EQ(update(ProfileStatus::kEdge, true).has_value(), !soon);
+  }
+}
+
+// A sensor that sees nothing for a while has not seen the mats end.
+TEST(SurfaceMonitor, AnOutageIsToldAsLongAsItLasts) {
+  const MonitorOptions options;
+  SurfaceMonitor monitor({}, options);
+  PreparedProfile nothing;
+  nothing.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  for (int i = 1; i < options.outage_profiles; ++i) {
+    EXPECT_FALSE(monitor.Update(nothing, Told(ProfileStatus::kUnusable))) << i;
+  }
+  for (int i = 0; i < 2 * options.window; ++i) {
+    EXPECT_EQ(monitor.Update(nothing, Told(ProfileStatus::kUnusable)), StopReason::kOutage) << i;
+  }
+  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+}
+
+TEST(SurfaceMonitor, RefusesOptionsOutOfRange) {
+  MonitorOptions options;
+  options.window = 5;
+  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
+  options = {};
+  options.obstacle_width_m = 0.0;
+  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam

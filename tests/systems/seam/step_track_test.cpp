@@ -1,0 +1,326 @@
+#include "seam/step_track.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "base/rng.h"
+#include "base/units.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using base::Rng;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr double kPeriod_s = 1.0 / 62.0;
+constexpr int kColumns = 1024;
+constexpr double kColumns_1_mm = 12.0;
+
+// A line over two mats, heights in millimetres.
+struct Surface {
+  const char* name;
+  double step = 0.6;
+  double slant = 0.1;
+  double noise = 0.05;
+  double lost = 0.02;
+  double wave = 0.0;     // amplitude; 10 to 40 mm long
+  double wanted = 0.98;  // share within a millimetre
+};
+
+struct Seam {
+  double edge, speed, tilt, bend, length, length_ahead, phase;
+  explicit Seam(Rng& rng)
+      : edge(rng.Uniform(200.0, 824.0)),
+        speed(rng.Uniform(-30.0, 30.0)),
+        tilt(rng.Uniform(-0.05, 0.05)),
+        bend(rng.Uniform(-0.5, 0.5)),
+        length(rng.Uniform(10.0, 40.0)),
+        length_ahead(rng.Uniform(10.0, 40.0)),
+        phase(rng.Uniform(0.0, 2.0 * base::kPi)) {}
+  double EdgeAt(double t) const { return edge + speed * t; }
+};
+
+std::vector<float> Scan(const Surface& surface, const Seam& seam, double t, Rng& rng) {
+  std::vector<float> z;
+  for (int i = 0; i < kColumns; ++i) {
+    const double x = (i - 0.5 * (kColumns - 1)) / kColumns_1_mm;
+    const double rise = (i - seam.EdgeAt(t)) / kColumns_1_mm / surface.slant + 0.5;
+    double height = seam.tilt * x + seam.bend * (x / 42.0) * (x / 42.0);
+    height += surface.step * std::clamp(rise, 0.0, 1.0);
+    height +=
+        surface.wave *
+        std::sin(2.0 * base::kPi * (x / seam.length + 30.0 * t / seam.length_ahead) + seam.phase);
+    height += surface.noise * rng.Normal();
+    z.push_back(rng.Uniform() < surface.lost ? kNone : static_cast<float>(1e-3 * height));
+  }
+  return z;
+}
+
+struct Score {
+  int profiles = 0, within = 0, edges = 0;
+};
+
+Score ScoreOn(const Surface& surface, int seams, int profiles) {
+  Score score;
+  for (int number = 0; number < seams; ++number) {
+    Rng rng(base::DeriveSeed(static_cast<std::uint64_t>(number), surface.name));
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < profiles; ++k) {
+      const double t = k * kPeriod_s;
+      const auto found = track.Update(Scan(surface, seam, t, rng), t);
+      ++score.profiles;
+      score.edges += found.column ? 1 : 0;
+      score.within += found.column && std::abs(*found.column - seam.EdgeAt(t)) <= kColumns_1_mm;
+    }
+  }
+  return score;
+}
+
+class Edges : public testing::TestWithParam<Surface> {};
+INSTANTIATE_TEST_SUITE_P(Surfaces, Edges,
+                         testing::Values(Surface{.name = "slant", .slant = 2.0},
+                                         Surface{.name = "low_slant", .step = 0.3, .slant = 2.0},
+                                         Surface{.name = "low_step", .step = 0.25},
+                                         Surface{.name = "noise", .noise = 0.4},
+                                         Surface{.name = "holes", .lost = 0.9},
+                                         Surface{.name = "waves", .wave = 0.3, .wanted = 0.9}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(Edges, AreFoundWithinAMillimetre) {
+  const Score score = ScoreOn(GetParam(), 12, 60);
+  EXPECT_GE(score.within, GetParam().wanted * score.profiles);
+}
+
+class NoEdges : public testing::TestWithParam<Surface> {};
+INSTANTIATE_TEST_SUITE_P(Surfaces, NoEdges,
+                         testing::Values(Surface{.name = "flat", .step = 0.0},
+                                         Surface{.name = "noise", .step = 0.0, .noise = 0.4},
+                                         Surface{.name = "holes", .step = 0.0, .lost = 0.9},
+                                         Surface{.name = "waves", .step = 0.0, .wave = 0.3}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(NoEdges, AreToldToBeNone) {
+  const Score score = ScoreOn(GetParam(), 40, 60);
+  EXPECT_LE(score.edges, 0.005 * score.profiles);
+}
+
+TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
+  Rng rng(5);
+  Seam seam(rng);
+  seam.edge = 200.0;
+  seam.speed = 480.0;  // 40 mm/s
+  StepTrack track({});
+  for (int k = 0; k < 70; ++k) {
+    const double t = k * kPeriod_s;
+    const auto found = track.Update(Scan({.name = ""}, seam, t, rng), t);
+    ASSERT_TRUE(found.column) << k;
+    EXPECT_NEAR(*found.column, seam.EdgeAt(t), 6.0) << k;
+    EXPECT_NEAR(found.step_m, 0.6e-3, 0.1e-3) << k;
+  }
+}
+
+// Each profile takes nearly as much away as one with the step had brought, of which the last ten or
+// so are known: some six profiles.
+TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
+  for (const double noise : {0.05, 0.2}) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      Rng rng(seed);
+      const Seam seam(rng);
+      StepTrack track({});
+      for (int k = 0; k < 60; ++k) {
+        const double step = k < 30 ? 0.6 : 0.0;
+        const double t = k * kPeriod_s;
+        const Surface mats{.name = "", .step = step, .noise = noise};
+        const auto found = track.Update(Scan(mats, seam, t, rng), t);
+        if (k >= 5 && k < 30) {
+          EXPECT_TRUE(found.goes_on) << seed << ", " << noise << ", " << k;
+        }
+        if (k >= 40) {
+          EXPECT_FALSE(found.goes_on) << seed << ", " << noise << ", " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < 70; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = 0.2};
+      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      if (k < 9) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+      if (k >= 15 && k < 30) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+      if (k >= 35) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+    }
+  }
+}
+
+// Evidence of low edges wavers about what makes one, while each profile shows them where they were.
+TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
+  constexpr int kFrom = 30, kEnd = 150;
+  // A line 80 mm ahead moves on by this much and more before a head comes to where it was sure.
+  constexpr int kLong = 60;
+  for (const Surface& mats : {Surface{.name = "", .step = 0.3, .noise = 0.6, .lost = 0.3},
+                              Surface{.name = "", .step = 0.4, .noise = 0.8, .lost = 0.3}}) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      Rng rng(seed);
+      const Seam seam(rng);
+      StepTrack track({});
+      int unsure = 0;
+      for (int k = 0; k < kEnd + 40; ++k) {
+        const double t = k * kPeriod_s;
+        Surface here = mats;
+        if (k >= kEnd) here.step = 0.0;
+        const bool sure = track.Update(Scan(here, seam, t, rng), t).sure;
+        unsure = sure ? 0 : unsure + 1;
+        if (k >= kFrom && k < kEnd) {
+          EXPECT_LT(unsure, kLong) << seed << ", " << k;
+        }
+        if (k >= kEnd + 10) {
+          EXPECT_FALSE(sure) << seed << ", " << k;
+        }
+      }
+    }
+  }
+}
+
+// What looks like the edge some time after its end may be a mould's flank.
+TEST(StepTrack, AnEdgeThatWasGoneTakesLongerToBeSureAgain) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < 90; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
+      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      if (k >= 12 && k < 20) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+      // Of the odds alone the first seven profiles that show it again only make up.
+      if (k >= 30 && k < 50 + 7 + 13) {
+        EXPECT_FALSE(sure) << seed << ", " << k;
+      }
+      if (k >= 80) {
+        EXPECT_TRUE(sure) << seed << ", " << k;
+      }
+    }
+  }
+}
+
+// Noise elsewhere has evidence enough for an edge to go on, and steps as high as this one.
+TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
+  int before = 0, after = 0;
+  constexpr int kSeams = 20, kBefore = 40, kAfter = 40, kTold = 12;
+  for (std::uint64_t seed = 0; seed < kSeams; ++seed) {
+    Rng rng(seed);
+    const Seam seam(rng);
+    StepTrack track({});
+    for (int k = 0; k < kBefore + kAfter; ++k) {
+      const double t = k * kPeriod_s;
+      const Surface mats{.name = "", .step = k < kBefore ? 0.5 : 0.0, .noise = 0.4, .lost = 0.5};
+      const bool goes_on = track.Update(Scan(mats, seam, t, rng), t).goes_on;
+      if (k >= kTold && k < kBefore) before += goes_on;
+      if (k >= kBefore + kTold) after += goes_on;
+    }
+  }
+  EXPECT_GE(before, 0.97 * kSeams * (kBefore - kTold));
+  EXPECT_LE(after, 0.02 * kSeams * (kAfter - kTold));
+}
+
+// Faster than an edge may move by itself.
+TEST(StepTrack, ALineThatMovesKeepsItsEdge) {
+  Rng rng(8);
+  Seam seam(rng);
+  seam.edge = 824.0;
+  seam.speed = -900.0;  // 75 mm/s
+  StepTrack told({}), untold({});
+  int kept = 0;
+  for (int k = 0; k < 40; ++k) {
+    const double t = k * kPeriod_s;
+    const auto z = Scan({.name = "", .noise = 0.2}, seam, t, rng);
+    const auto found = told.Update(z, t, k > 0 ? -seam.speed * kPeriod_s : 0.0);
+    kept += untold.Update(z, t).goes_on;
+    ASSERT_TRUE(found.column) << k;
+    EXPECT_NEAR(*found.column, seam.EdgeAt(t), 8.0) << k;
+    EXPECT_TRUE(k < 2 || found.goes_on) << k;
+  }
+  EXPECT_LT(kept, 20);
+}
+
+// One profile may show something else: a jump counts when the second has it, too.
+TEST(StepTrack, AnEdgeThatJumpsIsToldAtOnce) {
+  Rng rng(9);
+  Seam seam(rng);
+  seam.edge = 300.0;
+  seam.speed = 0.0;
+  StepTrack track({});
+  for (int k = 0; k < 34; ++k) {
+    if (k == 30) seam.edge = 430.0;  // 11 mm
+    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    if (k == 30) {
+      EXPECT_FALSE(found.at_once);
+    } else if (k >= 2) {
+      ASSERT_TRUE(found.at_once) << k;
+      EXPECT_NEAR(*found.at_once, seam.edge, 6.0) << k;
+    }
+    if (k == 31) {
+      EXPECT_NEAR(*found.column, 300.0, 6.0);
+    }
+  }
+}
+
+TEST(StepTrack, AStepThatIsTooLowIsNoEdge) {
+  StepTrackOptions options;
+  options.min_step_m = 0.8e-3;
+  StepTrack track(options);
+  Rng rng(6);
+  const Seam seam(rng);
+  for (int k = 0; k < 20; ++k) {
+    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    EXPECT_FALSE(found.column);
+    EXPECT_TRUE(found.strongest);
+  }
+}
+
+TEST(StepTrack, AfterALongGapNothingIsKnown) {
+  Rng rng(7);
+  const Seam seam(rng);
+  const Surface noisy{.name = "", .noise = 0.4};
+  StepTrack once({});
+  StepTrack twice({});
+  for (int k = 0; k < 5; ++k) twice.Update(Scan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
+  const auto z = Scan(noisy, seam, 9.0, rng);
+  EXPECT_EQ(once.Update(z, 9.0).evidence, twice.Update(z, 9.0).evidence);
+}
+
+TEST(StepTrack, OptionsOutOfRangeAreRefused) {
+  StepTrackOptions options;
+  options.memory = 1.0;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+  options = {};
+  options.line_profiles = 1;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+  options = {};
+  options.uneven = 0.0;
+  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam

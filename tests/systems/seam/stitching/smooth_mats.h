@@ -1,0 +1,24 @@
+#pragma once
+
+#include "seam/stitching/mats.h"
+
+namespace rangegrasp::stitching {
+
+/// A bright and dull mat without any texture, so that only its shape is left.
+inline MatOptions Smooth(EdgeShape shape) {
+  MatOptions options;
+  options.shape = shape;
+  options.texture.weave_relief_m = 0.0;
+  options.texture.fuzz_m = 0.0;
+  options.texture.waviness_m = 0.0;
+  options.texture.fray_m = 0.0;
+  options.texture.filaments_per_m = 0.0;
+  options.texture.loose_filaments_per_m2 = 0.0;
+  options.texture.detached_share = 0.0;
+  options.texture.gloss = 0.0;
+  options.texture.darkness = 0.0;
+  options.texture.steep_rad = 0.75;
+  return options;
+}
+
+}  // namespace rangegrasp::stitching

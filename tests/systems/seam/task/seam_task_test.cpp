@@ -1,0 +1,232 @@
+#include "seam/task/seam_task.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "experiment/view.h"
+#include "seam/task/seam_json.h"
+#include "seam/task/small_experiment.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::seam_task {
+namespace {
+
+using experiment::Case;
+using experiment::Record;
+using experiment::ReplayOptions;
+using experiment::Result;
+using experiment::Task;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::kSource;
+using testing_support::TempFolder;
+
+// As the engine reads a file: its own keys first.
+std::unique_ptr<Task> Shortened(const std::string& name, int seams) {
+  const auto file = kSource / "experiments" / (name + ".yaml");
+  auto map = base::YamlMap::FromFile(
+      file, {"seams=" + std::to_string(seams), "profiles_per_seam=40", "seed=4711"});
+  experiment::Common common;
+  common.file = file;
+  std::string task;
+  map.Read("task", task, "kind");
+  map.Read("name", common.name, "name");
+  map.Read("seed", common.seed, "seed");
+  EXPECT_EQ(task, SeamTask().name);
+  return SeamTask().read(map, common);
+}
+
+TEST(SeamTask, EveryShippedExperimentIsReadAndItsCasesAreNamedOnce) {
+  for (const char* name :
+       {"seam_base", "seam_three_lines", "seam_track", "seam_half_circle", "seam_hazards"}) {
+    const auto cases = Shortened(name, 13)->Cases();
+    std::set<std::string> ids;
+    for (const Case& c : cases) {
+      ids.insert(c.id);
+      EXPECT_EQ(c.id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-."),
+                std::string::npos);
+      EXPECT_FALSE(c.group.empty());
+    }
+    EXPECT_EQ(ids.size(), cases.size());
+    EXPECT_EQ(
+        cases.size(),
+        std::string(name) == "seam_base" || std::string(name) == "seam_three_lines" ? 13U : 39U);
+  }
+}
+
+// What a case is does not depend on how many there are: a longer run goes on where a short one was.
+TEST(SeamTask, CasesOfAShortRunAreTheFirstOfALongOne) {
+  for (const char* name : {"seam_base", "seam_hazards"}) {
+    const auto few = Shortened(name, 3)->Cases();
+    const auto many = Shortened(name, 7)->Cases();
+    for (std::size_t i = 0; i < few.size(); ++i) {
+      EXPECT_EQ(few[i].id, many[i].id);
+      EXPECT_EQ(few[i].group, many[i].group);
+      EXPECT_EQ(few[i].seed, many[i].seed);
+      EXPECT_EQ(few[i].params, many[i].params);
+    }
+  }
+}
+
+TEST(SeamTask, ACaseGivesTheSameWheneverAndWhereverItIsRun) {
+  for (const char* name : {"seam_base", "seam_hazards"}) {
+    const auto first = Shortened(name, 4);
+    const auto second = Shortened(name, 6);
+    const auto cases = first->Cases();
+    std::vector<std::string> forward;
+    for (const Case& c : cases) forward.push_back(first->Run(c).data);
+    for (std::size_t i = cases.size(); i-- > 0;) {
+      EXPECT_EQ(second->Run(cases[i]).data, forward[i]) << cases[i].id;
+    }
+  }
+}
+
+TEST(SeamTask, ResultsAreReadBackTheSame) {
+  const auto task = Shortened("seam_track", 2);
+  for (const Case& c : task->Cases()) {
+    const Result result = task->Run(c);
+    const SeamParams params = ParamsFrom(c.params);
+    EXPECT_EQ(ToJson(params), c.params);
+    EXPECT_EQ(ToJson(RunResultFrom(params, result.data)), result.data);
+    EXPECT_GT(nlohmann::json::parse(result.data)["settled_m"], 0.0);
+    EXPECT_EQ(result.outcome, nlohmann::json::parse(result.data)["end"]);
+  }
+  const auto rates = Shortened("seam_base", 2);
+  for (const Case& c : rates->Cases()) {
+    const Result result = rates->Run(c);
+    const SeamParams params = ParamsFrom(c.params);
+    EXPECT_EQ(ToJson(params), c.params);
+    EXPECT_EQ(ToJson(SeamResultFrom(params, result.data)), result.data);
+    EXPECT_EQ(result.outcome, "measured");
+  }
+}
+
+TEST(SeamTask, DamagedRecordsAreToldAsSuch) {
+  for (const char* text : {"", "{", "[]", "{\"seam\": 3}", "{\"run\": 1, \"shape\": \"step\"}"}) {
+    EXPECT_THROW(ParamsFrom(text), base::RunError) << text;
+  }
+  EXPECT_THROW(SeamResultFrom({}, "{}"), base::RunError);
+  EXPECT_THROW(RunResultFrom({}, "{}"), base::RunError);
+}
+
+TEST(SeamTask, ReplayLeavesThePathPacketsAndPictureOfARun) {
+  const TempFolder folder;
+  const auto task = Shortened("seam_track", 1);
+  const Case which = task->Cases()[1];
+  ReplayOptions options;
+  options.folder = folder / "r";
+  EXPECT_EQ(task->Replay(which, options).data, task->Run(which).data);
+  EXPECT_THAT(base::ReadFile(folder / "r" / which.id / "path.csv"),
+              StartsWith("time_s,x_mm,y_mm,"));
+  EXPECT_THAT(base::ReadFile(folder / "r" / which.id / "packets.xml"), StartsWith("<correction>"));
+  EXPECT_THAT(base::ReadFile(folder / "r" / which.id / "path.svg"), HasSubstr("</svg>"));
+  options.video = "v.mp4";
+  EXPECT_THROW(task->Replay(which, options), base::InputError);
+}
+
+TEST(SeamTask, ReplayLeavesTheProfilesLabelsAndPictureOfASeam) {
+  const TempFolder folder;
+  const auto task = Shortened("seam_base", 1);
+  const Case which = task->Cases()[0];
+  ReplayOptions options;
+  options.folder = folder / "r";
+  EXPECT_EQ(task->Replay(which, options).data, task->Run(which).data);
+  const auto lines = [&](const char* name) {
+    const std::string text = base::ReadFile(folder / "r" / which.id / name);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(lines("profiles.csv"), 40);
+  EXPECT_EQ(lines("labels.csv"), 41);
+  EXPECT_THAT(base::ReadFile(folder / "r" / which.id / "profile.svg"),
+              HasSubstr("Gradient-Accumulation"));
+}
+
+// What a view shows is what the record counts: of each method as many positions within 10 px.
+TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
+  const auto task = Shortened("seam_base", 1);
+  const Case which = task->Cases()[0];
+  experiment::View view;
+  ReplayOptions options;
+  options.view = &view;
+  const Result result = task->Replay(which, options);
+  EXPECT_EQ(result.data, task->Run(which).data);
+  ASSERT_EQ(view.panels.size(), 2U);
+  const auto& series = view.panels[0].series;
+  ASSERT_EQ(series.size(), 1 + kMethods);
+  EXPECT_EQ(series[0].label, "truth");
+  constexpr double kColumnsPerMm = 12.0;
+  constexpr double kMarginToEnd_mm = 20.0 / kColumnsPerMm;  // edges nearer to it are not counted
+  const double end_mm = 0.5 * 1023 / kColumnsPerMm - kMarginToEnd_mm;
+  const auto seam = SeamResultFrom(ParamsFrom(which.params), result.data);
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    EXPECT_EQ(series[m + 1].label, MethodTitle(m));
+    int within = 0;
+    for (std::size_t i = 0; i < 40; ++i) {
+      if (std::abs(series[0].y[i]) > end_mm) continue;
+      within += std::abs(series[m + 1].y[i] - series[0].y[i]) <= 10.0 / kColumnsPerMm ? 1 : 0;
+    }
+    EXPECT_EQ(within, seam.all[m].within[1]) << MethodTitle(m);
+  }
+}
+
+TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem) {
+  const auto task = Shortened("seam_base", 6);
+  for (const Case& which : task->Cases()) {
+    experiment::View view;
+    ReplayOptions options;
+    options.view = &view;
+    task->Replay(which, options);
+    EXPECT_GE(view.pages.size(), 8U);
+    EXPECT_LE(view.pages.size(), 16U);
+    const auto& errors = view.panels[1].series[1].y;  // of the decision that pages show
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (std::isfinite(errors[i]) && !(std::abs(errors[i]) <= std::abs(errors[worst]))) worst = i;
+    }
+    bool missed = false;  // counts as more wrong than any error
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      missed |= std::isnan(errors[i]);
+    }
+    const auto name = "profile " + std::to_string(worst + 1) + " of 40,";
+    const auto is_worst = [&](const auto& page) { return page.name.starts_with(name); };
+    EXPECT_TRUE(missed || std::any_of(view.pages.begin(), view.pages.end(), is_worst)) << name;
+    for (const auto& page : view.pages) {
+      ASSERT_EQ(page.panels.size(), 3U);
+      EXPECT_EQ(page.panels[0].series[0].y.size(), 1024U);
+    }
+  }
+}
+
+TEST(SeamTask, AViewOfARunHasTheTruthAsFarAsTheSensorLooked) {
+  const auto task = Shortened("seam_track", 1);
+  experiment::View view;
+  ReplayOptions options;
+  options.view = &view;
+  task->Replay(task->Cases()[1], options);
+  ASSERT_EQ(view.panels.size(), 3U);
+  const auto& map = view.panels[0].series;
+  EXPECT_EQ(map[0].label, "edge");
+  EXPECT_NEAR(map[0].x.back(), map[1].x.back(), 1.0);  // edge and positions that were sent
+  // The head settles on the wanted distance, 5 mm: the error that the second panel shows is small.
+  EXPECT_LT(std::abs(view.panels[1].series[0].y.back()), 1.0);
+}
+
+TEST(SeamTask, EveryKeyIsDocumented) {
+  auto map = base::YamlMap::ForDocumentation();
+  SeamTask().read_keys(map);
+  EXPECT_GT(map.Keys().size(), 50U);
+  for (const base::KeyDoc& key : map.Keys()) {
+    EXPECT_FALSE(key.doc.empty()) << key.path;
+    EXPECT_FALSE(key.doc.ends_with('.')) << key.path;
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam_task

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "seam/task/seam_experiment.h"
+
+namespace rangegrasp::testing_support {
+
+inline const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+
+inline seam_task::SeamExperiment Shipped(const std::string& name) {
+  return seam_task::ReadSeamExperiment(kSource / "experiments" / (name + ".yaml"));
+}
+
+/// A small one, of a seed that nothing is reported on.
+inline seam_task::SeamExperiment Small(const std::string& name, int seams) {
+  auto experiment = Shipped(name);
+  experiment.seed = 4711;
+  experiment.seams = seams;
+  experiment.record.profiles = 40;
+  return experiment;
+}
+
+}  // namespace rangegrasp::testing_support

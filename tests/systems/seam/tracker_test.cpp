@@ -1,0 +1,558 @@
+#include "seam/tracker.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "base/rng.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using base::InputError;
+using base::Rng;
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr double kPeriod_s = 0.016;
+
+struct Line {
+  double step_m = 0.6e-3;
+  double edge = 500.0;  // column
+  double tilt = 0.01;
+  double noise_m = 0.02e-3;
+  double lost = 0.02;
+};
+
+Profile Scan(const Line& line, double time_s, Rng& rng) {
+  Profile profile;
+  profile.time_s = time_s;
+  for (int i = 0; i < 1024; ++i) {
+    const double z = 1e-3 + line.tilt * i / 12'000.0 + (i >= line.edge ? line.step_m : 0.0) +
+                     line.noise_m * rng.Normal();
+    profile.height_m.push_back(rng.Uniform() < line.lost ? kNone : static_cast<float>(z));
+  }
+  return profile;
+}
+
+TrackerOptions With(DecisionMethod method) {
+  TrackerOptions options;
+  options.method = method;
+  return options;
+}
+
+class EveryDecision : public testing::TestWithParam<DecisionMethod> {};
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryDecision,
+                         testing::Values(DecisionMethod::kVoting, DecisionMethod::kWeights,
+                                         DecisionMethod::kSteps, DecisionMethod::kAccumulated));
+
+TEST_P(EveryDecision, FollowsAnEdgeThatWanders) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 60; ++i) {
+      Line line;
+      line.edge = std::round(500.0 + 60.0 * std::sin(0.05 * i));
+      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      if (i < 3) continue;  // a first step alone is not believed
+      ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed << " " << i;
+      // Of 12 px a mm; the accumulated weights lag behind what moves.
+      EXPECT_NEAR(*reading.column, line.edge, 12.0) << seed << " " << i;
+      EXPECT_DOUBLE_EQ(reading.x_m, LineGeometry{}.ToMeters(*reading.column));
+      // Averaged over profiles, a step that moves is lower.
+      const bool averaged = GetParam() == DecisionMethod::kAccumulated;
+      EXPECT_NEAR(reading.step_m, line.step_m, averaged ? 0.3e-3 : 0.15e-3);
+    }
+  }
+}
+
+TEST_P(EveryDecision, TellsNoEdgeOnAMatWithoutOne) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    Line line;
+    line.step_m = 0.0;
+    for (int i = 0; i < 60; ++i) {
+      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      EXPECT_EQ(reading.status, ProfileStatus::kNoEdge);
+      EXPECT_FALSE(reading.column);
+    }
+  }
+}
+
+// Noise of 0.2 mm has ranges of more than the minimal step everywhere.
+TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
+  int told = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    Line line;
+    line.step_m = 0.0;
+    line.noise_m = 0.2e-3;
+    for (int i = 0; i < 60; ++i) {
+      told += tracker.Update(Scan(line, kPeriod_s * i, rng)).status == ProfileStatus::kNoEdge;
+    }
+  }
+  EXPECT_GE(told, 1188);  // 99 % of 1200
+}
+
+TEST(EdgeTracker, ALowStepCountsOnlyWhereTheLastOnesWere) {
+  constexpr double kLow_m = 0.21e-3;  // between 0.6 and 0.8 of 0.3 mm
+  for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {
+    Rng rng(1);
+    EdgeTracker alone(With(method));
+    EdgeTracker after(With(method));
+    for (int i = 0; i < 40; ++i) {
+      const Profile low = Scan({.step_m = kLow_m}, kPeriod_s * i, rng);
+      EXPECT_EQ(alone.Update(low).status, ProfileStatus::kNoEdge) << i;
+      const bool begins = i < 20;
+      const Profile high = Scan({.step_m = 0.5e-3}, kPeriod_s * i, rng);
+      const Reading reading = after.Update(begins ? high : low);
+      EXPECT_EQ(reading.status == ProfileStatus::kEdge, i >= 1)
+          << i;  // a first one is not believed
+    }
+  }
+}
+
+TEST_P(EveryDecision, OneDisturbedProfileMovesNothing) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  const Line line;
+  for (int i = 0; i < 20; ++i) {
+    Profile profile = Scan(line, kPeriod_s * i, rng);
+    if (i == 12) {
+      for (std::size_t k = 200; k < 500; ++k) profile.height_m[k] += 2e-3F;
+    }
+    const Reading reading = tracker.Update(profile);
+    if (i < 3) continue;
+    if (reading.column) {
+      EXPECT_NEAR(*reading.column, line.edge, 12.0) << i;
+    } else {
+      EXPECT_EQ(i, 12);
+    }
+  }
+}
+
+TEST_P(EveryDecision, AMirroredProfileHasItsEdgeMirrored) {
+  TrackerOptions mirrored = With(GetParam());
+  mirrored.positive_edge = false;
+  EdgeTracker tracker(With(GetParam()));
+  EdgeTracker other(mirrored);
+  Rng rng(2);
+  for (int i = 0; i < 30; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    const Reading reading = tracker.Update(profile);
+    std::reverse(profile.height_m.begin(), profile.height_m.end());
+    const Reading back = other.Update(profile);
+    ASSERT_EQ(reading.status, back.status);
+    ASSERT_EQ(reading.column.has_value(), back.column.has_value());
+    if (reading.column) {
+      EXPECT_DOUBLE_EQ(*back.column, 1023.0 - *reading.column);
+    }
+    const auto packet = tracker.TakePacket();
+    const auto packet_back = other.TakePacket();
+    ASSERT_EQ(packet.has_value(), packet_back.has_value());
+    if (packet && packet->column) {
+      EXPECT_DOUBLE_EQ(*packet_back->column, 1023.0 - *packet->column);
+    }
+  }
+}
+
+TEST_P(EveryDecision, SendsAPacketEveryPeriodWithAPositionOfIt) {
+  Rng rng(3);
+  EdgeTracker tracker(With(GetParam()));
+  std::vector<EdgePacket> packets;
+  std::vector<Reading> readings;
+  for (int i = 0; i <= 100; ++i) {
+    readings.push_back(tracker.Update(Scan({}, 0.01 * i, rng)));
+    if (auto packet = tracker.TakePacket()) packets.push_back(*packet);
+    EXPECT_FALSE(tracker.TakePacket());  // taken
+  }
+  ASSERT_EQ(packets.size(), 10U);
+  for (const EdgePacket& packet : packets) {
+    ASSERT_TRUE(packet.column);
+    const auto same = std::find_if(readings.begin(), readings.end(), [&](const Reading& r) {
+      return r.time_s == packet.time_s && r.column == packet.column;
+    });
+    EXPECT_NE(same, readings.end());
+  }
+}
+
+TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
+  Rng rng(4);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 40; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    const bool empty = i % 4 == 3;
+    if (empty) profile.height_m.assign(1024, kNone);
+    const Reading reading = tracker.Update(profile);
+    if (empty) {
+      EXPECT_EQ(reading.status, ProfileStatus::kUnusable);
+    }
+    if (!empty && i > 8) {
+      EXPECT_EQ(reading.status, ProfileStatus::kEdge) << i;
+    }
+  }
+}
+
+// A fresh tracker and one that was reset read the same.
+TEST_P(EveryDecision, ResetForgetsEverything) {
+  Rng rng(5);
+  EdgeTracker used(With(GetParam()));
+  for (int i = 0; i < 30; ++i) used.Update(Scan({.edge = 300.0}, kPeriod_s * i, rng));
+  used.Reset();
+  EdgeTracker fresh(With(GetParam()));
+  for (int i = 0; i < 30; ++i) {
+    const Profile profile = Scan({.edge = 700.0}, kPeriod_s * i, rng);
+    const Reading a = used.Update(profile);
+    const Reading b = fresh.Update(profile);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.column, b.column);
+  }
+}
+
+TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
+  Rng rng(6);
+  TrackerOptions options = With(DecisionMethod::kVoting);
+  EdgeTracker tracker(options);
+  std::vector<TimedColumn> votes;
+  for (int i = 0; i < 6; ++i) {  // within one period: nothing was sent yet
+    Line line;
+    line.edge = 500.0 + i;
+    const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+    const auto vote = VoteTwoOfThree(reading.detected, 12.0);
+    ASSERT_TRUE(vote);
+    votes.push_back({reading.time_s, *vote});
+    if (votes.size() < 2) continue;
+    const auto line_fit = PredictByLine(votes, reading.time_s, options.line_prediction);
+    EXPECT_DOUBLE_EQ(*reading.column, line_fit->column);
+  }
+}
+
+TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
+  Rng rng(7);
+  const TrackerOptions options = With(DecisionMethod::kWeights);
+  EdgeTracker tracker(options);
+  std::vector<double> history;
+  for (int i = 0; i < 30; ++i) {
+    // The edge moves: of equal positions the mean does not tell how many they are.
+    const Reading reading = tracker.Update(Scan({.edge = 500.0 + i}, kPeriod_s * i, rng));
+    auto expected = SumOfWeights(tracker.results());
+    WeightByHistory(expected, history, options.history.sigma_columns);
+    EXPECT_EQ(tracker.weight(), expected);
+    if (!reading.column) continue;
+    const auto best = std::max_element(expected.begin(), expected.end()) - expected.begin();
+    EXPECT_EQ(*reading.column, static_cast<double>(best));
+    history.push_back(*reading.column);
+    if (history.size() > 10) history.erase(history.begin());
+  }
+  EXPECT_EQ(history.size(), 10U);
+}
+
+// The strongest position of a period (eq. 3.17).
+TEST(EdgeTracker, SendsThePositionOfTheLargestWeightOfAPeriod) {
+  for (const auto method : {DecisionMethod::kWeights, DecisionMethod::kAccumulated}) {
+    Rng rng(8);
+    EdgeTracker tracker(With(method));
+    double max_weight = 0.0;
+    double max_time_s = 0.0;
+    int packets = 0;
+    for (int i = 0; i <= 100; ++i) {
+      const Reading reading = tracker.Update(Scan({}, 0.01 * i, rng));
+      if (reading.column) {
+        const double weight = tracker.weight()[static_cast<std::size_t>(*reading.column)];
+        if (weight >= max_weight) {
+          max_weight = weight;
+          max_time_s = reading.time_s;
+        }
+      }
+      if (const auto packet = tracker.TakePacket()) {
+        EXPECT_EQ(packet->time_s, max_time_s);
+        max_weight = 0.0;
+        ++packets;
+      }
+    }
+    EXPECT_EQ(packets, 10);
+  }
+}
+
+TEST_P(EveryDecision, APeriodWithoutAnEdgeSendsNone) {
+  Rng rng(9);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i <= 20; ++i) tracker.Update(Scan({}, 0.01 * i, rng));
+  ASSERT_TRUE(tracker.TakePacket()->column);
+  std::optional<EdgePacket> packet;
+  for (int i = 21; i <= 30; ++i) {
+    tracker.Update({.height_m = std::vector<float>(1024, kNone), .time_s = 0.01 * i});
+    if (auto one = tracker.TakePacket()) packet = one;
+  }
+  ASSERT_TRUE(packet);
+  EXPECT_FALSE(packet->column);
+}
+
+TEST_P(EveryDecision, OnePositionAloneIsNoEdge) {
+  if (GetParam() == DecisionMethod::kSteps) {
+    GTEST_SKIP() << "asks one profile for more evidence instead";
+  }
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    EdgeTracker tracker(With(GetParam()));
+    EXPECT_FALSE(tracker.Update(Scan({}, 0.0, rng)).column) << seed;
+  }
+}
+
+// What lies outside of the measured part is no part of the profile; columns are the whole line's.
+TEST_P(EveryDecision, ColumnsAreThoseOfTheLineThoughItsBeginningIsMissing) {
+  Rng rng(10);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 10; ++i) {
+    Profile profile = Scan({}, kPeriod_s * i, rng);
+    std::fill_n(profile.height_m.begin(), 200, kNone);
+    const Reading reading = tracker.Update(profile);
+    std::vector<std::optional<int>> detected(reading.detected.begin(), reading.detected.end());
+    if (GetParam() == DecisionMethod::kSteps) detected = {reading.local_step};
+    for (const auto& column : detected) {
+      ASSERT_TRUE(column);
+      EXPECT_NEAR(*column, 500, 12);
+    }
+    if (i < 3) continue;
+    ASSERT_TRUE(reading.column);
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+  }
+}
+
+TEST_P(EveryDecision, NothingIsFoundWhereNoStepCanBeMeasured) {
+  if (GetParam() == DecisionMethod::kSteps) GTEST_SKIP() << "its windows may be cut at the ends";
+  for (const double edge : {8.0, 1015.0}) {
+    Rng rng(11);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 5; ++i) {
+      const Reading reading = tracker.Update(Scan({.edge = edge, .lost = 0.0}, kPeriod_s * i, rng));
+      for (const auto& column : reading.detected) {
+        if (column) {
+          EXPECT_GE(*column, 20);
+          EXPECT_LT(*column, 1004);
+        }
+      }
+      for (const auto& result : tracker.results()) {
+        for (std::size_t c = 0; c < 20; ++c) {
+          EXPECT_EQ(result.weight[c], 0.0F);
+          EXPECT_EQ(result.weight[1023 - c], 0.0F);
+        }
+      }
+    }
+  }
+}
+
+// Profiles fall beside the ends of periods: six of 16 ms are 96 ms, seven 112.
+TEST_P(EveryDecision, PacketsKeepTheirPeriodOnTheAverage) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  int packets = 0;
+  constexpr int kProfiles = 625;  // 10 s
+  for (int i = 0; i < kProfiles; ++i) {
+    tracker.Update(Scan({}, kPeriod_s * i, rng));
+    packets += tracker.TakePacket() ? 1 : 0;
+  }
+  EXPECT_EQ(packets, 99);
+}
+
+TEST_P(EveryDecision, ASlowSensorFindsTheEdgeToo) {
+  for (const double rate_hz : {1.0, 5.0, 9.0}) {
+    Rng rng(1);
+    EdgeTracker tracker(With(GetParam()));
+    for (int i = 0; i < 12; ++i) {
+      const Reading reading = tracker.Update(Scan({}, i / rate_hz, rng));
+      if (i < 3) continue;
+      ASSERT_EQ(reading.status, ProfileStatus::kEdge) << rate_hz << " " << i;
+      EXPECT_NEAR(*reading.column, 500.0, 12.0);
+      const auto packet = tracker.TakePacket();
+      ASSERT_TRUE(packet && packet->column) << rate_hz << " " << i;
+      EXPECT_DOUBLE_EQ(packet->x_m, reading.x_m);
+    }
+  }
+}
+
+TEST_P(EveryDecision, AFastSensorFindsTheEdgeToo) {
+  Rng rng(1);
+  EdgeTracker tracker(With(GetParam()));
+  for (int i = 0; i < 400; ++i) {
+    const Reading reading = tracker.Update(Scan({}, i / 2000.0, rng));
+    if (i < 3) continue;
+    ASSERT_EQ(reading.status, ProfileStatus::kEdge) << i;
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+  }
+}
+
+TEST_P(EveryDecision, ASingleProfileAnswersIfItNeedsNoOther) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    TrackerOptions options = With(GetParam());
+    options.confirm = false;
+    const Reading reading = EdgeTracker(options).Update(Scan({}, 0.0, rng));
+    ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed;
+    EXPECT_NEAR(*reading.column, 500.0, 12.0);
+    Line flat;
+    flat.step_m = 0.0;
+    EXPECT_EQ(EdgeTracker(options).Update(Scan(flat, 0.0, rng)).status, ProfileStatus::kNoEdge);
+  }
+}
+
+// A column is wider the further away the surface is.
+TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
+  Calibration calibration;
+  calibration.meters_per_column = {1.0 / 12'000.0, -1.0 / 2'400.0};  // at -15 mm 7.5 % more
+  for (const bool positive : {true, false}) {
+    Rng rng(1);
+    TrackerOptions options = With(GetParam());
+    options.positive_edge = positive;
+    EdgeTracker tracker(options, calibration);
+    Line line;
+    line.tilt = 0.0;
+    line.edge = 860.0;
+    for (int i = 0; i < 20; ++i) {
+      Profile profile = Scan(line, kPeriod_s * i, rng);
+      for (float& z : profile.height_m) z -= 16e-3F;  // -15 mm with the line's own millimetre
+      if (!positive) std::reverse(profile.height_m.begin(), profile.height_m.end());
+      const Reading reading = tracker.Update(profile);
+      const auto packet = tracker.TakePacket();
+      if (i < 3) continue;
+      ASSERT_TRUE(reading.column) << i;
+      const double wanted = (*reading.column - 511.5) * 1.075 / 12'000.0;
+      // Either side of the step, whose 0.6 mm are 0.3 % of the width.
+      EXPECT_NEAR(reading.x_m, wanted, 4e-3 * std::abs(wanted)) << i;
+      EXPECT_GT(std::abs(reading.x_m), 30e-3);
+      if (packet) {
+        EXPECT_NEAR(packet->x_m, wanted, 0.1e-3) << i;
+      }
+    }
+  }
+}
+
+// An edge 2 mm wide, seen by sensors of any number of columns a mm, in the noise of one.
+TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
+  for (const double columns_per_mm : {6.0, 12.0, 18.0, 40.0, 80.0}) {
+    Rng rng(1);
+    TrackerOptions options = With(GetParam());
+    options.line = {.columns = static_cast<int>(60.0 * columns_per_mm),
+                    .columns_per_m = 1000.0 * columns_per_mm};
+    EdgeTracker tracker(options);
+    int found = 0;
+    constexpr int kProfiles = 40;
+    for (int i = 0; i < kProfiles; ++i) {
+      Profile profile;
+      profile.time_s = kPeriod_s * i;
+      for (int c = 0; c < options.line.columns; ++c) {
+        const double x_mm = c / columns_per_mm - 30.0;
+        const double share = std::clamp(0.5 + x_mm / 2.0, 0.0, 1.0);
+        profile.height_m.push_back(static_cast<float>(0.8e-3 * share + 0.03e-3 * rng.Normal()));
+      }
+      const Reading reading = tracker.Update(profile);
+      found += reading.column && std::abs(*reading.column / columns_per_mm - 30.0) <= 1.0 ? 1 : 0;
+    }
+    // The sum of weights follows the candidates of local weighted voting, which are single columns
+    // of noise where columns are many.
+    const bool weak = GetParam() == DecisionMethod::kWeights;
+    EXPECT_GE(found, weak ? kProfiles / 2 : kProfiles - 4) << columns_per_mm;
+  }
+}
+
+TEST(EdgeTracker, RefusesProfilesThatAreNotTheSensors) {
+  EdgeTracker tracker({});
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1000, 0.0F), .time_s = 0.0}),
+               InputError);
+  tracker.Update({.height_m = std::vector<float>(1024, 0.0F), .time_s = 1.0});
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1024, 0.0F), .time_s = 0.5}),
+               InputError);
+  EXPECT_THROW(tracker.Update({.height_m = std::vector<float>(1024, 0.0F),
+                               .time_s = std::numeric_limits<double>::quiet_NaN()}),
+               InputError);
+}
+
+TEST(EdgeTracker, AnyFiniteOrInfiniteHeightsAreTaken) {
+  for (const auto method :
+       {DecisionMethod::kVoting, DecisionMethod::kWeights, DecisionMethod::kAccumulated}) {
+    EdgeTracker tracker(With(method));
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
+      Rng rng(seed);
+      Profile profile = Scan({}, static_cast<double>(seed), rng);
+      for (float& z : profile.height_m) {
+        const double kind = rng.Uniform();
+        if (kind < 0.1) z = std::numeric_limits<float>::infinity();
+        if (kind > 0.9) z = -std::numeric_limits<float>::infinity();
+        if (kind > 0.4 && kind < 0.4 + 1e-3 * static_cast<double>(seed)) z = 1e30F;
+      }
+      const Reading reading = tracker.Update(profile);
+      if (reading.column) {
+        EXPECT_TRUE(std::isfinite(*reading.column));
+      }
+    }
+  }
+}
+
+TrackerOptions OptionsIn(const std::filesystem::path& file) {
+  TrackerOptions options;
+  auto map = base::YamlMap::FromFile(file);
+  ReadTrackerOptions(map, options);
+  map.Finish();
+  return options;
+}
+
+TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
+  const TempFolder folder;
+  const auto file = folder.Write("t.yaml",
+                                 "method: weights\n"
+                                 "columns_per_mm: 18\n"
+                                 "filter:\n  half_height_mm: 0.3\n"
+                                 "step:\n  min_step_mm: 0.5\n"
+                                 "history_length: 7\n");
+  const auto options = OptionsIn(file);
+  EXPECT_EQ(options.method, DecisionMethod::kWeights);
+  EXPECT_DOUBLE_EQ(options.line.columns_per_m, 18'000.0);
+  EXPECT_DOUBLE_EQ(options.preprocess.filter.half_height_m, 0.3e-3);
+  EXPECT_DOUBLE_EQ(options.step.min_step_m, 0.5e-3);
+  EXPECT_EQ(options.history.length, 7);
+  for (const auto& [text, says] : std::vector<std::pair<std::string, std::string>>{
+           {"methud: weights\n", "methud"},
+           {"method: magic\n", "method"},
+           {"step:\n  min_step_mm: -1\n", "min_step_mm"},
+           {"memory: 1\n", "memory"},
+           {"history_length: many\n", "history_length"}}) {
+    folder.Write("t.yaml", text);
+    try {
+      OptionsIn(file);
+      FAIL() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));
+      EXPECT_THAT(error.what(), HasSubstr(says));
+    }
+  }
+}
+
+TEST(EdgeTracker, RefusesOptionsOutOfRange) {
+  const auto refused = [](auto change) {
+    TrackerOptions options;
+    change(options);
+    EXPECT_THROW(EdgeTracker{options}, std::invalid_argument);
+  };
+  refused([](TrackerOptions& o) { o.line.columns = 10; });
+  refused([](TrackerOptions& o) { o.vote_tolerance_m = 0.0; });
+  refused([](TrackerOptions& o) {
+    o.method = DecisionMethod::kSteps;
+    o.line.columns_per_m = 1000.0;  // the narrowest window would have three columns on a side
+  });
+  refused([](TrackerOptions& o) { o.packet_period_s = -1.0; });
+  refused([](TrackerOptions& o) { o.history.length = 0; });
+  refused([](TrackerOptions& o) { o.accumulation.memory = 1.0; });
+  refused([](TrackerOptions& o) { o.step.min_step_m = std::nan(""); });
+}
+
+}  // namespace
+}  // namespace rangegrasp::seam

@@ -1,0 +1,371 @@
+#include "stereo/reconstruct.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/quantile.h"
+#include "base/rng.h"
+#include "synthetic_pair.h"
+
+namespace rangegrasp::stereo {
+namespace {
+
+using testing_support::Meet;
+using testing_support::Picture;
+using testing_support::SyntheticCalibration;
+using testing_support::SyntheticScene;
+using testing_support::TwoBoxes;
+
+constexpr double kNoiseLevels = 2.0;
+
+struct Pair {
+  StereoCalibration calibration = SyntheticCalibration();
+  SyntheticScene scene = TwoBoxes();
+  image::Image left = Picture(scene, calibration.camera, calibration.X_WL, kNoiseLevels, 1);
+  image::Image right = Picture(scene, calibration.camera, calibration.X_WR, kNoiseLevels, 2);
+  Rectifier rectifier{calibration};
+};
+
+const Pair& ThePair() {
+  static const Pair pair;
+  return pair;
+}
+
+// The small camera's pixels are eight times as large as those of the one that defaults are for.
+ReconstructOptions SmallCamera(MatchMethod method) {
+  ReconstructOptions options;
+  options.match.method = method;
+  options.match.shrink = 1;
+  options.match.block_window_px = 11;
+  options.match.min_patch_px = 40;
+  options.step_px = 2;
+  options.near_m = 0.35;
+  options.far_m = 0.9;
+  options.table_W = geometry::Plane{};
+  return options;
+}
+
+// Of the pixels that show a box: how many there are, and the errors of those with a disparity.
+struct Errors {
+  int pixels = 0;
+  std::vector<double> errors_px;
+};
+Errors ErrorsOn(int box, const Reconstruction& made) {
+  const Pair& pair = ThePair();
+  const RectifiedCameras& cameras = pair.rectifier.cameras();
+  Errors errors;
+  for (int y = 0; y < cameras.height; ++y) {
+    for (int x = 0; x < cameras.width; ++x) {
+      const Eigen::Vector3d ray_W =
+          cameras.X_WS.rotation() *
+          Eigen::Vector3d((x - cameras.cx) / cameras.f, (y - cameras.cy) / cameras.f, 1.0);
+      const auto hit = Meet(pair.scene, cameras.X_WS.translation(), ray_W);
+      if (hit.box != box) continue;
+      ++errors.pixels;
+      const float disparity = made.disparity.grey[static_cast<std::size_t>(y * cameras.width + x)];
+      if (std::isnan(disparity)) continue;
+      errors.errors_px.push_back(std::abs(disparity - cameras.DisparityAt(hit.along)));
+    }
+  }
+  return errors;
+}
+
+class BothMethods : public ::testing::TestWithParam<MatchMethod> {};
+
+TEST_P(BothMethods, FindTheDisparityOfPrintToAFractionOfAPixel) {
+  const Pair& pair = ThePair();
+  const Reconstruction made =
+      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(GetParam()));
+  Errors errors = ErrorsOn(0, made);
+  ASSERT_GT(errors.pixels, 2000);
+  EXPECT_GT(static_cast<double>(errors.errors_px.size()), 0.7 * errors.pixels);
+  // A sixteenth is the matchers' own step; noise of 2 levels in 100 adds about as much.
+  EXPECT_LT(base::MedianOf(errors.errors_px), 0.15);
+}
+
+// Half of a normal distribution lies within 0.674 deviations, where the density of the absolute
+// value is 0.636: the median of n independent errors has the standard error 1 / (2 0.636 sqrt(n)).
+// Samples that share a matching window share its error, so that n is a window's share of them. Of
+// an error that is not more than its sample states, the median is below this but once in 700 times.
+double GreatestMedian(std::size_t samples, const ReconstructOptions& options) {
+  const int window_px = options.match.method == MatchMethod::kBlock
+                            ? options.match.block_window_px
+                            : options.match.semi_global_window_px;
+  const double in_window = std::pow(static_cast<double>(window_px) / options.step_px, 2);
+  const double independent = static_cast<double>(samples) / in_window;
+  return 0.674 + 3.0 / (2.0 * 0.636 * std::sqrt(independent));
+}
+
+TEST_P(BothMethods, PutPointsWhereTheSurfacesAre) {
+  const Pair& pair = ThePair();
+  const Reconstruction made =
+      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(GetParam()));
+  const auto& view = made.view;
+  ASSERT_EQ(view.image.points_C.size(), view.noise_m.size());
+  ASSERT_EQ(view.image.points_C.size(), made.left_pixel.size());
+  std::vector<double> errors_in_noise;
+  const Eigen::Vector3d origin_W = view.image.origins_C.front();
+  for (std::size_t i = 0; i < view.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p_W = view.image.points_C[i];
+    if (!p_W.allFinite() || view.noise_m[i] == 0.0F) continue;
+    const Eigen::Vector3d ray_W = p_W - origin_W;
+    const auto hit = Meet(pair.scene, origin_W, ray_W);
+    if (hit.box != 0) continue;
+    errors_in_noise.push_back(std::abs(hit.along - 1.0) * ray_W.norm() /
+                              static_cast<double>(view.noise_m[i]));
+  }
+  ASSERT_GT(errors_in_noise.size(), 500U);
+  EXPECT_LT(base::MedianOf(errors_in_noise),
+            GreatestMedian(errors_in_noise.size(), SmallCamera(GetParam())));
+}
+
+INSTANTIATE_TEST_SUITE_P(Match, BothMethods,
+                         ::testing::Values(MatchMethod::kSemiGlobal, MatchMethod::kBlock));
+
+TEST(Reconstruct, RemovedPixelsLieOnTheTableAndNoneOfThemIsMatched) {
+  const Pair& pair = ThePair();
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const Reconstruction made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  for (std::size_t i = 0; i < made.kept.grey.size(); ++i) {
+    if (made.kept.grey[i] == 0) {
+      EXPECT_TRUE(std::isnan(made.disparity.grey[i]));
+    }
+  }
+  int on_table = 0;
+  for (std::size_t i = 0; i < made.view.noise_m.size(); ++i) {
+    if (made.view.noise_m[i] != 0.0F) continue;
+    EXPECT_NEAR(made.view.image.points_C[i].z(), 0.0, 1e-12);
+    ++on_table;
+  }
+  EXPECT_GT(on_table, 5000);
+
+  options.table_W.reset();
+  const Reconstruction without = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  EXPECT_EQ(std::count(without.view.noise_m.begin(), without.view.noise_m.end(), 0.0F), 0);
+}
+
+TEST(Reconstruct, GreyIsNotReconstructedByBlocksAsPrintIs) {
+  const Pair& pair = ThePair();
+  const Reconstruction made =
+      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(MatchMethod::kBlock));
+  const Errors print = ErrorsOn(0, made), grey = ErrorsOn(1, made);
+  EXPECT_LT(static_cast<double>(grey.errors_px.size()) / grey.pixels,
+            0.8 * static_cast<double>(print.errors_px.size()) / print.pixels);
+}
+
+TEST(Reconstruct, TellsWhichPixelOfTheLeftPictureASampleComesFrom) {
+  const Pair& pair = ThePair();
+  const Reconstruction made =
+      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(MatchMethod::kSemiGlobal));
+  const base::Pose X_LW = pair.calibration.X_WL.inverse();
+  for (std::size_t i = 0; i < made.left_pixel.size(); ++i) {
+    const Eigen::Vector3d& p_W = made.view.image.points_C[i];
+    if (!p_W.allFinite()) continue;
+    const Eigen::Vector2d pixel = Project(pair.calibration.camera, X_LW * p_W);
+    // Kept in single precision: 400 px to 3e-5.
+    EXPECT_LT((pixel - made.left_pixel[i].cast<double>()).norm(), 1e-4);
+  }
+}
+
+TEST(Reconstruct, SamePicturesGiveTheSameCloud) {
+  const Pair& pair = ThePair();
+  const auto options = SmallCamera(MatchMethod::kSemiGlobal);
+  const Reconstruction a = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  const Reconstruction b = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  ASSERT_EQ(a.disparity.grey.size(), b.disparity.grey.size());
+  for (std::size_t i = 0; i < a.disparity.grey.size(); ++i) {
+    const float da = a.disparity.grey[i], db = b.disparity.grey[i];
+    EXPECT_TRUE(da == db || (std::isnan(da) && std::isnan(db)));
+  }
+}
+
+TEST(Reconstruct, APictureOfTheTableAloneHasNoPointAboveIt) {
+  const StereoCalibration calibration = SyntheticCalibration();
+  const SyntheticScene empty;
+  const Reconstruction made =
+      Reconstruct(Picture(empty, calibration.camera, calibration.X_WL, kNoiseLevels, 3),
+                  Picture(empty, calibration.camera, calibration.X_WR, kNoiseLevels, 4),
+                  Rectifier(calibration), SmallCamera(MatchMethod::kSemiGlobal));
+  for (const Eigen::Vector3d& p_W : made.view.image.points_C) {
+    if (p_W.allFinite()) {
+      EXPECT_NEAR(p_W.z(), 0.0, 1e-12);
+    }
+  }
+}
+
+TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
+  image::Image picture{
+      6, 1, {40, 60, 150, 10, 15, 38, 200, 200, 210, 200, 40, 40, 20, 20, 21, 0, 0, 0}};
+  const Mask mask = WithoutBlue(picture, 0.15, 12, 1);
+  EXPECT_EQ(mask.grey, (std::vector<std::uint8_t>{0, 0, 255, 255, 255, 0}));
+}
+
+TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
+  const Pair& pair = ThePair();
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const auto made_points = [&] {
+    const auto made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+    std::vector<std::pair<Eigen::Vector3d, double>> points;
+    for (std::size_t i = 0; i < made.view.noise_m.size(); ++i) {
+      if (made.view.noise_m[i] > 0.0F) {  // not by colour on the table
+        points.emplace_back(made.view.image.points_C[i], made.view.noise_m[i]);
+      }
+    }
+    return points;
+  };
+  const std::size_t without = made_points().size();
+  // Half of the printed box, and none of the other one.
+  options.volume = {base::MakePose(Eigen::Matrix3d::Identity(), {0.0, -0.11, 0.0}), 0.045, 0.2};
+  const auto within = made_points();
+  EXPECT_GT(within.size(), 300U);
+  EXPECT_LT(within.size(), without / 2);
+  for (const auto& [p_W, noise_m] : within) {
+    const Eigen::Vector3d p_V = options.volume->X_WV.inverse() * p_W;
+    // A sample's ray is that of its middle, half a sample (1 mm) off its pixels'.
+    EXPECT_LT(p_V.head<2>().norm(), options.volume->radius_m + 3.0 * noise_m + 0.001);
+    EXPECT_GT(p_V.z(), -3.0 * noise_m - 0.001);
+  }
+  options.volume->X_WV = base::MakePose(Eigen::Matrix3d::Identity(), {0.0, 3.0, 0.0});
+  EXPECT_THROW(made_points(), base::InputError);
+}
+
+TEST(Reconstruct, BluePrintOnABoxIsNoTable) {
+  const Pair& pair = ThePair();
+  image::Image left = pair.left;
+  // A dash of 12 x 6 pixels in the middle of the printed box's top.
+  const Eigen::Vector2d middle =
+      Project(pair.calibration.camera,
+              pair.calibration.X_WL.inverse() * Eigen::Vector3d(0.0, -0.065, 0.09));
+  const int x0 = static_cast<int>(middle.x()) - 6, y0 = static_cast<int>(middle.y()) - 3;
+  for (int y = y0; y < y0 + 6; ++y) {
+    for (int x = x0; x < x0 + 12; ++x) {
+      std::uint8_t* pixel = left.rgb.data() + 3 * (y * left.width + x);
+      pixel[0] = 40;
+      pixel[1] = 60;
+      pixel[2] = 150;
+    }
+  }
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const auto table_samples_in_it = [&] {
+    const auto made = Reconstruct(left, pair.right, pair.rectifier, options);
+    int count = 0;
+    for (std::size_t i = 0; i < made.left_pixel.size(); ++i) {
+      const Eigen::Vector2f& at = made.left_pixel[i];
+      const bool inside = at.x() > static_cast<float>(x0) && at.x() < static_cast<float>(x0 + 12) &&
+                          at.y() > static_cast<float>(y0) && at.y() < static_cast<float>(y0 + 6);
+      count += inside && made.view.noise_m[i] == 0.0F ? 1 : 0;
+    }
+    return count;
+  };
+  options.min_table_px = 200;
+  EXPECT_EQ(table_samples_in_it(), 0);
+  options.min_table_px = 0;
+  EXPECT_GT(table_samples_in_it(), 3);
+}
+
+// A printed square before a wall whose stains are hardly more than the noise: their disparities are
+// 24 and 12 px.
+struct SquareBeforeAWall {
+  static constexpr int kWidth = 320, kHeight = 160, kFirst = 140, kLast = 220, kDisparity = 24,
+                       kWallDisparity = 12;
+  image::Grey8 left{kWidth, kHeight, {}}, right{kWidth, kHeight, {}};
+  image::Image whole{kWidth, kHeight, {}};
+  Mask all{kWidth, kHeight, std::vector<std::uint8_t>(kWidth* kHeight, 255)};
+
+  static bool InSquare(int x, int y) { return x >= kFirst && x < kLast && y >= 40 && y < 120; }
+
+  SquareBeforeAWall() {
+    base::Rng rng(5);
+    std::vector<double> print(kWidth * kHeight);
+    for (double& level : print) level = rng.Uniform(0.0, 1.0);
+    const auto print_at = [&](int x, int y) {
+      return print[static_cast<std::size_t>(y * kWidth + std::min(x, kWidth - 1))];
+    };
+    const auto level = [&](int x, int y, double turn) {  // 0: the left picture, 1: the right one
+      const int on_square = x + static_cast<int>(turn * kDisparity);
+      const double clean =
+          InSquare(on_square, y)
+              ? 60.0 + 140.0 * print_at(on_square, y)
+              : 148.0 + 4.0 * print_at(x + static_cast<int>(turn * kWallDisparity), y);
+      return testing_support::Level(clean + 2.0 * rng.Normal());
+    };
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        left.grey.push_back(level(x, y, 0));
+        right.grey.push_back(level(x, y, 1));
+        whole.rgb.insert(whole.rgb.end(), 3, left.grey.back());
+      }
+    }
+  }
+
+  /// Shares of the square and of the wall that have a disparity of about the square's.
+  std::pair<double, double> SharesAsNear(const MatchOptions& options) const {
+    const Disparity found = Match(left, right, all, whole, 8.0, 40.0, options);
+    double square = 0.0, wall = 0.0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 60; x < kWidth; ++x) {  // further left nothing can be matched
+        const float d = found.grey[static_cast<std::size_t>(y * kWidth + x)];
+        const bool near = std::abs(d - kDisparity) < 4.0F;
+        (InSquare(x, y) ? square : wall) += near ? 1.0 : 0.0;
+      }
+    }
+    return {square / (80.0 * 80.0), wall / ((kWidth - 60.0) * kHeight - 80.0 * 80.0)};
+  }
+};
+
+TEST(Match, LessOfAWallTakesOnTheDisparityOfWhatStandsBeforeIt) {
+  const SquareBeforeAWall scene;
+  MatchOptions options;
+  const auto [square, wall] = scene.SharesAsNear(options);
+  EXPECT_GT(square, 0.85);
+  options.consensus_share = 0.0;
+  options.min_edges = 0.0;
+  const auto [square_before, wall_before] = scene.SharesAsNear(options);
+  // Where all of a neighborhood took it on, nothing tells; where only a part did, that part goes.
+  EXPECT_LT(wall, 0.85 * wall_before) << wall << " of the wall, " << wall_before << " before";
+  EXPECT_GT(square, square_before - 0.05);
+}
+
+TEST(Match, NoiseAloneIsNoTexture) {
+  const SquareBeforeAWall scene;
+  base::Rng rng(9);
+  image::Grey8 left{320, 160, {}}, right = left;
+  image::Image whole{320, 160, {}};
+  for (int i = 0; i < 320 * 160; ++i) {
+    left.grey.push_back(testing_support::Level(150.0 + 2.0 * rng.Normal()));
+    right.grey.push_back(testing_support::Level(150.0 + 2.0 * rng.Normal()));
+    whole.rgb.insert(whole.rgb.end(), 3, left.grey.back());
+  }
+  MatchOptions options;
+  options.uniqueness_percent = 0;
+  const auto matched = [&] {
+    const Disparity found = Match(left, right, scene.all, whole, 8.0, 40.0, options);
+    return std::ranges::count_if(found.grey, [](float d) { return !std::isnan(d); });
+  };
+  EXPECT_EQ(matched(), 0);
+  options.min_edges = 0.0;
+  options.consensus_share = 0.0;
+  options.min_patch_px = 0;
+  EXPECT_GT(matched(), 1000);
+}
+
+TEST(Match, RefusesOptionsThatAreOutOfRange) {
+  const image::Grey8 grey{64, 64, std::vector<std::uint8_t>(64 * 64, 100)};
+  const image::Image whole{64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 100)};
+  const Mask all{64, 64, std::vector<std::uint8_t>(64 * 64, 255)};
+  MatchOptions options;
+  options.block_window_px = 20;
+  EXPECT_THROW(Match(grey, grey, all, whole, 1.0, 17.0, options), std::invalid_argument);
+  options = {};
+  EXPECT_THROW(Match(grey, grey, all, whole, 17.0, 1.0, options), std::invalid_argument);
+  const Mask small{32, 64, std::vector<std::uint8_t>(32 * 64, 255)};
+  EXPECT_THROW(Match(grey, grey, small, whole, 1.0, 17.0, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::stereo

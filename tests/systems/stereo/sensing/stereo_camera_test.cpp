@@ -1,0 +1,263 @@
+#include "stereo/sensing/stereo_camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+#include "error_of.h"
+#include "stereo/calibrate.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using ::testing::HasSubstr;
+using testing_support::ErrorOf;
+
+const std::string kRoot = RANGEGRASP_SOURCE_DIR;
+
+/// A quarter of the default's pixels along an edge, the same view.
+StereoCameraOptions SmallCamera() {
+  StereoCameraOptions options;
+  options.width = 400;
+  options.height = 300;
+  options.focal_px = 500.0;
+  options.center_right_px = 1.8;
+  options.center_down_px = -1.4;
+  options.shadow_px = 1024;
+  return options;
+}
+
+/// A red box in the middle of the blue table.
+class StereoCameraOnTheTable : public ::testing::Test {
+ protected:
+  StereoCameraOnTheTable()
+      : world_(kRoot + "/scenes/tabletop.xml",
+               {{"dextrose", kRoot + "/models/objects/dextrose/dextrose.xml"}}, {}),
+        X_WS_(world_.SitePose("scanner")) {
+    world_.PlaceObject(
+        0, base::MakePose(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                          {-0.03, 0.02, 0.0675}));
+  }
+
+  StereoShot Shoot(const StereoCameraOptions& options, std::uint64_t seed) const {
+    base::Rng rng(seed);
+    return StereoCamera(options).Photograph(world_, X_WS_, rng);
+  }
+
+  /// Share of a picture's pixels in which blue is greatest on the table and is not on the box, when
+  /// the truth is looked up so many pixels beside.
+  double Agreement(const StereoShot& shot, const image::Image& photo, const base::Pose& X_WC,
+                   const Eigen::Vector2d& beside) const {
+    std::vector<Eigen::Vector2d> pixels;
+    for (int y = 20; y < 280; ++y) {
+      for (int x = 20; x < 380; ++x) pixels.emplace_back(x, y);
+    }
+    std::vector<Eigen::Vector2d> looked_up;
+    for (const Eigen::Vector2d& pixel : pixels) looked_up.push_back(pixel + beside);
+    const auto truth = TruthOfPixels(world_.VisualMeshes(), shot.truth.lens, X_WC, looked_up);
+    int right = 0, all = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const Eigen::Vector3d ray = stereo::RayOf(shot.truth.lens, looked_up[i]);
+      const Eigen::Vector3d p_W = X_WC * Eigen::Vector3d(truth[i].depth_m * ray);
+      const bool box = truth[i].label == 1;
+      // The laminate alone: not what is painted on it, nor the room.
+      if (!box && (std::abs(p_W.z()) > 1e-4 || p_W.head<2>().norm() > 0.2)) continue;
+      const std::uint8_t* rgb =
+          photo.At(static_cast<int>(pixels[i].x()), static_cast<int>(pixels[i].y()));
+      const bool blue = rgb[2] > rgb[0] + 20 && rgb[2] > rgb[1] + 20;
+      right += blue != box;
+      ++all;
+    }
+    return double(right) / all;
+  }
+
+  sim::World world_;
+  base::Pose X_WS_;
+};
+
+TEST(StereoCamera, ATurnMovesItToTheSide) {
+  StereoCameraOptions options;
+  options.mount_right_m = options.mount_down_m = 0.0;
+  options.mount_roll_rad = options.mount_pitch_rad = options.mount_yaw_rad = 0.0;
+  const base::Pose X_SL = CameraInHead(options, options.left_pan_rad);
+  const base::Pose X_SR = CameraInHead(options, options.right_pan_rad);
+  EXPECT_TRUE(X_SR.linear().isIdentity(1e-12));
+  EXPECT_TRUE(X_SR.translation().isApprox(Eigen::Vector3d(0, 0, 0.3), 1e-12));
+  const Eigen::Vector3d baseline = X_SR.translation() - X_SL.translation();
+  EXPECT_NEAR(baseline.norm(), 0.6 * std::sin(base::Deg(2.0)), 1e-12);  // a chord of 4 degrees
+  EXPECT_GT(baseline.x(), 0.02);  // the right picture is taken from the right
+}
+
+// The numbers of the default camera, worked out by hand: 20.94 mm, and at 0.7 m 59.8 px of 11.7 mm.
+TEST(StereoNoise, FollowsFromTheNumbers) {
+  const StereoNoise noise = ExpectedStereoNoise(StereoCameraOptions{}, 0.7, 10.0, 21);
+  EXPECT_NEAR(noise.baseline_m, 0.02094, 1e-5);
+  EXPECT_NEAR(noise.disparity_px, 59.83, 0.01);
+  EXPECT_NEAR(noise.depth_per_pixel_m, 0.01170, 1e-5);
+  EXPECT_NEAR(noise.matching_px, 1.414 * 2.004 / 210.0, 1e-4);
+  EXPECT_NEAR(noise.pan_px, 0.0987, 1e-4);
+}
+
+// A window's shift by least squares reaches the bound: s = sum(g d) / sum(g g) for slopes g and
+// differences d.
+TEST(StereoNoise, IsWhatLeastSquaresOfAWindowLeave) {
+  constexpr int kWindow = 9;
+  const double slope = 6.0;
+  base::Rng rng(8);
+  const double grey_sigma = 3.0 * std::hypot(0.299, 0.587, 0.114);
+  double squares = 0.0;
+  constexpr int kWindows = 4000;
+  for (int i = 0; i < kWindows; ++i) {
+    double above = 0.0, below = 0.0;
+    for (int k = 0; k < kWindow * kWindow; ++k) {
+      const double g = slope * std::numbers::sqrt2 * std::sin(0.7 * k);
+      const double left = grey_sigma * rng.Normal();
+      const double right = grey_sigma * rng.Normal();
+      above += g * (left - right);
+      below += g * g;
+    }
+    squares += above * above / (below * below);
+  }
+  const double wanted = ExpectedStereoNoise(StereoCameraOptions{}, 0.7, slope, kWindow).matching_px;
+  // Five standard errors, and the sine's mean square over a window.
+  EXPECT_NEAR(std::sqrt(squares / kWindows), wanted,
+              wanted * (5.0 / std::sqrt(2.0 * kWindows) + 0.01));
+}
+
+// Pictures, labels and the lens agree, to the pixel: beside it they agree less. The print of the
+// box is nowhere bluest (its navy line is 2 mm wide).
+TEST_F(StereoCameraOnTheTable, PicturesShowWhatTheTruthSays) {
+  const StereoShot shot = Shoot(SmallCamera(), 1);
+  const auto check = [&](const image::Image& photo, const base::Pose& X_WC) {
+    const double here = Agreement(shot, photo, X_WC, {0, 0});
+    EXPECT_GT(here, 0.98);
+    for (const Eigen::Vector2d& beside : {Eigen::Vector2d(2, 0), Eigen::Vector2d(-2, 0),
+                                          Eigen::Vector2d(0, 2), Eigen::Vector2d(0, -2)}) {
+      EXPECT_LT(Agreement(shot, photo, X_WC, beside), here);
+    }
+  };
+  check(shot.photos.left, shot.truth.X_WL);
+  check(shot.photos.right, shot.truth.X_WR);
+}
+
+// The corners of a chessboard appear where the lens images them (5.10 to 5.12), to a tenth of a
+// pixel each, and without an offset of all.
+TEST(StereoCamera, ImagesAChessboardWhereItIs) {
+  sim::World world(kRoot + "/scenes/tabletop.xml",
+                   {{"chessboard", kRoot + "/models/calibration/chessboard/chessboard.xml"}}, {});
+  StereoCameraOptions options;
+  options.fine_print = false;
+  options.pan_sigma_rad = 0.0;
+  const base::Pose X_WS = world.SitePose("scanner");
+  const base::Pose X_WC = X_WS * CameraInHead(options, options.left_pan_rad);
+  const Eigen::Matrix3d facing = (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(base::kPi, Eigen::Vector3d::UnitX()))
+                                     .toRotationMatrix();
+  const base::Pose X_CBoard = base::MakePose(facing, {-0.01, 0.0, 0.62});
+  world.PlaceObject(0, X_WC * X_CBoard);
+  base::Rng rng(1);
+  const StereoShot shot = StereoCamera(options).Photograph(world, X_WS, rng);
+  stereo::BoardView view{"view", shot.photos.left, shot.photos.right, {}, X_WS.translation()};
+  for (int i = 0; i < 200; ++i) {  // what a laser without noise would say
+    const Eigen::Vector3d p(0.01 * (i % 20) - 0.1, 0.01 * (i / 20) - 0.05, 0.0025);
+    view.laser_W.push_back(X_WC * X_CBoard * p);
+  }
+  const stereo::BoardSighting found = stereo::FindBoard(view, {});
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double squares = 0.0;
+  for (const Eigen::Vector2d& seen : found.left_px) {
+    Eigen::Vector2d nearest(1e9, 1e9);
+    for (int i = 0; i < 54; ++i) {
+      const Eigen::Vector3d corner((i % 9 - 4) * 0.025, (i / 9 - 2.5) * 0.025, 0.0025);
+      const Eigen::Vector2d off = seen - stereo::Project(shot.truth.lens, X_CBoard * corner);
+      if (off.norm() < nearest.norm()) nearest = off;
+    }
+    sum += nearest;
+    squares += nearest.squaredNorm();
+  }
+  EXPECT_LT((sum / 54.0).norm(), 0.05);
+  EXPECT_LT(std::sqrt(squares / 54.0), 0.14);  // a tenth in each direction
+}
+
+TEST_F(StereoCameraOnTheTable, TheSameSeedTakesTheSamePictures) {
+  const StereoShot a = Shoot(SmallCamera(), 1);
+  const StereoShot b = Shoot(SmallCamera(), 1);
+  EXPECT_EQ(a.photos.left.rgb, b.photos.left.rgb);
+  EXPECT_EQ(a.photos.right.rgb, b.photos.right.rgb);
+  const StereoShot c = Shoot(SmallCamera(), 2);
+  EXPECT_NE(a.photos.left.rgb, c.photos.left.rgb);
+}
+
+// Two pictures that differ in nothing but their noise differ by its square root of two.
+TEST_F(StereoCameraOnTheTable, NoiseHasItsDeviation) {
+  StereoCameraOptions options = SmallCamera();
+  options.exposure_sigma = 0.0;
+  options.pan_sigma_rad = 0.0;
+  const image::Image a = Shoot(options, 1).photos.left;
+  const image::Image b = Shoot(options, 2).photos.left;
+  double squares = 0.0;
+  int n = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+    // Away from both ends of the range.
+    if (a.rgb[i] < 20 || b.rgb[i] < 20 || a.rgb[i] > 235 || b.rgb[i] > 235) continue;
+    const double difference = double(a.rgb[i]) - b.rgb[i];
+    squares += difference * difference;
+    ++n;
+  }
+  ASSERT_GT(n, 100000);
+  // Rounding to levels adds a twelfth; five standard errors.
+  const double wanted = std::sqrt(2.0 * (9.0 + 1.0 / 12.0));
+  EXPECT_NEAR(std::sqrt(squares / n), wanted, 5.0 * wanted / std::sqrt(2.0 * n) + 0.01);
+}
+
+TEST_F(StereoCameraOnTheTable, FinePrintIsSeenOnTheBoxAlone) {
+  StereoCameraOptions options = SmallCamera();
+  options.noise_levels = 0.0;
+  const StereoShot printed = Shoot(options, 1);
+  options.fine_print = false;
+  const StereoShot plain = Shoot(options, 1);
+  std::vector<Eigen::Vector2d> pixels;
+  for (int y = 0; y < 300; ++y) {
+    for (int x = 0; x < 400; ++x) pixels.emplace_back(x, y);
+  }
+  const auto truth =
+      TruthOfPixels(world_.VisualMeshes(), plain.truth.lens, plain.truth.X_WL, pixels);
+  int box = 0, changed_on_box = 0, changed_elsewhere = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const int difference = std::abs(printed.photos.left.rgb[3 * i] - plain.photos.left.rgb[3 * i]);
+    box += truth[i].label == 1;
+    (truth[i].label == 1 ? changed_on_box : changed_elsewhere) += difference > 8;
+  }
+  EXPECT_GT(changed_on_box, box / 20);
+  EXPECT_LT(changed_elsewhere, box / 20);  // reflections, and edges
+}
+
+TEST(StereoCameraOptions, AreReadInTheUnitsOfPeople) {
+  const testing_support::TempFolder folder;
+  folder.Write("camera.yaml", "type: stereo_camera\nahead_mm: 150\nright_pan_deg: 1\n");
+  const StereoCameraOptions options = ReadStereoCamera(folder / "camera.yaml");
+  EXPECT_DOUBLE_EQ(options.ahead_m, 0.15);
+  EXPECT_DOUBLE_EQ(options.right_pan_rad, base::Deg(1.0));
+  EXPECT_EQ(options.width, StereoCameraOptions{}.width);
+}
+
+TEST(StereoCameraOptions, NameWhatIsWrong) {
+  const testing_support::TempFolder folder;
+  const auto error = [&folder](const std::string& text) {
+    folder.Write("camera.yaml", text);
+    return ErrorOf([&] { ReadStereoCamera(folder / "camera.yaml"); });
+  };
+  EXPECT_THAT(error("type: line_scanner"), HasSubstr("must be stereo_camera"));
+  EXPECT_THAT(error("left_pan_deg: 3"), HasSubstr("left_pan_deg must be less than right_pan_deg"));
+  EXPECT_THAT(error("nose_levels: 3"), HasSubstr("noise_levels"));
+  StereoCameraOptions options;
+  options.noise_levels = -1.0;
+  EXPECT_THROW(StereoCamera{options}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::sensing

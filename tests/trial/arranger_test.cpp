@@ -1,0 +1,279 @@
+#include "trial/arranger.h"
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <set>
+
+#include "base/error.h"
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "trial/grasping_task.h"
+#include "trial/judge.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+experiment::Experiment Open(const std::string& name, const std::vector<std::string>& set = {}) {
+  return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_" + name + ".yaml",
+                                    experiment::AllKinds(), {.set = set});
+}
+
+TrialSpec SpecFor(const std::string& object, int index) {
+  return {object, index, TrialSeed(11, object, index)};
+}
+
+// By the engine's own list of contacts, with nothing asleep: which objects the target touches, as
+// far as they overlap at all, and how deep any two things are inside each other.
+struct Contacts {
+  std::set<int> of_target;  // root bodies
+  bool robot = false;
+  double deepest_m = 0.0;
+};
+Contacts ContactsOf(sim::World& world) {
+  const mjModel* model = world.model();
+  world.model()->opt.enableflags &= ~mjENBL_SLEEP;
+  mj_forward(model, world.data());
+  std::set<int> roots;
+  for (int object = 0; object < world.objects(); ++object) roots.insert(world.object_body(object));
+  Contacts found;
+  for (int i = 0; i < world.data()->ncon; ++i) {
+    const mjContact& contact = world.data()->contact[i];
+    int body[2];
+    for (const int side : {0, 1}) {
+      body[side] = model->body_rootid[model->geom_bodyid[contact.geom[side]]];
+    }
+    for (const int side : {0, 1}) {
+      if (!roots.contains(body[side])) continue;
+      found.deepest_m = std::max(found.deepest_m, -contact.dist);
+      const int other = body[1 - side];
+      if (body[side] == world.object_body(0) && roots.contains(other)) {
+        found.of_target.insert(other);
+      }
+      const int part = model->geom_bodyid[contact.geom[1 - side]];
+      found.robot |= !roots.contains(other) && model->body_weldid[part] != 0;
+    }
+  }
+  return found;
+}
+
+class Clutter : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Arrangements, Clutter, ::testing::Values("touching", "box", "pile"));
+
+TEST(FewInAPile, AreAsManyAsTheFileSaysAndNotAlwaysTheSame) {
+  const auto experiment = Open("pile", {"clutter.draw_others=true"});
+  const Cell& cell = CellOf(*experiment.task);
+  std::set<std::string> others;
+  for (int index = 0; index < 3; ++index) {
+    auto arranged = ArrangeTrial(cell, SpecFor("dextrose", index));
+    ASSERT_TRUE(arranged);
+    EXPECT_GE(arranged->world.objects(), 3);
+    EXPECT_LE(arranged->world.objects(), 6);
+    for (int object = 1; object < arranged->world.objects(); ++object) {
+      others.insert(arranged->world.object_name(object));
+    }
+  }
+  EXPECT_GT(others.size(), 5U);
+}
+
+TEST_P(Clutter, IsWhatItsDefinitionSays) {
+  const std::string kind = GetParam();
+  const auto experiment = Open(kind);
+  const Cell& cell = CellOf(*experiment.task);
+  int index = 0;
+  for (const char* object : {"dextrose", "coffee_cup", "sweets_prism"}) {
+    auto arranged = ArrangeTrial(cell, SpecFor(object, index++));
+    ASSERT_TRUE(arranged) << object;
+    sim::World& world = arranged->world;
+    EXPECT_EQ(world.object_name(arranged->target), object);
+    if (kind == "touching") {
+      EXPECT_GE(world.objects(), 3);
+      EXPECT_LE(world.objects(), 6);
+      EXPECT_GE(arranged->touching, 2);
+    } else {
+      EXPECT_EQ(world.objects(), 12);
+      EXPECT_GE(arranged->touching, 1);
+    }
+    for (int other = 1; other < world.objects(); ++other) {
+      EXPECT_FALSE(world.parked(other));
+      EXPECT_LT(world.ObjectTop(other), world.ObjectTop(0)) << object << other;
+      if (kind != "box") continue;
+      const Eigen::Vector3d center_W = world.ObjectCenterOfMass(other);
+      EXPECT_LT(std::abs(center_W.x()), 0.16);
+      EXPECT_LT(std::abs(center_W.y()), 0.21);
+      EXPECT_GT(world.ObjectBottom(other), 0.005);
+    }
+    const Contacts contacts = ContactsOf(world);
+    // What overlaps touches; what is counted may also be closer than half a millimetre.
+    EXPECT_LE(contacts.of_target.size(), static_cast<std::size_t>(arranged->touching));
+    EXPECT_LT(contacts.deepest_m, 0.001);
+    EXPECT_FALSE(contacts.robot);
+  }
+}
+
+// With the scene's own contact settings, and nothing allowed to sleep.
+TEST_P(Clutter, StaysAtRest) {
+  const auto experiment = Open(GetParam());
+  const Cell& cell = CellOf(*experiment.task);
+  for (const char* object : {"melba_toast", "sweets_prism"}) {
+    auto arranged = ArrangeTrial(cell, SpecFor(object, 0));
+    ASSERT_TRUE(arranged) << object;
+    sim::World& world = arranged->world;
+    EXPECT_GT(world.model()->opt.noslip_iterations, 0);
+    world.model()->opt.enableflags &= ~mjENBL_SLEEP;
+    const auto before_W = CentersOf(world);
+    const double end_s = world.time_s() + 0.5;
+    while (world.time_s() < end_s) world.Step();
+    for (int i = 0; i < world.objects(); ++i) {
+      EXPECT_LT(world.ObjectSpeed(i), cell.options.clutter.rest_speed_m_s) << object << i;
+      const Eigen::Vector3d way =
+          world.ObjectCenterOfMass(i) - before_W[static_cast<std::size_t>(i)];
+      EXPECT_LT(way.norm(), 0.001) << object << i;
+    }
+  }
+}
+
+TEST_P(Clutter, IsTheSameForTheSameSeed) {
+  const auto experiment = Open(GetParam());
+  const Cell& cell = CellOf(*experiment.task);
+  const auto poses = [&](int index, Redraws& redraws) {
+    const auto arranged = ArrangeTrial(cell, SpecFor("salt_cuboid", index), redraws);
+    std::vector<double> numbers;
+    for (int i = 0; arranged && i < arranged->world.objects(); ++i) {
+      const base::Pose X_WO = arranged->world.ObjectPose(i);
+      numbers.insert(numbers.end(), X_WO.matrix().data(), X_WO.matrix().data() + 16);
+    }
+    return numbers;
+  };
+  Redraws first, again, other;
+  const auto numbers = poses(0, first);
+  EXPECT_EQ(numbers, poses(0, again));
+  EXPECT_EQ(first, again);
+  EXPECT_NE(numbers, poses(1, other));
+}
+
+// Two objects that are always there among others, of which one is the target.
+experiment::Experiment OpenScattered(const std::vector<std::string>& set) {
+  std::vector<std::string> all = {
+      "arrangement=scattered",
+      "objects=[sweets_cylinder, salt_cylinder]",
+      "clutter.always=[sweets_cylinder, salt_cylinder]",
+      "clutter.others=[spread, dextrose, coffee_cup, shower_gel, melba_toast]",
+      "clutter.min_others=2",
+      "clutter.max_others=3"};
+  all.insert(all.end(), set.begin(), set.end());
+  return Open("single", all);
+}
+
+TEST(Scattered, HasWhatIsAlwaysThereAndADrawnNumberOfOthersAllOnTheTable) {
+  const auto experiment = OpenScattered({});
+  const Cell& cell = CellOf(*experiment.task);
+  std::set<int> counts;
+  for (int index = 0; index < 8; ++index) {
+    auto arranged = ArrangeTrial(cell, SpecFor("salt_cylinder", index));
+    ASSERT_TRUE(arranged);
+    sim::World& world = arranged->world;
+    counts.insert(world.objects());
+    EXPECT_EQ(world.object_name(0), "salt_cylinder");
+    EXPECT_EQ(world.object_name(1), "sweets_cylinder");
+    for (int object = 0; object < world.objects(); ++object) {
+      EXPECT_LT(world.ObjectBottom(object), 0.001);  // nothing lies on anything else
+    }
+    EXPECT_LT(ContactsOf(world).deepest_m, 0.001);
+  }
+  EXPECT_EQ(counts, (std::set<int>{4, 5}));
+}
+
+TEST(Scattered, TargetsStandAsOftenAsTheyAreToldTo) {
+  for (const double share : {0.0, 1.0}) {
+    const auto experiment = OpenScattered({"clutter.standing_share=" + std::to_string(share)});
+    for (int index = 0; index < 4; ++index) {
+      const auto arranged =
+          ArrangeTrial(CellOf(*experiment.task), SpecFor("sweets_cylinder", index));
+      ASSERT_TRUE(arranged);
+      for (const int object : {0, 1}) {
+        const double upright = std::abs(arranged->world.ObjectPose(object).linear()(2, 2));
+        EXPECT_NEAR(upright, share, 0.1) << index;
+      }
+    }
+  }
+}
+
+TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
+  constexpr int kTrials = 12;
+  const auto seen = [](const std::string& share, Redraws& redraws) {
+    const auto experiment = OpenScattered(
+        {"clutter.min_seen_share=" + share, "clutter.min_others=5", "clutter.max_others=5"});
+    int arranged = 0;
+    for (int index = 0; index < kTrials; ++index) {
+      arranged += ArrangeTrial(CellOf(*experiment.task), SpecFor("salt_cylinder", index), redraws)
+                      .has_value();
+    }
+    return arranged;
+  };
+  Redraws any, whole;
+  EXPECT_EQ(seen("0", any), kTrials);
+  EXPECT_FALSE(any.contains(Redraw::kHidden));
+  EXPECT_EQ(seen("0.98", whole), kTrials);
+  EXPECT_GT(whole[Redraw::kHidden], 0);
+}
+
+TEST(Scattered, NeedsEnoughOtherObjects) {
+  EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
+}
+
+TEST(Arranger, CountsWhyItDrewAgain) {
+  // Nothing that has just been dropped is slower than this.
+  const auto experiment = Open("pile", {"clutter.max_draws=2", "clutter.rest_speed_mm_s=0.01",
+                                        "clutter.settle_limit_s=0.5"});
+  Redraws redraws;
+  EXPECT_FALSE(ArrangeTrial(CellOf(*experiment.task), SpecFor("spread", 0), redraws));
+  EXPECT_EQ(redraws, (Redraws{{Redraw::kNotAtRest, 2}}));
+  EXPECT_EQ(Text(redraws), "not_at_rest x2");
+  EXPECT_EQ(Total(redraws), 2);
+}
+
+TEST(Arranger, WhatDoesNotFitIntoTheBoxEndsTheTrialAndSaysSo) {
+  // A box of 60 x 60 mm, which no prism of 300 mm goes into.
+  const auto experiment = Open(
+      "box", {"scene=" RANGEGRASP_SOURCE_DIR "/tests/trial/small_box.xml", "clutter.max_draws=7"});
+  const auto result = RunTrial(CellOf(*experiment.task), SpecFor("sweets_prism", 0));
+  EXPECT_EQ(result.outcome, "crashed");
+  EXPECT_EQ(result.stage, "arrange");
+  EXPECT_EQ(result.detail, "no arrangement: does_not_fit x7");
+}
+
+TEST(Arranger, ABoxNeedsASceneWithABox) {
+  EXPECT_THROW(Open("box", {"scene=../scenes/tabletop.xml"}), base::InputError);
+}
+
+TEST(Arranger, TouchingNeedsEnoughOtherObjects) {
+  EXPECT_THROW(Open("touching", {"objects=[spread, dextrose]"}), base::InputError);
+}
+
+TEST(JudgeOthers, CountsWhatMovedAndWhatLeftTheTable) {
+  const auto experiment = Open("touching");
+  auto arranged = ArrangeTrial(CellOf(*experiment.task), SpecFor("dextrose", 0));
+  ASSERT_TRUE(arranged);
+  sim::World& world = arranged->world;
+  const auto before_W = CentersOf(world);
+  EXPECT_EQ(JudgeOthers(before_W, world, 0).moved, 0);
+  base::Pose X_WO = world.ObjectPose(1);
+  X_WO.translation().x() += 0.004;
+  world.PlaceObject(1, X_WO);
+  EXPECT_EQ(JudgeOthers(before_W, world, 0).moved, 0);
+  X_WO.translation().x() += 0.004;
+  world.PlaceObject(1, X_WO);
+  EXPECT_EQ(JudgeOthers(before_W, world, 0).moved, 1);
+  EXPECT_EQ(JudgeOthers(before_W, world, 0).left_table, 0);
+  X_WO.translation().x() += 1.0;
+  world.PlaceObject(1, X_WO);
+  EXPECT_EQ(JudgeOthers(before_W, world, 0).left_table, 1);
+  // The target's own way is what the trial is about.
+  EXPECT_EQ(JudgeOthers(before_W, world, 1).moved, 0);
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial

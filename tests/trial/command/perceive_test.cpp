@@ -1,0 +1,191 @@
+// What `perceive` says of clouds that something is wrong with, and of ones that are as they should.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "base/rng.h"
+#include "base/words.h"
+#include "cli/command.h"
+
+namespace rangegrasp::testing_support {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+struct Point {
+  double x, y, z;
+};
+
+/// A table of 0.4 m at z = 0 with points 4 mm apart and 0.3 mm noise, seen from above.
+std::vector<Point> Table() {
+  base::Rng rng(1);
+  std::vector<Point> points;
+  for (int i = -50; i <= 50; ++i) {
+    for (int k = -50; k <= 50; ++k) points.push_back({0.004 * i, 0.004 * k, 0.0003 * rng.Normal()});
+  }
+  return points;
+}
+
+/// The top of a box of a by b metres, 0.1 m above the table, in place of the table's points there.
+std::vector<Point> TableWithBox(double a, double b) {
+  base::Rng rng(2);
+  std::vector<Point> points = Table();
+  for (Point& p : points) {
+    if (std::abs(p.x) <= 0.5 * a && std::abs(p.y) <= 0.5 * b) p.z = 0.1 + 0.0003 * rng.Normal();
+  }
+  return points;
+}
+
+class PerceiveTest : public testing::Test {
+ protected:
+  std::string Write(const std::vector<Point>& points, double unit = 1.0,
+                    const std::string& name = "cloud.ply") const {
+    const auto file = (folder_ / name).string();
+    base::MakeFolderOf(file);
+    std::ofstream out(file);
+    out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
+        << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (const Point& p : points) {
+      out << p.x / unit << ' ' << p.y / unit << ' ' << p.z / unit << '\n';
+    }
+    return file;
+  }
+  static Ran Perceive(const std::string& cloud, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"perceive", cloud, "--sensor-origin", "0,0,1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(PerceiveTest, TellsNoiseAndSpacingAndWarnsOfNothing) {
+  const std::string cloud = Write(TableWithBox(0.08, 0.06));
+  const Ran ran = Perceive(cloud, {"--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json["cloud"], cloud);
+  EXPECT_EQ(json["unit"], "m");
+  // A fifth either way: 32 neighborhoods of 64 points each.
+  EXPECT_NEAR(json["noise_m"].get<double>(), 0.0003, 0.00006);
+  EXPECT_NEAR(json["spacing_m"].get<double>(), 0.004, 0.0008);
+  EXPECT_EQ(json["objects"].size(), 1u);
+  EXPECT_TRUE(json["warnings"].empty());
+  const auto told = nlohmann::json::parse(Perceive(cloud, {"--json", "--noise-mm", "2"}).out);
+  EXPECT_EQ(told["noise_m"], 0.002);
+}
+
+TEST_F(PerceiveTest, SaysThatThereAreNoObjects) {
+  const Ran ran = Perceive(Write(Table()));
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.err, HasSubstr("no objects"));
+}
+
+TEST_F(PerceiveTest, SaysHowManyPointsTheBestPlaneHasWhereThereIsNoTable) {
+  base::Rng rng(3);
+  std::vector<Point> points;
+  for (int i = 0; i < 3000; ++i) {
+    const double x = rng.Uniform();
+    const double y = rng.Uniform();
+    points.push_back({x, y, rng.Uniform()});
+  }
+  const Ran ran = Perceive(Write(points), {"--noise-mm", "0.5"});
+  EXPECT_NE(ran.code, 0);
+  EXPECT_THAT(ran.err, testing::ContainsRegex("no table \\(best plane: [0-9]+ points of 3000\\)"));
+  EXPECT_THAT(ran.err, Not(HasSubstr("try --unit mm")));
+}
+
+TEST_F(PerceiveTest, SaysThatTheUnitMayBeAnother) {
+  const std::string cloud = Write(TableWithBox(0.08, 0.06), 0.001);
+  EXPECT_THAT(Perceive(cloud).err, HasSubstr("try --unit mm"));
+  const Ran ran = Perceive(cloud, {"--unit", "mm"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, Not(HasSubstr("--unit")));
+  EXPECT_THAT(Perceive(Write(TableWithBox(0.08, 0.06)), {"--unit", "mm"}).err,
+              HasSubstr("try --unit m\n"));
+}
+
+TEST_F(PerceiveTest, SaysThatUpPointsDown) {
+  const std::string cloud = Write(TableWithBox(0.08, 0.06));
+  const Ran ran = Perceive(cloud, {"--up", "0,0,-1"});
+  EXPECT_NE(ran.code, 0);
+  EXPECT_THAT(ran.err, HasSubstr("try --up with the other sign"));
+  EXPECT_EQ(Perceive(cloud, {"--up", "0,0,1"}).code, 0);
+}
+
+TEST_F(PerceiveTest, SaysThatTheCropLeftNothing) {
+  const Ran ran = Perceive(Write(Table()), {"--crop", "5,5,5,6,6,6"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("the crop left 0 points of 10201"));
+}
+
+TEST_F(PerceiveTest, WarnsOfAnObjectThatHasAThirdOfAllPoints) {
+  // 300 x 200 mm of 400 x 400 mm are 38 % of the points; 200 x 200 mm are 25 %.
+  EXPECT_THAT(Perceive(Write(TableWithBox(0.3, 0.2))).err, HasSubstr("% of all points"));
+  EXPECT_THAT(Perceive(Write(TableWithBox(0.2, 0.2))).err, Not(HasSubstr("% of all points")));
+}
+
+TEST_F(PerceiveTest, WarnsOfAnObjectThatNoHandCouldHold) {
+  // A wall of 0.7 m on a table of 1 m, and one of 0.5 m.
+  const auto with_wall = [](double length) {
+    std::vector<Point> points;
+    base::Rng rng(4);
+    for (int i = -125; i <= 125; ++i) {
+      for (int k = -50; k <= 50; ++k) {
+        const double y = 0.004 * i;
+        const bool wall = std::abs(k) <= 8 && std::abs(y) < 0.5 * length;
+        points.push_back({0.004 * k, y, (wall ? 0.1 : 0.0) + 0.0003 * rng.Normal()});
+      }
+    }
+    return points;
+  };
+  EXPECT_THAT(Perceive(Write(with_wall(0.7))).err, HasSubstr("larger than what a hand"));
+  EXPECT_THAT(Perceive(Write(with_wall(0.5))).err, Not(HasSubstr("larger than what a hand")));
+}
+
+// One line of JSON a cloud, in the order of their names whoever is ready first; a broken one does
+// not stop the others.
+TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
+  Write(TableWithBox(0.08, 0.06), 1.0, "all/b.ply");
+  Write(Table(), 1.0, "all/c.ply");
+  std::ofstream(folder_ / "all/a.ply") << "no cloud";
+  const std::string all = (folder_ / "all").string();
+  const std::string out = (folder_ / "out").string();
+  for (const char* jobs : {"1", "3"}) {
+    const Ran ran = Perceive(all, {"--json", "--jobs", jobs, "-o", out});
+    EXPECT_EQ(ran.code, 2);
+    EXPECT_THAT(ran.err, HasSubstr("1 of 3 clouds could not be perceived"));
+    const auto lines = base::Split(ran.out, '\n');
+    ASSERT_EQ(lines.size(), 4u);  // and what follows the last newline
+    EXPECT_THAT(nlohmann::json::parse(lines[0])["error"].get<std::string>(), HasSubstr("a.ply"));
+    EXPECT_EQ(nlohmann::json::parse(lines[1])["cloud"], all + "/b.ply");
+    EXPECT_EQ(nlohmann::json::parse(lines[1])["objects"].size(), 1u);
+    EXPECT_EQ(nlohmann::json::parse(lines[2])["objects"].size(), 0u);
+    const auto written = nlohmann::json::parse(base::ReadFile(out + "/b/perceived.json"));
+    EXPECT_EQ(written, nlohmann::json::parse(lines[1]));
+  }
+  // Alone it is perceived as it is among others.
+  auto alone = nlohmann::json::parse(Perceive(all + "/b.ply", {"--json"}).out);
+  auto among = nlohmann::json::parse(base::ReadFile(out + "/b/perceived.json"));
+  alone.erase("seconds");
+  among.erase("seconds");
+  EXPECT_EQ(alone, among);
+}
+
+TEST_F(PerceiveTest, CloudsOfTheSameNameAreNotWrittenOverEachOther) {
+  const std::string one = Write(Table(), 1.0, "one/cloud.ply");
+  const std::string two = Write(Table(), 1.0, "two/cloud.ply");
+  const Ran ran = Perceive(one, {two, "-o", (folder_ / "out").string()});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("have the same name"));
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_THAT(Perceive((folder_ / "empty").string()).err, HasSubstr("without a .pcd or .ply"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::testing_support

@@ -1,0 +1,88 @@
+#include "grasp/mover.h"
+
+#include <gtest/gtest.h>
+
+#include "experiment/experiment.h"
+#include "experiment/kinds.h"
+#include "geometry/hull.h"
+#include "trial/grasping_task.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+geometry::TriangleMesh BoxAbout(const Eigen::Vector3d& center, double half_m) {
+  geometry::Points corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back(center + half_m * Eigen::Vector3d(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0,
+                                                        k & 4 ? 1.0 : -1.0));
+  }
+  return geometry::ConvexHull(corners);
+}
+
+// A can that stands alone, and what the detector makes of it.
+class MoverTest : public testing::Test {
+ protected:
+  MoverTest()
+      : experiment_(experiment::OpenExperiment(
+            RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {})),
+        cell_(CellOf(*experiment_.task)) {
+    const TrialSpec spec{"salt_cylinder", 0, TrialSeed(11, "salt_cylinder", 0)};
+    const auto arranged = ArrangeTrial(cell_, spec);
+    base::Rng rng(1);
+    detection_ =
+        cell_.detector->Detect(Look(cell_, arranged->world, spec.seed).observation, rng).detection;
+    // Above the can, where the hand has to pass.
+    in_the_way_ = BoxAbout(detection_.grasps.front().X_CH.translation(), 0.05);
+  }
+  grasp::Move Plan() const {
+    base::Rng rng(1);
+    return cell_.mover->Plan(detection_, cell_.robot.home, rng);
+  }
+
+  experiment::Experiment experiment_;
+  const Cell& cell_;
+  grasp::Detection detection_;
+  geometry::TriangleMesh in_the_way_;
+};
+
+TEST_F(MoverTest, SeesWhereItGoesWhereItCan) {
+  const grasp::Move move = Plan();
+  EXPECT_TRUE(move.plan);
+  EXPECT_FALSE(move.blind);
+}
+
+TEST_F(MoverTest, PassesUnseenSpaceAsTheLastResort) {
+  detection_.obstacles.unseen_C = {in_the_way_};
+  const grasp::Move move = Plan();
+  EXPECT_TRUE(move.plan);
+  EXPECT_TRUE(move.blind);
+}
+
+TEST_F(MoverTest, NeverPassesWhatWasMeasured) {
+  detection_.obstacles.measured_C = {in_the_way_};
+  const grasp::Move move = Plan();
+  EXPECT_FALSE(move.plan);
+  EXPECT_FALSE(move.blind);
+  EXPECT_NE(move.failures, "");
+}
+
+// The can's grasps, best first: as many that are not expected to hold, then the same that are.
+TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot) {
+  const std::size_t count = detection_.grasps.size();
+  const std::vector<grasp::DetectedGrasp> sound = detection_.grasps;
+  detection_.grasps.insert(detection_.grasps.end(), sound.begin(), sound.end());
+  for (std::size_t i = 0; i < count; ++i) {
+    detection_.grasps[i].contact_angle_rad = cell_.options.grasp.friction_cone_rad + 0.1;
+  }
+  for (const bool unseen : {false, true}) {
+    if (unseen) detection_.obstacles.unseen_C = {in_the_way_};
+    const grasp::Move move = Plan();
+    ASSERT_TRUE(move.plan);
+    EXPECT_GE(move.grasp, count);
+    EXPECT_EQ(move.blind, unseen);
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial

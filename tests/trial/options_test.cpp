@@ -1,0 +1,250 @@
+#include "trial/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "error_of.h"
+#include "temp_folder.h"
+#include "trial/objects.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::TempFolder;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+
+// Of the keys below the common ones, which the engine reads.
+Options Read(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
+  std::string text;
+  std::uint64_t seed = 0;
+  double limit_s = 0.0;
+  map.Read("task", text);
+  map.Read("name", text);
+  map.Read("seed", seed);
+  map.Read("trial_limit_s", limit_s, 0.0, 1e9);
+  const Options options = ReadOptions(map);
+  CheckObjects(map, options);
+  return options;
+}
+
+TEST(ReadOptions, ReadsEveryShippedExperiment) {
+  int read = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kSource / "experiments")) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("laser_") && !name.starts_with("stereo_")) continue;
+    const Options o = Read(entry.path());
+    EXPECT_FALSE(o.objects.empty()) << name;
+    ++read;
+  }
+  EXPECT_GE(read, 6);
+}
+
+TEST(ReadOptions, Table52HasTwelveObjectsOfTenTrials) {
+  const Options o = Read(kSource / "experiments/laser_single.yaml");
+  EXPECT_EQ(o.objects.size(), 12u);
+  EXPECT_EQ(o.trials_per_object, 10);
+  EXPECT_EQ(o.arranger, "single");
+  EXPECT_EQ(o.scene.filename(), "tabletop.xml");
+  EXPECT_TRUE(std::filesystem::exists(o.reference));
+}
+
+TEST(ReadOptions, EveryKeyIsDocumented) {
+  auto map = base::YamlMap::ForDocumentation();
+  ReadOptions(map);
+  EXPECT_GT(map.Keys().size(), 40u);
+  for (const auto& key : map.Keys()) EXPECT_FALSE(key.doc.empty()) << key.path;
+}
+
+// A small project of its own: experiments/e.yaml with a scene, a sensor and two objects.
+class OptionsTest : public testing::Test {
+ protected:
+  OptionsTest() {
+    folder_.Write("scenes/table.xml", "<mujoco><include file=\"../models/arm.xml\"/></mujoco>");
+    folder_.Write("models/arm.xml", "<mujoco><mesh file=\"arm.stl\"/></mujoco>");
+    folder_.Write("models/arm.stl", "mesh");
+    folder_.Write("models/sensor.yaml", "samples: 512\n");
+    for (const char* object : {"mug", "box"}) {
+      folder_.Write(std::string("models/objects/") + object + "/" + object + ".xml", object);
+    }
+  }
+  std::filesystem::path Write(const std::string& text) {
+    return folder_.Write("experiments/e.yaml", text);
+  }
+  std::string ErrorOf(const std::string& text) {
+    SCOPED_TRACE(text);
+    return testing_support::ErrorOf([&] { Read(Write(text)); });
+  }
+
+  TempFolder folder_;
+  const std::string good_ =
+      "name: demo\n"
+      "scene: ../scenes/table.xml\n"
+      "sensor: ../models/sensor.yaml\n"
+      "objects: [mug, box]\n";
+};
+
+TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
+  const Options e = Read(Write(good_));
+  EXPECT_EQ(e.scene, folder_ / "scenes/table.xml");
+  EXPECT_EQ(e.object_folders.front(), folder_ / "models/objects");
+  EXPECT_EQ(e.trials_per_object, Options{}.trials_per_object);
+  EXPECT_EQ(e.physics.timestep_s, sim::PhysicsOptions{}.timestep_s);
+  EXPECT_EQ(e.perception.segment.method, perception::SegmentOptions{}.method);
+  EXPECT_TRUE(e.reference.empty());
+}
+
+TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
+  const Options e = Read(
+      Write(good_ +
+            "trials_per_object: 3\nseed: 7\ntrial_limit_s: 90\nmax_plans: 5\nmin_tipping_deg: 12\n"
+            "workspace_margin_mm: 200\n"
+            "physics: {timestep_ms: 1, friction: high, "
+            "glove_friction: 0.4}\n"
+            "hand: {initial_force_n: 30, max_force_n: 60, slip_control: false}\n"
+            "perception: {segmentation: region_growing, filter: false, smooth: false, "
+            "normal_radius_mm: 6, plane_distance_mm: 3, table_clearance_mm: 5}\n"
+            "grasp: {preshape: false, pitches: false, table_clearance_mm: 6, max_candidates: 9}\n"
+            "planning: {approach_mm: 150, lift_mm: 250}\n"));
+  EXPECT_EQ(e.trials_per_object, 3);
+  EXPECT_EQ(e.max_plans, 5);
+  EXPECT_DOUBLE_EQ(e.workspace_margin_m, 0.2);
+  EXPECT_NEAR(e.min_tipping_rad, 0.20943951, 1e-8);
+  EXPECT_DOUBLE_EQ(e.physics.timestep_s, 0.001);
+  EXPECT_EQ(e.physics.friction, sim::FrictionChoice::kHigh);
+  EXPECT_EQ(e.physics.glove_friction, 0.4);
+  EXPECT_EQ(e.hand.initial_force_N, 30.0);
+  EXPECT_EQ(e.hand.max_force_N, 60.0);
+  EXPECT_FALSE(e.hand.slip_control);
+  EXPECT_EQ(e.perception.segment.method, perception::SegmentMethod::kRegionGrowing);
+  EXPECT_FALSE(e.perception.preprocess.filter);
+  EXPECT_FALSE(e.perception.preprocess.smooth);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.normal_radius_m, 0.006);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.plane_distance_m, 0.003);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.table_clearance_m, 0.005);
+  EXPECT_FALSE(e.grasp.preshape);
+  EXPECT_FALSE(e.grasp.pitches);
+  EXPECT_DOUBLE_EQ(e.grasp.table_clearance_m, 0.006);
+  EXPECT_EQ(e.grasp.max_candidates, 9);
+  EXPECT_DOUBLE_EQ(e.planning.approach_m, 0.15);
+  EXPECT_DOUBLE_EQ(e.planning.lift_m, 0.25);
+}
+
+TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
+  struct Case {
+    std::string text;
+    int line;
+    std::string says;
+  };
+  const std::vector<Case> cases = {
+      {good_ + "trials: 3\n", 5, "unknown key 'trials'"},
+      {good_ + "trials_per_objects: 3\n", 5, "nearest valid key: 'trials_per_object'"},
+      {good_ + "trials_per_object: 0\n", 5, "'trials_per_object'"},
+      {good_ + "trials_per_object: many\n", 5, "'many'"},
+      {good_ + "arrangement: piled\n", 5, "single"},
+      {good_ + "reference: none.csv\n", 5, "none.csv"},
+      {good_ + "object_folder: ../scenes/table.xml\n", 5, "'object_folder'"},
+      {good_ + "physics: 3\n", 5, "'physics'"},
+      {good_ + "physics:\n  timestep_ms: 100\n", 6, "from 0.1 to 4"},
+      {good_ + "physics:\n  timestep: 1\n", 6, "nearest valid key: 'timestep_ms'"},
+      {good_ + "hand:\n  initial_force_n: 80\n  max_force_n: 60\n", 7, "'max_force_n'"},
+      {good_ + "perception:\n  segmentation: magic\n", 6, "mesh, region_growing"},
+      {good_ + "grasp: {take: handle, approach: sides}\n", 5, "`take: handle` says"},
+      {good_ + "detector: {command: [cat]}\ngrasp: {approach: sides}\n", 6, "another program"},
+      {good_ + "detector: {command: [cat]}\ngrasp: {take: handle}\n", 6, "another program"},
+      {good_ + "name: twice\n", 5, "twice"},
+      {"name: demo\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 1, "'scene': is missing"},
+      {"name: demo\nscene: ../scenes/tabel.xml\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 2,
+       "'../scenes/tabel.xml'"},
+      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: mug\n", 4,
+       "must be a list"},
+      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: []\n", 4,
+       "is an empty list"},
+      {good_ + "object_folders: []\n", 5, "is an empty list"},
+      {good_ + "object_folders: [../mine]\n", 5, "no folder '../mine'"},
+      {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
+       "in place of object_folder"},
+      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: [mog]\n", 4,
+       "nearest: 'mug'"},
+      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+       "objects: [mug, box, mug]\n",
+       4, "'mug' twice"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_THAT(ErrorOf(c.text), AllOf(StartsWith((folder_ / "experiments/e.yaml").string() + ":" +
+                                                  std::to_string(c.line) + ": "),
+                                       HasSubstr(c.says)))
+        << c.text;
+  }
+}
+
+TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
+  folder_.Write("mine/mug/mug.xml", "my mug");
+  folder_.Write("yours/duck/duck.xml", "duck");
+  folder_.Write("yours/mug/mug.xml", "your mug");
+  const Options o =
+      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                 "object_folders: [../mine, ../yours]\nobjects: [mug, duck, box]\n"));
+  EXPECT_EQ(ObjectModelOf(o, "mug").mjcf, folder_ / "mine/mug/mug.xml");
+  EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
+  EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
+  EXPECT_THAT(ErrorOf("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                      "object_folders: [../mine, ../yours]\nobjects: [duk]\n"),
+              HasSubstr("nearest: 'duck'"));
+}
+
+// Without models/objects beside it, the experiment finds those of the program.
+TEST_F(OptionsTest, ShippedObjectsAreFoundFromElsewhere) {
+  std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
+  const Options o =
+      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                 "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
+  EXPECT_EQ(ObjectModelOf(o, "salt_cuboid").mjcf,
+            kSource / "models/objects/salt_cuboid/salt_cuboid.xml");
+}
+
+TEST_F(OptionsTest, TheSceneHashFollowsSurfaces) {
+  const Options e = Read(Write(good_));
+  const std::string without = SceneHash(e);
+  folder_.Write("models/objects/surfaces.yaml", "rubber: {}");
+  EXPECT_NE(SceneHash(e), without);
+}
+
+TEST_F(OptionsTest, AMissingObjectFolderIsNamed) {
+  std::filesystem::remove_all(folder_ / "models/objects");
+  EXPECT_THAT(ErrorOf(good_), HasSubstr((folder_ / "models/objects").string()));
+}
+
+TEST_F(OptionsTest, AMissingFileIsNamed) {
+  EXPECT_THROW(Read(folder_ / "experiments/none.yaml"), base::InputError);
+  EXPECT_THROW(Read(folder_.path()), base::InputError);
+}
+
+TEST_F(OptionsTest, TheSceneHashFollowsEveryFileThatTheSceneRefersTo) {
+  const Options e = Read(Write(good_));
+  std::string last = SceneHash(e);
+  EXPECT_EQ(SceneHash(e), last);
+  for (const char* file : {"scenes/table.xml", "models/arm.xml", "models/arm.stl",
+                           "models/sensor.yaml", "models/objects/mug/mug.xml"}) {
+    folder_.Write(file, base::ReadFile(folder_ / file) + " ");
+    const std::string now = SceneHash(e);
+    EXPECT_NE(now, last) << file;
+    last = now;
+  }
+}
+
+TEST_F(OptionsTest, TheSceneHashIsTheSameInAnotherFolder) {
+  const std::string hash = SceneHash(Read(Write(good_)));
+  const TempFolder other;
+  std::filesystem::copy(folder_.path(), other.path(), std::filesystem::copy_options::recursive);
+  EXPECT_EQ(SceneHash(Read(other / "experiments/e.yaml")), hash);
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial

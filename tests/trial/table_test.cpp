@@ -1,0 +1,223 @@
+#include "trial/table.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/csv.h"
+#include "base/error.h"
+#include "base/words.h"
+#include "experiment/format.h"
+#include "experiment/grid.h"
+#include "experiment/statistics.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+using experiment::Record;
+
+Record Trial(const std::string& object, int index, bool detected, const std::string& outcome) {
+  Record record;
+  record.which.group = object;
+  record.which.id = object + "-" + std::to_string(index);
+  record.result.outcome = outcome;
+  record.result.data = detected ? R"({"detected":true})" : "{}";
+  record.result.seconds = {{"scan", 0.01 * (index + 1)}};
+  return record;
+}
+
+class TableTest : public testing::Test {
+ protected:
+  const experiment::Stamp stamp_ = {{{"experiment", "demo"}, {"groups", "box,mug,none"}},
+                                    {},
+                                    {{"title.box", "Box (cuboid)"},
+                                     {"title.mug", "Mug"},
+                                     {"title.none", "Never tried"},
+                                     {"reference",
+                                      "object,name,detection_rate,grasping_rate\n1,Box "
+                                      "(cuboid),90,77.77\noverall,,95.00,80.65\n"}}};
+  const std::vector<Record> results_ = {
+      Trial("box", 0, true, "delivered"), Trial("box", 1, true, "dropped"),
+      Trial("box", 2, true, "delivered"), Trial("box", 3, false, "not_segmented"),
+      Trial("mug", 0, true, "delivered"), Trial("mug", 1, false, "timed_out")};
+};
+
+TEST_F(TableTest, RatesAreAsDefined) {
+  const Table table = BuildTable(stamp_, results_);
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection_rate, 0.75);
+  EXPECT_DOUBLE_EQ(*table.rows[0].grasp_rate, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(*table.rows[0].published_detection_rate, 0.9);
+  EXPECT_NEAR(*table.rows[0].published_grasp_rate, 0.7777, 1e-12);
+  EXPECT_FALSE(table.rows[1].published_grasp_rate);
+  // Overall is the mean of the rows that have the rate; pooled counts trials.
+  EXPECT_DOUBLE_EQ(*table.overall.detection_rate, (0.75 + 0.5) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.overall.grasp_rate, (2.0 / 3.0 + 1.0) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.pooled_detection_rate, 4.0 / 6.0);
+  EXPECT_DOUBLE_EQ(*table.pooled_grasp_rate, 3.0 / 4.0);
+  EXPECT_NEAR(*table.overall.published_grasp_rate, 0.8065, 1e-12);
+}
+
+TEST_F(TableTest, FiguresAreOfRowsWhosePublishedCountsAreKnown) {
+  EXPECT_TRUE(ReportOf(stamp_, results_).published.empty());
+  experiment::Stamp stamp = stamp_;
+  stamp.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),90,77.77,10\n";
+  const auto figures = ReportOf(stamp, results_).published;
+  ASSERT_EQ(figures.size(), 2u);
+  EXPECT_EQ(figures[1].row, "Box (cuboid), grasping");
+  EXPECT_NEAR(figures[1].published, 77.77, 1e-9);
+  EXPECT_NEAR(figures[1].own.value(), 200.0 / 3.0, 1e-9);
+  const auto& counts = std::get<experiment::TrialsEvidence>(figures[1].evidence);
+  EXPECT_EQ(counts.own.k, 2);
+  EXPECT_EQ(counts.own.n, 3);
+  EXPECT_EQ(counts.published.k, 7);
+  EXPECT_EQ(counts.published.n, 9);
+}
+
+TEST_F(TableTest, FailuresStayInTheDenominator) {
+  const Table table = BuildTable(stamp_, results_);
+  EXPECT_EQ(table.rows[1].trials, 2);
+  EXPECT_EQ(table.rows[1].outcomes.at("timed_out"), 1);
+}
+
+TEST_F(TableTest, AnObjectWithoutTrialsHasNullRates) {
+  const auto json = nlohmann::json::parse(ReportOf(stamp_, results_).json);
+  EXPECT_TRUE(json["rows"][2]["detection_rate"].is_null());
+  EXPECT_TRUE(json["rows"][2]["grasp_interval"].is_null());
+  EXPECT_DOUBLE_EQ(json["rows"][0]["detection_rate"].get<double>(), 0.75);
+  EXPECT_DOUBLE_EQ(json["overall"]["pooled_grasp_rate"].get<double>(), 0.75);
+  EXPECT_DOUBLE_EQ(json["stage_seconds"]["scan"]["median"].get<double>(), 0.02);
+}
+
+// Detection of all trials, grasping of what was detected: 3 of 4 and 2 of 3.
+TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
+  const auto report = ReportOf(stamp_, results_);
+  const auto& box = report.sections[0].grid.rows[0];
+  EXPECT_EQ(box[4], experiment::IntervalText(3, 4));
+  EXPECT_EQ(box[7], experiment::IntervalText(2, 3));
+  EXPECT_EQ(box.back(), "dropped 1, not_segmented 1");
+  const auto json = nlohmann::json::parse(report.json);
+  const auto [low, high] = experiment::WilsonInterval(2, 3);
+  EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][0].get<double>(), low);
+  EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][1].get<double>(), high);
+}
+
+// As numbers of their own columns, for who makes figures of them.
+TEST_F(TableTest, TheCsvHasIntervalsAndFailures) {
+  const auto csv = base::CsvTable::Parse(
+      experiment::Format(ReportOf(stamp_, results_), stamp_, experiment::TableFormat::kCsv), "csv");
+  const auto [low, high] = experiment::WilsonInterval(2, 3);
+  EXPECT_NEAR(csv.Number(0, csv.Column("grasp_low")), low, 5e-5);
+  EXPECT_NEAR(csv.Number(0, csv.Column("grasp_high")), high, 5e-5);
+  EXPECT_EQ(csv.Cell(0, csv.Column("failures")), "dropped 1, not_segmented 1");
+  EXPECT_EQ(csv.Cell(2, csv.Column("detection_low")), "");  // never tried
+}
+
+// The published overall is a mean over all published rows.
+TEST_F(TableTest, ARunOfSomeObjectsIsNotComparedWithTheOverallOfAll) {
+  auto some = stamp_;
+  some.data["reference"] += "2,Bowl,50,50\n";
+  const Table table = BuildTable(some, results_);
+  EXPECT_FALSE(table.overall.published_detection_rate);
+  EXPECT_FALSE(table.overall.published_grasp_rate);
+  EXPECT_TRUE(table.rows[0].published_detection_rate);
+}
+
+TEST_F(TableTest, TheAuditsFiguresAreTheLargestOfAllTrials) {
+  auto results = results_;
+  for (const int i : {0, 1, 2}) {
+    const double creep = i == 1 ? 3.0 : 1.0;
+    results[static_cast<std::size_t>(i)].result.data =
+        nlohmann::json{{"log", {{"audit", {{"creep_m_s", creep}, {"failed", ""}}}}}}.dump();
+  }
+  const Table table = BuildTable(stamp_, results);
+  EXPECT_EQ(table.audit_max, (std::map<std::string, double>{{"creep_m_s", 3.0}}));
+}
+
+// Steps within a stage stand in the JSON alone.
+TEST_F(TableTest, TimesArePrintedByStage) {
+  auto results = results_;
+  for (Record& record : results) record.result.seconds.emplace_back("perceive:normals", 0.5);
+  const auto report = ReportOf(stamp_, results);
+  EXPECT_NE(report.notes[1].find(" scan "), std::string::npos);
+  EXPECT_EQ(report.notes[1].find("normals"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(report.json)["stage_seconds"].contains("perceive:normals"));
+}
+
+TEST_F(TableTest, EveryFormatNamesEveryObject) {
+  const auto report = ReportOf(stamp_, results_);
+  for (const auto format : base::ValuesOf<experiment::TableFormat>()) {
+    const std::string text = experiment::Format(report, stamp_, format);
+    for (const char* title : {"Box (cuboid)", "Mug", "Never tried"}) {
+      EXPECT_NE(text.find(title), std::string::npos) << text;
+    }
+  }
+}
+
+// Fisher's tea tasting turned round: 5 of 10 where 10 of 10 are published. The chance of at most 5
+// of one sample's 10 among 15 of 20 is C(10,5) C(10,10) / C(20,15) = 252 / 15504.
+TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
+  auto stamp = stamp_;
+  stamp.identity["groups"] = "box,mug";
+  stamp.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),100,100,10\n2,Mug,90,77.77,"
+      "10\noverall,,95.00,88.9,\n";
+  std::vector<Record> records;
+  for (int i = 0; i < 10; ++i) {
+    records.push_back(Trial("box", i, true, i < 5 ? "delivered" : "dropped"));
+    records.push_back(Trial("mug", i, true, "delivered"));
+  }
+  const Table table = BuildTable(stamp, records);
+  EXPECT_DOUBLE_EQ(table.p_threshold, 0.025);
+  EXPECT_NEAR(*table.rows[0].grasp_p_below, 252.0 / 15504.0, 1e-12);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection_p_below, 1.0);
+  EXPECT_TRUE(IsBelowPublished(table, table.rows[0]));
+  // 77.77 % of 9 detected are 7.
+  EXPECT_EQ(table.rows[1].published_detected, 9);
+  EXPECT_EQ(table.rows[1].published_delivered, 7);
+  EXPECT_FALSE(IsBelowPublished(table, table.rows[1]));
+  // Overall: the counts of all rows, 15 of 20 against 17 of 19.
+  EXPECT_EQ(table.overall.published_trials, 20);
+  EXPECT_DOUBLE_EQ(*table.overall.grasp_p_below, experiment::FisherExactLower(15, 20, 17, 19));
+
+  const auto report = ReportOf(stamp, records);
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_TRUE(json["rows"][0]["below_published"].get<bool>());
+  EXPECT_FALSE(json["rows"][1]["below_published"].get<bool>());
+  EXPECT_EQ(json["rows"][1]["published_delivered"], 7);
+  EXPECT_DOUBLE_EQ(json["p_threshold"].get<double>(), 0.025);
+  EXPECT_EQ(report.sections[0].grid.rows[0][10], "0.0163 *");
+  EXPECT_NE(report.notes.back().find("Box (cuboid)"), std::string::npos);
+}
+
+TEST_F(TableTest, WithoutPublishedCountsNothingIsCompared) {
+  const auto report = ReportOf(stamp_, results_);
+  const auto& header = report.sections[0].grid.header;
+  EXPECT_EQ(std::count(header.begin(), header.end(), "p"), 0);
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_FALSE(json.contains("p_threshold"));
+  EXPECT_FALSE(json["rows"][0].contains("grasp_p_below"));
+}
+
+TEST_F(TableTest, PublishedTrialsMustBeACount) {
+  auto stamp = stamp_;
+  stamp.data["reference"] = "object,name,detection_rate,grasping_rate,trials\n1,Box,90,20,1.5\n";
+  EXPECT_THROW(BuildTable(stamp, {}), base::InputError);
+}
+
+TEST_F(TableTest, AReferenceThatIsNoneIsToldWithItsLine) {
+  auto stamp = stamp_;
+  stamp.data["reference"] = "object,name,detection_rate,grasping_rate\n1,Box,190,20\n";
+  try {
+    BuildTable(stamp, {});
+    FAIL();
+  } catch (const base::InputError& e) {
+    EXPECT_STREQ(e.what(),
+                 "reference table:2: column 'detection_rate': '190' must be a rate from 0 to 100 "
+                 "per cent");
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial
