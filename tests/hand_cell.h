@@ -9,7 +9,7 @@
 namespace rangegrasp::testing_support {
 
 /// The shipped cell with another hand at the arm's flange, whose axis is the hand's approach z:
-/// what docs/bring-your-own-hand.md makes. @return the scene
+/// what docs/bring-your-own.md makes. @return the scene
 inline std::filesystem::path WriteHandCell(const TempFolder& folder, const std::string& hand_xml) {
   const std::filesystem::path source = RANGEGRASP_SOURCE_DIR;
   const auto replaced = [](std::string text, const std::string& from, const std::string& to) {

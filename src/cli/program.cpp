@@ -35,8 +35,8 @@ void CheckCommand(const CLI::App& app, int argc, char** argv) {
     commands.push_back(command->get_name());
   }
   base::CheckBuilt("command", argv[1]);
-  throw base::InputError("'" + std::string(argv[1]) + "' is no command; nearest: '" +
-                         base::NearestWord(argv[1], commands) + "'; --help lists them");
+  throw base::InputError("unknown command '" + std::string(argv[1]) + "'; did you mean '" +
+                         base::NearestWord(argv[1], commands) + "'? --help lists all");
 }
 
 // scripts/rangegrasp, where it started the program, builds the system and starts the program again

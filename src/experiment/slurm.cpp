@@ -14,7 +14,7 @@
 namespace rangegrasp::experiment {
 namespace {
 
-constexpr const char* kFile = "submission.json";
+constexpr const char* kSlurmFile = "submission.json";
 
 std::filesystem::path SlurmFolder(const std::filesystem::path& folder) { return folder / "slurm"; }
 
@@ -73,18 +73,18 @@ void WriteSubmission(const Submission& submission) {
   const nlohmann::ordered_json json = {{"experiment", submission.experiment.string()},
                                        {"run", submission.run},
                                        {"tasks", submission.tasks}};
-  base::WriteFile(SlurmFolder(submission.folder) / kFile, json.dump(2) + "\n");
+  base::WriteFile(SlurmFolder(submission.folder) / kSlurmFile, json.dump(2) + "\n");
 }
 
 bool HasSubmission(const std::filesystem::path& folder) {
-  return std::filesystem::exists(SlurmFolder(folder) / kFile);
+  return std::filesystem::exists(SlurmFolder(folder) / kSlurmFile);
 }
 
 Submission ReadSubmission(const std::filesystem::path& folder) {
-  const auto file = SlurmFolder(folder) / kFile;
+  const auto file = SlurmFolder(folder) / kSlurmFile;
   if (!HasSubmission(folder)) {
-    throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" + kFile +
-                           "); give the folder that `submit` named");
+    throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" +
+                           kSlurmFile + "); give the folder that `submit` named");
   }
   Submission submission;
   try {

@@ -22,21 +22,22 @@
 namespace rangegrasp::geometry {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using AlphaKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Triangle = std::array<std::uint32_t, 3>;
 
-using Vertex3 = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
+using Vertex3 = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, AlphaKernel>;
 /// Each cell carries its squared circumradius.
-using Cell3 =
-    CGAL::Triangulation_cell_base_with_info_3<double, Kernel,
-                                              CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using Cell3 = CGAL::Triangulation_cell_base_with_info_3<
+    double, AlphaKernel, CGAL::Delaunay_triangulation_cell_base_3<AlphaKernel>>;
 using Delaunay3 =
-    CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<Vertex3, Cell3>>;
-using Vertex2 = CGAL::Triangulation_vertex_base_with_info_2<std::uint32_t, Kernel>;
+    CGAL::Delaunay_triangulation_3<AlphaKernel,
+                                   CGAL::Triangulation_data_structure_3<Vertex3, Cell3>>;
+using Vertex2 = CGAL::Triangulation_vertex_base_with_info_2<std::uint32_t, AlphaKernel>;
 using Delaunay2 = CGAL::Delaunay_triangulation_2<
-    Kernel, CGAL::Triangulation_data_structure_2<Vertex2, CGAL::Triangulation_face_base_2<Kernel>>>;
+    AlphaKernel,
+    CGAL::Triangulation_data_structure_2<Vertex2, CGAL::Triangulation_face_base_2<AlphaKernel>>>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoAlpha = std::numeric_limits<double>::infinity();
 
 /// Positions of the points in lexicographic order of their coordinates, ties by position. The
 /// triangulation is built in this order, so that it does not depend on the order of the input.
@@ -72,11 +73,11 @@ std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
 /// another one the radius of a needle rounds to something else, and CGAL names a facet from that
 /// one of its two cells which lies lower in memory.
 template <std::size_t n>
-double SquaredCircumradius(std::array<Kernel::Point_3, n> corners) {
+double SquaredCircumradius(std::array<AlphaKernel::Point_3, n> corners) {
   std::sort(corners.begin(), corners.end());
   const double radius =
       std::apply([](const auto&... corner) { return CGAL::squared_radius(corner...); }, corners);
-  return std::isfinite(radius) ? radius : kInfinity;
+  return std::isfinite(radius) ? radius : kNoAlpha;
 }
 
 /// The smallest empty circumsphere of a Delaunay triangle: its own smallest one if neither
@@ -101,11 +102,11 @@ double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& fac
 
 Delaunay3 Triangulate(PointSpan points, const std::vector<std::uint32_t>& order,
                       const std::vector<std::uint32_t>& twin) {
-  std::vector<std::pair<Kernel::Point_3, std::uint32_t>> input;
+  std::vector<std::pair<AlphaKernel::Point_3, std::uint32_t>> input;
   input.reserve(points.size());
   for (const std::uint32_t i : order) {
     if (twin[i] != i) continue;
-    input.emplace_back(Kernel::Point_3(points[i].x(), points[i].y(), points[i].z()), i);
+    input.emplace_back(AlphaKernel::Point_3(points[i].x(), points[i].y(), points[i].z()), i);
   }
   return Delaunay3(input.begin(), input.end());
 }
@@ -120,7 +121,7 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
   for (const auto& cell : delaunay.all_cell_handles()) {
     cell->info() =
         delaunay.is_infinite(cell)
-            ? kInfinity
+            ? kNoAlpha
             : SquaredCircumradius<4>({cell->vertex(0)->point(), cell->vertex(1)->point(),
                                       cell->vertex(2)->point(), cell->vertex(3)->point()});
   }
@@ -195,7 +196,7 @@ std::size_t SharpestRight(std::span<const Eigen::Vector2d> points, std::uint32_t
                           std::uint32_t at, const std::vector<std::uint32_t>& next) {
   const Eigen::Vector2d in = points[at] - points[before];
   std::size_t best = 0;
-  double best_turn = kInfinity;
+  double best_turn = kNoAlpha;
   for (std::size_t i = 0; i < next.size(); ++i) {
     const Eigen::Vector2d out = points[next[i]] - points[at];
     const double turn = std::atan2(Cross(in, out), in.dot(out));
@@ -234,10 +235,10 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector
 Delaunay2 Triangulate(std::span<const Eigen::Vector2d> points) {
   const auto order = CanonicalOrder(points);
   const auto twin = FirstTwin(points, order);
-  std::vector<std::pair<Kernel::Point_2, std::uint32_t>> input;
+  std::vector<std::pair<AlphaKernel::Point_2, std::uint32_t>> input;
   input.reserve(points.size());
   for (const std::uint32_t i : order) {
-    if (twin[i] == i) input.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), i);
+    if (twin[i] == i) input.emplace_back(AlphaKernel::Point_2(points[i].x(), points[i].y()), i);
   }
   return Delaunay2(input.begin(), input.end());
 }

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 4> WordsOf(GraspType) {
   return {"cylindrical", "rim", "power", "named"};
 }
 
-/// A grasp of one perceived object. Frame G as in core/frames.h; C is the cloud's frame. Its origin
+/// A grasp of one perceived object. Frame G as in base/frames.h; C is the cloud's frame. Its origin
 /// is the hand's published tool centre without centering, and the middle of the expected contacts
 /// with it; its z axis is the approach, whatever the pitch:
 /// R_CH = R_CG Ry(-pitch) R_HG^T.

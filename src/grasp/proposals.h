@@ -9,7 +9,7 @@ namespace rangegrasp::grasp {
 
 /// A grasp that another program proposes.
 struct Proposal {
-  /// Frame G (core/frames.h): its origin is midway between the pads when they have closed on
+  /// Frame G (base/frames.h): its origin is midway between the pads when they have closed on
   /// width_m.
   base::Pose X_CG = base::Pose::Identity();
   double width_m = 0.0;                        ///< what the pads are expected to close on

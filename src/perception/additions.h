@@ -5,7 +5,7 @@
 #include "base/additions.h"
 
 /// What perception does beyond the dissertation; every switch off is the method as published
-/// (core/additions.h). The reason for each stands beside it in docs/attribution.md.
+/// (core/additions.h). The reason for each stands beside it in docs/results.md.
 namespace rangegrasp::perception {
 
 struct PreprocessAdditions {

@@ -10,7 +10,7 @@
 namespace rangegrasp::sim {
 namespace {
 
-constexpr int kSegments = 20;  // of round primitives: a page is looked at, not measured
+constexpr int kCapsuleSegments = 20;  // of round primitives: a page is looked at, not measured
 
 // As the model has it: the same bytes whatever the body's pose.
 base::Pose InBody(const mjModel* model, int geom) {
@@ -59,9 +59,9 @@ std::vector<VisualBody> VisualBodies(const World& world) {
       const char* name = mj_id2name(model, mjOBJ_BODY, body);
       drawn = bodies.insert(drawn, {body, name ? name : "", {}, color, part == Part::kObject});
     }
-    geometry::Append(
-        geometry::Transformed(internal::GeomSurface(model, geom, kSegments), InBody(model, geom)),
-        drawn->mesh_B);
+    geometry::Append(geometry::Transformed(internal::GeomSurface(model, geom, kCapsuleSegments),
+                                           InBody(model, geom)),
+                     drawn->mesh_B);
   }
   return bodies;
 }

@@ -202,7 +202,7 @@ std::vector<Finding> CheckObject(const ObjectModel& object, const ObjectBounds& 
     const std::string file = object.mjcf.string() + ": ";
     if (what.starts_with(file)) what.erase(0, file.size());
     return {{true, object.mjcf.string(), "object", what,
-             "docs/add-an-object.md shows what an object's file holds"}};
+             "docs/bring-your-own.md shows what an object's file holds"}};
   }
 }
 

@@ -8,7 +8,7 @@ namespace rangegrasp::sim {
 namespace {
 
 // As in a grasp: the drives of a real arm would stop here.
-constexpr double kBlocked_rad = 0.008;
+constexpr double kWayBlocked_rad = 0.008;
 // The arm lags by 3 mrad at the end of a motion at most, and its servos are critically damped.
 constexpr double kSettle_s = 0.3;
 
@@ -25,11 +25,11 @@ MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory) {
     world.Step();
     lag_rad = servo.TrackingError(world.model(), world.data(), command);
   };
-  while (lag_rad <= kBlocked_rad && world.time_s() - start_s < trajectory.Duration()) {
+  while (lag_rad <= kWayBlocked_rad && world.time_s() - start_s < trajectory.Duration()) {
     step(internal::CommandAt(trajectory, world.time_s() - start_s + period_s));
     log.lag_rad = std::max(log.lag_rad, lag_rad);
   }
-  log.arrived = log.lag_rad <= kBlocked_rad;
+  log.arrived = log.lag_rad <= kWayBlocked_rad;
   // Where it was stopped it pushes no longer.
   internal::JointCommand rest{log.arrived ? trajectory.positions.back() : world.ArmPositions(), {}};
   rest.velocity = Eigen::VectorXd::Zero(rest.position.size());

@@ -32,7 +32,7 @@ struct Overlay {
 /// A point (x, y, z) of its frame is seen at (center + focal (x / z, y / z)); pixel (0, 0) is the
 /// middle of the upper left one.
 struct PinholeView {
-  base::Pose X_WC;  ///< frame of a camera (core/frames.h)
+  base::Pose X_WC;  ///< frame of a camera (base/frames.h)
   double focal_px = 0.0;
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
 };

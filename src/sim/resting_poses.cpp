@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Of round primitives: 5.6 deg each, which the classes below join again.
-constexpr int kSegments = 64;
+constexpr int kHullSegments = 64;
 // Triangles of one face of the hull: within what modelled meshes are rounded to. Larger lumps the
 // flanks of rounded edges into the face, smaller splits a face in two.
 constexpr double kCoplanarAngle_rad = 0.01;
@@ -205,7 +205,7 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::Collides(model, geom)) continue;
     const base::Pose X_WG = internal::GeomPose(data, geom);
-    for (const Vector3d& v : internal::GeomSurface(model, geom, kSegments).vertices)
+    for (const Vector3d& v : internal::GeomSurface(model, geom, kHullSegments).vertices)
       points.push_back(X_WG * v);
   }
   const base::Pose X_BW = internal::BodyPose(data, root).inverse();

@@ -72,7 +72,7 @@ std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   return published;
 }
 
-void Count(const Record& record, Row& row) {
+void CountRecord(const Record& record, Row& row) {
   const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
   ++row.trials;
   row.detected += data.is_object() && data.value("detected", false) ? 1 : 0;
@@ -175,7 +175,7 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
     const auto title = stamp.data.find(kTitlePrefix + object);
     if (title != stamp.data.end()) row.title = title->second;
     for (const Record& record : records) {
-      if (record.which.group == object) Count(record, row);
+      if (record.which.group == object) CountRecord(record, row);
     }
     row.detection_rate = RateOf(row.detected, row.trials);
     row.grasp_rate = RateOf(row.delivered, row.detected);
@@ -184,7 +184,7 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
   }
   table.overall.object = "overall";
   table.overall.title = "Overall";
-  for (const Record& record : records) Count(record, table.overall);
+  for (const Record& record : records) CountRecord(record, table.overall);
   table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
   table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
   if (HasAllRows(published, table.rows)) AddPublished(published, "overall", table.overall);

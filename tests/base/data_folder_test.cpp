@@ -39,7 +39,7 @@ class DataVariable {
 };
 
 template <typename Call>
-std::string ErrorOf(Call call) {
+std::string DataFolderErrorOf(Call call) {
   try {
     call();
   } catch (const InputError& e) {
@@ -67,14 +67,14 @@ TEST(DataFolder, HoldsModelsScenesAndExperimentsOrIsNone) {
     const auto data = MakeData(folder, "share/rangegrasp");
     std::filesystem::remove_all(data / missing);
     const auto program = folder.Write("bin/rangegrasp", "");
-    EXPECT_THAT(ErrorOf([&] { DataFolderOf(program); }), HasSubstr(kVariable)) << missing;
+    EXPECT_THAT(DataFolderErrorOf([&] { DataFolderOf(program); }), HasSubstr(kVariable)) << missing;
   }
 }
 
 TEST(DataFolder, SaysWhereItLookedAndWhatHelps) {
   const TempFolder folder;
   const auto program = folder.Write("bin/rangegrasp", "");
-  const auto error = ErrorOf([&] { DataFolderOf(program); });
+  const auto error = DataFolderErrorOf([&] { DataFolderOf(program); });
   EXPECT_THAT(error, HasSubstr((folder / "share/rangegrasp").string()));
   EXPECT_THAT(error, HasSubstr(kVariable));
 }
@@ -88,7 +88,7 @@ TEST(DataFolder, TheEnvironmentComesFirstAndIsChecked) {
   }
   {
     const DataVariable variable(folder.path());
-    EXPECT_THAT(ErrorOf([] { DataFolder(); }), HasSubstr(folder.path().string()));
+    EXPECT_THAT(DataFolderErrorOf([] { DataFolder(); }), HasSubstr(folder.path().string()));
   }
   const DataVariable variable("");
   EXPECT_EQ(DataFolder(), RANGEGRASP_SOURCE_DIR);
@@ -116,9 +116,10 @@ TEST(FindExperiment, AMistakeIsToldWithTheNearestName) {
   const TempFolder folder;
   const auto data = MakeData(folder, "data");
   const DataVariable variable(data);
-  EXPECT_THAT(ErrorOf([&] { FindExperiment("piel"); }), HasSubstr("nearest: 'pile'"));
+  EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment("piel"); }), HasSubstr("nearest: 'pile'"));
   // A path to somewhere else never means one of the program's own experiments.
-  EXPECT_THAT(ErrorOf([&] { FindExperiment(folder / "pile.yaml"); }), HasSubstr("no such file"));
+  EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment(folder / "pile.yaml"); }),
+              HasSubstr("no such file"));
 }
 
 }  // namespace

@@ -19,8 +19,10 @@ using testing::StartsWith;
 using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
-enum class Colour { kRed, kGreen, kBlue };
-constexpr std::array<std::string_view, 3> WordsOf(Colour) { return {"red", "green", "blue"}; }
+enum class YamlMapColour { kRed, kGreen, kBlue };
+constexpr std::array<std::string_view, 3> WordsOf(YamlMapColour) {
+  return {"red", "green", "blue"};
+}
 
 class YamlMapTest : public testing::Test {
  protected:
@@ -47,7 +49,7 @@ TEST_F(YamlMapTest, ReadsEveryKindOfValue) {
   int count = 0;
   double length_m = 0.0;
   std::optional<double> maybe;
-  Colour colour = Colour::kRed;
+  YamlMapColour colour = YamlMapColour::kRed;
   int inner = 0;
   map.Read("text", text);
   map.Read("yes", yes);
@@ -68,7 +70,7 @@ TEST_F(YamlMapTest, ReadsEveryKindOfValue) {
   EXPECT_EQ(count, -3);
   EXPECT_DOUBLE_EQ(length_m, 0.0025);
   EXPECT_EQ(maybe, 0.25);
-  EXPECT_EQ(colour, Colour::kGreen);
+  EXPECT_EQ(colour, YamlMapColour::kGreen);
   EXPECT_EQ(inner, 7);
 }
 
@@ -193,12 +195,12 @@ TEST_F(YamlMapTest, TextBoolListAndMapMustBeWhatTheyShould) {
 }
 
 TEST_F(YamlMapTest, AWordOfFewNamesTheNearest) {
-  Colour colour = Colour::kRed;
+  YamlMapColour colour = YamlMapColour::kRed;
   YamlMap map = Parse("colour: grean\n");
   EXPECT_THAT(ErrorOf([&] { map.Read("colour", colour); }),
               AllOf(At(1, "colour"), HasSubstr("'grean'"), HasSubstr("red, green, blue"),
                     HasSubstr("nearest: green")));
-  EXPECT_EQ(colour, Colour::kRed);
+  EXPECT_EQ(colour, YamlMapColour::kRed);
 }
 
 TEST_F(YamlMapTest, AnUnknownKeyNamesTheNearestValidOne) {
@@ -322,7 +324,7 @@ TEST_F(YamlMapTest, TheTableOfKeysSaysWhatHasNoDefaultAndWhatAListMayHold) {
   auto map = YamlMap::ForDocumentation();
   std::optional<double> unset;
   std::optional<double> set = 0.5;
-  std::vector<Colour> hues = {Colour::kRed};
+  std::vector<YamlMapColour> hues = {YamlMapColour::kRed};
   map.Read("unset", unset, 0.0, 1.0, "a");
   map.Read("set", set, 0.0, 1.0, "b");
   map.Read("hues", hues, "c");
@@ -338,9 +340,9 @@ TEST_F(YamlMapTest, TheTableOfKeysSaysWhatHasNoDefaultAndWhatAListMayHold) {
 }
 
 TEST_F(YamlMapTest, AListOfWordsHoldsNoOthers) {
-  std::vector<Colour> hues;
+  std::vector<YamlMapColour> hues;
   Parse("hues: [green, red]\n").Read("hues", hues);
-  EXPECT_EQ(hues, (std::vector{Colour::kGreen, Colour::kRed}));
+  EXPECT_EQ(hues, (std::vector{YamlMapColour::kGreen, YamlMapColour::kRed}));
   YamlMap map = Parse("hues: [red, grean]\n");
   EXPECT_THAT(ErrorOf([&] { map.Read("hues", hues); }),
               AllOf(At(1, "hues"), HasSubstr("'grean'"), HasSubstr("nearest: green")));

@@ -18,7 +18,7 @@ using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
-const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::filesystem::path kUsageSource = RANGEGRASP_SOURCE_DIR;
 
 const std::vector<std::string> kCommands = {
     "run",       "table",  "trial",  "compare",  "merge",      "export",
@@ -87,7 +87,7 @@ TEST(Usage, UnknownOptionsAndMissingArgumentsAreRefused) {
 }
 
 TEST(Usage, OptionValuesOutOfRangeAreRefused) {
-  const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
+  const std::string experiment = (kUsageSource / "experiments/laser_single.yaml").string();
   const TempFolder folder;
   const std::string out = (folder / "out").string();
   const auto with = [&](std::vector<std::string> more) {
@@ -105,14 +105,14 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
   ExpectRefused(with({"--objects", "coffee_cap"}), "nearest: 'coffee_cup'");
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
   for (const char* size : {"0x0", "100", "100x", "x100", "1x1", "99999x99999", "100x100x"}) {
-    ExpectRefused({"snapshot", (kSource / "scenes/tabletop.xml").string(), "-o",
+    ExpectRefused({"snapshot", (kUsageSource / "scenes/tabletop.xml").string(), "-o",
                    (folder / "a.png").string(), "--size", size},
                   size);
   }
 }
 
 TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
-  const std::string scene = (kSource / "scenes/tabletop.xml").string();
+  const std::string scene = (kUsageSource / "scenes/tabletop.xml").string();
   ExpectRefused({"scan", scene, "-o", "s.xyz"}, "s.xyz: its name must end with .pcd or .ply");
   ExpectRefused({"snapshot", scene, "-o", "s.jpg"}, "s.jpg: its name must end with .png");
 }
@@ -151,11 +151,11 @@ class BadInputTest : public testing::Test {
   std::string Experiment(const std::string& scene, const std::string& objects = "[thing]") {
     folder_.Write("experiments/e.yaml",
                   "name: demo\nscene: " + scene +
-                      "\nsensor: " + (kSource / "models/sensors/line_scanner.yaml").string() +
+                      "\nsensor: " + (kUsageSource / "models/sensors/line_scanner.yaml").string() +
                       "\nobjects: " + objects + "\n");
     return (folder_ / "experiments/e.yaml").string();
   }
-  std::string Tabletop() const { return (kSource / "scenes/tabletop.xml").string(); }
+  std::string Tabletop() const { return (kUsageSource / "scenes/tabletop.xml").string(); }
   void Thing(const std::string& mjcf) { folder_.Write("models/objects/thing/thing.xml", mjcf); }
   std::string Out() const { return (folder_ / "out").string(); }
 
@@ -246,7 +246,7 @@ TEST_F(BadInputTest, AFolderWithoutResultsIsNamed) {
 
 TEST_F(BadInputTest, AnOutputThatCannotBeMadeIsNamed) {
   const std::string below = (folder_.Write("file", "") / "below").string();
-  const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
+  const std::string experiment = (kUsageSource / "experiments/laser_single.yaml").string();
   ExpectRefused({"run", experiment, "--out", below}, below);
   ExpectRefused({"run", experiment, "--out", "/proc/self"}, "/proc/self");
   ExpectRefused({"snapshot", Tabletop(), "-o", below + "/a.png", "--size", "16x16"}, below);
@@ -260,7 +260,7 @@ TEST(FullDisk, IsSaidAndEndsWithCodeOne) {
   }
   const TempFolder folder;
   std::filesystem::create_symlink("/dev/full", folder / "full.png");
-  const Ran ran = RunProgram({"snapshot", (kSource / "scenes/tabletop.xml").string(), "-o",
+  const Ran ran = RunProgram({"snapshot", (kUsageSource / "scenes/tabletop.xml").string(), "-o",
                               (folder / "full.png").string(), "--size", "64x64"});
   EXPECT_EQ(ran.code, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("full.png"));

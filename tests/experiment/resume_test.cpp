@@ -23,7 +23,7 @@ std::vector<Case> CasesOf(int trials) {
   return cases;
 }
 
-Stamp StampOf(std::size_t cases, const std::string& commit = "abc") {
+Stamp ResumeStampOf(std::size_t cases, const std::string& commit = "abc") {
   return {{{"experiment", "demo"}, {"seed", "1"}, {"cases", std::to_string(cases)}},
           {{"version", "0.1"}, {"commit", commit}},
           {{"set", "of " + std::to_string(cases)}}};
@@ -32,7 +32,7 @@ Stamp StampOf(std::size_t cases, const std::string& commit = "abc") {
 class ResumeTest : public testing::Test {
  protected:
   ResumeTest() : store_(Store::Create(folder_.path())) {
-    store_.WriteStamp(StampOf(4));
+    store_.WriteStamp(ResumeStampOf(4));
     for (const Case& c : CasesOf(2)) store_.Write({c, SampleResult(c)});
   }
 
@@ -44,8 +44,8 @@ class ResumeTest : public testing::Test {
 TEST_F(ResumeTest, MoreTrialsFindTheirPlaceAmongThoseThatAreThere) {
   const auto cases = CasesOf(3);
   const auto before = store_.ReadAll();
-  const Stamp stamp = Resume(store_, StampOf(6), cases);
-  EXPECT_EQ(stamp, StampOf(6));
+  const Stamp stamp = Resume(store_, ResumeStampOf(6), cases);
+  EXPECT_EQ(stamp, ResumeStampOf(6));
   const auto after = store_.ReadAll();
   ASSERT_EQ(after.size(), 4u);
   for (std::size_t i = 0; i < after.size(); ++i) {
@@ -57,29 +57,29 @@ TEST_F(ResumeTest, MoreTrialsFindTheirPlaceAmongThoseThatAreThere) {
 
 TEST_F(ResumeTest, FewerTrialsAreRefusedAndNothingIsChanged) {
   const auto before = store_.ReadAll();
-  EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, StampOf(2), CasesOf(1)); }),
+  EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, ResumeStampOf(2), CasesOf(1)); }),
               HasSubstr("holds the case mug-0001"));
-  EXPECT_EQ(store_.ReadStamp(), StampOf(4));
+  EXPECT_EQ(store_.ReadStamp(), ResumeStampOf(4));
   const auto after = store_.ReadAll();
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(Row(before[i]), Row(after[i]));
 }
 
 TEST_F(ResumeTest, AnotherSeedIsRefused) {
-  Stamp other = StampOf(4);
+  Stamp other = ResumeStampOf(4);
   other.identity["seed"] = "2";
   EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, other, CasesOf(2)); }),
               HasSubstr("another seed"));
 }
 
 TEST_F(ResumeTest, TheCommitThatBeganTheRunStays) {
-  Stamp stamp = Resume(store_, StampOf(4, "def"), CasesOf(2));
+  Stamp stamp = Resume(store_, ResumeStampOf(4, "def"), CasesOf(2));
   EXPECT_EQ(stamp.build.at("commit"), "abc");
   EXPECT_EQ(stamp.build.at("resumed_with"), "def");
   store_.WriteStamp(stamp);
-  stamp = Resume(store_, StampOf(4, "def"), CasesOf(2));
+  stamp = Resume(store_, ResumeStampOf(4, "def"), CasesOf(2));
   EXPECT_EQ(stamp.build.at("resumed_with"), "def");
   store_.WriteStamp(stamp);
-  EXPECT_EQ(Resume(store_, StampOf(4), CasesOf(2)).build.at("commit"), "abc");
+  EXPECT_EQ(Resume(store_, ResumeStampOf(4), CasesOf(2)).build.at("commit"), "abc");
 }
 
 }  // namespace

@@ -14,30 +14,31 @@ using testing::HasSubstr;
 const Stamp kStamp{
     {{"experiment", "demo"}, {"seed", "1"}}, {{"version", "0.1"}, {"commit", "abc"}}, {}};
 
-std::string ErrorOf(const Stamp& other) {
+std::string StampErrorOf(const Stamp& other) {
   return testing_support::MessageOf([&] { CheckSameRun(other, kStamp, "results/demo"); });
 }
 
 TEST(CheckSameRun, NamesWhatDiffers) {
   Stamp other = kStamp;
   other.identity["seed"] = "2";
-  EXPECT_THAT(ErrorOf(other), HasSubstr("results/demo: was made with another seed ('2', not '1')"));
+  EXPECT_THAT(StampErrorOf(other),
+              HasSubstr("results/demo: was made with another seed ('2', not '1')"));
 }
 
 TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
   Stamp other = kStamp;
   other.identity["scene_hash"] = "x";
-  EXPECT_THAT(ErrorOf(other), HasSubstr("another scene_hash"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("another scene_hash"));
   other = kStamp;
   other.identity.erase("seed");
-  EXPECT_THAT(ErrorOf(other), HasSubstr("another seed"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("another seed"));
 }
 
 TEST(CheckSameRun, BuildAndDataMayDiffer) {
   Stamp other = kStamp;
   other.build["commit"] = "def";
   other.data["title.mug"] = "Mug";
-  EXPECT_EQ(ErrorOf(other), "");
+  EXPECT_EQ(StampErrorOf(other), "");
 }
 
 TEST(Need, SaysThatTheRunWasKilled) {

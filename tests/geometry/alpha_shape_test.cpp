@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededAlpha, ::testing::Range<std::uint64_t>(0, 
 
 TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
   base::Rng rng(GetParam());
-  const Points points = testing::RandomPoints(4 + rng.Index(200), 1.0, rng);
+  const Points points = samples::RandomPoints(4 + rng.Index(200), 1.0, rng);
   const double alpha = rng.Uniform(0.1, 0.8);
   const AlphaComplex complex = BuildAlphaComplex(points, alpha);
   const TriangleSet triangles(complex.triangles.begin(), complex.triangles.end());
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> SlowComponents(std::size_t n, const AlphaComplex& com
 
 TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
   base::Rng rng(GetParam());
-  const Points points = testing::RandomPoints(300, 1.0, rng);
+  const Points points = samples::RandomPoints(300, 1.0, rng);
   const AlphaComplex complex = BuildAlphaComplex(points, 0.13);
   const auto expected = SlowComponents(points.size(), complex);
   std::set<std::uint32_t> used;
@@ -127,7 +127,7 @@ TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
       for (int z = 0; z < 3; ++z) points.emplace_back(x, y, z);
     }
   }
-  const Indices order = testing::Permutation(points.size(), rng);
+  const Indices order = samples::Permutation(points.size(), rng);
   const Points shuffled = Select(points, order);
   const AlphaComplex a = BuildAlphaComplex(points, 0.8);
   AlphaComplex b = BuildAlphaComplex(shuffled, 0.8);
@@ -144,11 +144,11 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
   base::Rng rng(GetParam());
   Points
       points;  // pairs that differ in the last digit: the radii of their needles are all rounding
-  for (const Eigen::Vector3d& p : testing::RandomPoints(150, 0.1, rng)) {
+  for (const Eigen::Vector3d& p : samples::RandomPoints(150, 0.1, rng)) {
     points.push_back(p);
     points.emplace_back(std::nextafter(p.x(), 1.0), p.y(), p.z());
   }
-  const Indices order = testing::Permutation(points.size(), rng);
+  const Indices order = samples::Permutation(points.size(), rng);
   const Points shuffled = Select(points, order);
   for (const double alpha : {0.01, 0.02, 0.03, 0.05}) {
     const AlphaComplex a = BuildAlphaComplex(points, alpha);
@@ -185,7 +185,7 @@ TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
 
 TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
   base::Rng rng(GetParam());
-  Points points = testing::RandomPoints(rng.Index(400), 1.0, rng);
+  Points points = samples::RandomPoints(rng.Index(400), 1.0, rng);
   if (GetParam() % 4 == 1) {  // flat
     for (Eigen::Vector3d& p : points) p.z() = 0.5;
   }

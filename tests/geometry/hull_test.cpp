@@ -17,7 +17,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededHull, ::testing::Range<std::uint64_t>(0, 2
 
 TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
   base::Rng rng(GetParam());
-  const Points points = testing::RandomPoints(4 + rng.Index(300), 1.0, rng);
+  const Points points = samples::RandomPoints(4 + rng.Index(300), 1.0, rng);
   const TriangleMesh hull = ConvexHull(points);
   ASSERT_FALSE(hull.triangles.empty());
   for (const auto& [a, b, c] : hull.triangles) {
@@ -35,7 +35,7 @@ TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
 
 TEST_P(SeededHull, VerticesAreThePointsThatABruteForceFindsExtreme) {
   base::Rng rng(GetParam());
-  const Points points = testing::RandomPoints(25, 1.0, rng);
+  const Points points = samples::RandomPoints(25, 1.0, rng);
   // A vertex is on some plane through three points that has all others on one side.
   std::vector<bool> extreme(points.size(), false);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -76,7 +76,7 @@ TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
       for (int z = 0; z <= 3; ++z) points.emplace_back(x, y, z);
     }
   }
-  points = Select(points, testing::Permutation(points.size(), rng));
+  points = Select(points, samples::Permutation(points.size(), rng));
   const TriangleMesh hull = ConvexHull(points);
   EXPECT_EQ(hull.vertices.size(), 8u);
   EXPECT_EQ(hull.triangles.size(), 12u);
@@ -91,7 +91,7 @@ TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
 
 TEST(Hull, OfFlatPointsIsEmpty) {
   base::Rng rng(1);
-  Points flat = testing::RandomPoints(50, 1.0, rng);
+  Points flat = samples::RandomPoints(50, 1.0, rng);
   for (Eigen::Vector3d& p : flat) p.z() = 2.0 * p.x() - p.y();
   EXPECT_TRUE(ConvexHull(flat).triangles.empty());
   EXPECT_TRUE(ConvexHull(Points{}).triangles.empty());

@@ -93,7 +93,7 @@ RangeImage RandomImage(base::Rng& rng) {
   RangeImage image;
   image.profiles = 7;
   image.samples = 11;
-  image.points_C = testing::RandomPoints(77, 1.0, rng);
+  image.points_C = samples::RandomPoints(77, 1.0, rng);
   image.points_C[5].setConstant(std::numeric_limits<double>::quiet_NaN());
   image.origins_C = {{0.8, 0.0, 0.62}};
   return image;

@@ -11,8 +11,8 @@
 namespace rangegrasp::geometry {
 namespace {
 
-using testing::RandomPoint;
-using testing::RandomPoints;
+using samples::RandomPoint;
+using samples::RandomPoints;
 
 /// All points by distance from the query, ties by position.
 std::vector<KdTree::Neighbor> BruteForce(PointSpan points, const Eigen::Vector3d& query) {

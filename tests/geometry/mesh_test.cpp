@@ -19,8 +19,8 @@ TEST(Mesh, VolumeIsThatOfTheSolidWhereverItStands) {
   base::Rng rng(1);
   for (int i = 0; i < 20; ++i) {
     const Eigen::Matrix3d R =
-        Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), testing::RandomDirection(rng)).toRotationMatrix();
-    const base::Pose X = base::MakePose(R, testing::RandomPoint(100.0, rng));
+        Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), samples::RandomDirection(rng)).toRotationMatrix();
+    const base::Pose X = base::MakePose(R, samples::RandomPoint(100.0, rng));
     EXPECT_NEAR(Volume(Transformed(UnitCube(), X)), 1.0, 1e-10);
   }
 }

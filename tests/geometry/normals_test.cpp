@@ -13,8 +13,8 @@ namespace {
 
 TEST(Normals, OfAPlaneAreItsNormalTurnedToTheOrigin) {
   base::Rng rng(1);
-  const Eigen::Vector3d normal = testing::RandomDirection(rng);
-  Points points = testing::RandomPoints(800, 0.03, rng);
+  const Eigen::Vector3d normal = samples::RandomDirection(rng);
+  Points points = samples::RandomPoints(800, 0.03, rng);
   for (Eigen::Vector3d& p : points) p -= p.dot(normal) * normal;
   const KdTree tree(points);
   for (const double side : {1.0, -1.0}) {
@@ -43,7 +43,7 @@ TEST(Normals, OfASphereAreRadial) {
 TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
   // A direct transcription of eq. 4.10-4.12 with another solver.
   base::Rng rng(5);
-  const Points points = testing::RandomPoints(300, 0.02, rng);
+  const Points points = samples::RandomPoints(300, 0.02, rng);
   const KdTree tree(points);
   const Points normals = EstimateNormals(points, tree, 0.01, {1.0, 1.0, 1.0});
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -64,7 +64,7 @@ TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
 
 TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
   base::Rng rng(6);
-  const Points points = testing::RandomPoints(300, 0.02, rng);
+  const Points points = samples::RandomPoints(300, 0.02, rng);
   const KdTree tree(points);
   const Eigen::Vector3d eye(1.0, 1.0, 1.0);
   NeighborLists kept;
@@ -92,7 +92,7 @@ TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
 
 TEST(Normals, TurnToThePlaceThatSawThePoint) {
   base::Rng rng(6);
-  Points points = testing::RandomPoints(400, 0.03, rng);
+  Points points = samples::RandomPoints(400, 0.03, rng);
   Indices place_of;
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i].z() = 0.0;

@@ -10,8 +10,8 @@
 namespace rangegrasp::geometry {
 namespace {
 
-using testing::RandomDirection;
-using testing::RandomPoint;
+using samples::RandomDirection;
+using samples::RandomPoint;
 
 class SeededPlane : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededPlane, ::testing::Range<std::uint64_t>(0, 40));
@@ -122,7 +122,7 @@ TEST_P(SeededPlane, RansacCountsToTheEnd) {
 
 TEST_P(SeededPlane, RansacDependsOnItsArgumentsAndTheStreamAlone) {
   base::Rng draw(GetParam());
-  const Points points = testing::RandomPoints(200, 0.2, draw);
+  const Points points = samples::RandomPoints(200, 0.2, draw);
   base::Rng a(GetParam()), b(GetParam());
   const auto first = FitPlaneRansac(points, {}, a);
   const auto again = FitPlaneRansac(points, {}, b);
@@ -136,7 +136,7 @@ TEST_P(SeededPlane, RansacDependsOnItsArgumentsAndTheStreamAlone) {
 TEST(Plane, IsFlatToANanometreAMetre) {
   base::Rng rng(2);
   for (const auto& [thickness, flat] : {std::pair(0.0, true), {1e-11, true}, {1e-6, false}}) {
-    Points points = testing::RandomPoints(50, 1.0, rng);
+    Points points = samples::RandomPoints(50, 1.0, rng);
     for (std::size_t i = 0; i < points.size(); ++i) {
       points[i].z() = i % 2 == 0 ? thickness : -thickness;
     }

@@ -7,7 +7,7 @@
 #include "geometry/point_cloud.h"
 
 /// Random clouds for tests.
-namespace rangegrasp::geometry::testing {
+namespace rangegrasp::geometry::samples {
 
 inline Eigen::Vector3d RandomPoint(double half, base::Rng& rng) {
   const double x = rng.Uniform(-half, half);
@@ -40,4 +40,4 @@ inline Indices Permutation(std::size_t n, base::Rng& rng) {
   return order;
 }
 
-}  // namespace rangegrasp::geometry::testing
+}  // namespace rangegrasp::geometry::samples

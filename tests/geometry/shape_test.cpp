@@ -59,7 +59,7 @@ TEST(Shape, ConvexIsTheHullOfItsMeshAndMeshStaysAsItIs) {
   base::Rng rng(3);
   Shape shape = Make(Shape::Kind::kConvex, Eigen::Vector3d::Zero());
   shape.mesh = Tessellate(Make(Shape::Kind::kBox, {0.5, 0.5, 0.5}));
-  for (int i = 0; i < 50; ++i) shape.mesh.vertices.push_back(testing::RandomPoint(0.4, rng));
+  for (int i = 0; i < 50; ++i) shape.mesh.vertices.push_back(samples::RandomPoint(0.4, rng));
   const TriangleMesh hull = Tessellate(shape);
   EXPECT_EQ(hull.vertices.size(), 8u);
   EXPECT_NEAR(Volume(hull), 1.0, 1e-12);

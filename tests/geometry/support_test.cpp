@@ -22,7 +22,7 @@ Shape Turned(Kind kind) {
   return shape;
 }
 
-Vector3d RandomPoint(base::Rng& rng, double reach_m) {
+Vector3d RandomSupportPoint(base::Rng& rng, double reach_m) {
   const double x = rng.Uniform(-reach_m, reach_m);
   const double y = rng.Uniform(-reach_m, reach_m);
   const double z = rng.Uniform(-reach_m, reach_m);
@@ -34,7 +34,7 @@ TEST(Support, IsTheFarthestVertex) {
   for (const Kind kind : kRound) {
     const Shape shape = Turned(kind);
     for (int i = 0; i < 20; ++i) {
-      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      const Vector3d d = RandomSupportPoint(rng, 1.0).normalized();
       double farthest = -1.0;
       for (const Vector3d& p : Tessellate(shape, 96).vertices) {
         farthest = std::max(farthest, d.dot(p));
@@ -52,10 +52,10 @@ TEST(Support, BoundsWhatLiesInside) {
     const Shape shape = Turned(kind);
     int inside = 0;
     for (int i = 0; i < 3000; ++i) {
-      const Vector3d p = RandomPoint(rng, 0.1);
+      const Vector3d p = RandomSupportPoint(rng, 0.1);
       if (!Inside(shape, p)) continue;
       ++inside;
-      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      const Vector3d d = RandomSupportPoint(rng, 1.0).normalized();
       EXPECT_LE(d.dot(p), Support(shape, base::Pose::Identity(), d) + 1e-12);
     }
     EXPECT_GT(inside, 5) << static_cast<int>(kind);
@@ -74,7 +74,7 @@ TEST(Grown, ReachesFurtherByTheMargin) {
                   margin_m, 1e-12);
     }
     for (int i = 0; i < 100; ++i) {
-      const Vector3d d = RandomPoint(rng, 1.0).normalized();
+      const Vector3d d = RandomSupportPoint(rng, 1.0).normalized();
       // An ellipsoid with longer axes is not the ellipsoid's outer parallel surface: nearly.
       const double least = kind == Kind::kEllipsoid ? 0.9 * margin_m : margin_m;
       EXPECT_GE(Support(grown, d) - Support(shape, d), least - 1e-12);

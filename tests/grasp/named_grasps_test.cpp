@@ -64,7 +64,7 @@ perception::Scene BarAt(const base::Pose& X_CO) {
   return SceneOf({geometry::Transformed(Extrude(Rectangle(0.012, 0.012), 0.08), X_CO)});
 }
 
-base::Pose At(double x, double y, double turn_rad) {
+base::Pose TurnedAt(double x, double y, double turn_rad) {
   return base::MakePose(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).matrix(), {x, y, 0.0});
 }
 
@@ -106,7 +106,7 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
 TEST(NamedGrasps, StandWhereTheObjectStands) {
   const NamedGrasps known = Read(kBar);
   const robot::HandModel& hand = SensorHand();
-  const base::Pose X_CO = At(0.05, -0.02, base::Deg(30.0));
+  const base::Pose X_CO = TurnedAt(0.05, -0.02, base::Deg(30.0));
   const auto placed =
       PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {});
   ASSERT_EQ(placed.size(), 8u);
@@ -123,14 +123,14 @@ TEST(NamedGrasps, UprightOnesAreForWhatStands) {
   const auto count = [&](const base::Pose& X_CO) {
     return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {}).size();
   };
-  EXPECT_EQ(count(At(0.0, 0.0, 0.0)), 1u);
+  EXPECT_EQ(count(TurnedAt(0.0, 0.0, 0.0)), 1u);
   const Eigen::AngleAxisd lying(base::Deg(90.0), Vector3d::UnitX());
   EXPECT_EQ(count(base::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
 }
 
 TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
   const NamedGrasps known = Read(kBar);
-  const base::Pose X_CO = At(0.0, 0.0, 0.0);
+  const base::Pose X_CO = TurnedAt(0.0, 0.0, 0.0);
   auto scene = SceneOf(
       {Extrude(Rectangle(0.012, 0.012), 0.08),
        geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
@@ -149,7 +149,7 @@ TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
 
 TEST(KeptFree, IsTouchedByAHandThatReachesIntoIt) {
   const NamedGrasps known = Read(kBar);
-  const base::Pose X_CO = At(0.02, 0.01, base::Deg(70.0));
+  const base::Pose X_CO = TurnedAt(0.02, 0.01, base::Deg(70.0));
   const auto hand_at = [&](double z_m) {
     Proposal proposal;
     proposal.X_CG = X_CO * base::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0, 0, z_m});

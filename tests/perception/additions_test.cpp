@@ -15,8 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
+using samples::Analytic;
+using samples::Given;
 
 geometry::Plane At(double z) { return {Vector3d::UnitZ(), -z}; }
 

@@ -10,7 +10,7 @@
 #include "perception/internal/part.h"
 
 /// Points and normals of exact surfaces for tests of kernels, on the table z = 0.
-namespace rangegrasp::perception::testing {
+namespace rangegrasp::perception::samples {
 
 constexpr double kStep_m = 0.002;  ///< between points
 
@@ -105,4 +105,4 @@ inline geometry::Indices Joined(geometry::Indices a, const geometry::Indices& b)
   return a;
 }
 
-}  // namespace rangegrasp::perception::testing
+}  // namespace rangegrasp::perception::samples

@@ -8,8 +8,8 @@ namespace rangegrasp::perception::internal {
 namespace {
 
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
+using samples::Analytic;
+using samples::Given;
 
 constexpr double kRadius_m = 0.04;
 
@@ -21,7 +21,7 @@ Indices AddCup(Analytic& shape, double wall_m) {
       shape.AddWall(center, kRadius_m, 0.01, 0.096, base::Deg(-75.0), base::Deg(75.0));
   const auto inside = shape.AddWall(center, kRadius_m - wall_m, 0.05, 0.096, base::Deg(105.0),
                                     base::Deg(255.0), true);
-  return testing::Joined(testing::Joined(lip, outside), inside);
+  return samples::Joined(samples::Joined(lip, outside), inside);
 }
 
 TEST(AxisFromBody, IsExactForAnExactWallWhateverTheDraws) {
@@ -57,7 +57,7 @@ TEST(AxisFromBody, TakesWhatFacesOutwardOnTheCircleAlone) {
   for (const auto i : rounding) {
     cup.cloud.normals[i] = (cup.cloud.normals[i] + 2.0 * Eigen::Vector3d::UnitZ()).normalized();
   }
-  for (const auto& more : {handle, turned, rounding}) points = testing::Joined(points, more);
+  for (const auto& more : {handle, turned, rounding}) points = samples::Joined(points, more);
   const Given given(cup.cloud);
   TopSurface top;
   top.center_C = {0.02, -0.03, 0.1};
@@ -89,7 +89,7 @@ TEST(AxisFromBody, NeedsAWallOfSixtyPointsThatIsNoWiderThanATabletopObject) {
 TEST(AxisFromBody, RefusesFlatWalls) {
   Analytic box;
   const Indices points =
-      testing::Joined(box.AddRectangle({0.0, 0.0, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0}),
+      samples::Joined(box.AddRectangle({0.0, 0.0, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0}),
                       box.AddRectangle({0.03, 0.0, 0.05}, {0.0, 0.03, 0.0}, {0.0, 0.0, 0.04}));
   const Given given(box.cloud);
   const Part part = given.Describe(points);

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
+using samples::Analytic;
 
 constexpr double kHeight_m = 0.1;
 
@@ -50,7 +50,7 @@ TEST(ProfileBody, KeepsBothSidesOfAWallApart) {
   Analytic cup;
   const Indices outer = cup.AddWall({0.0, 0.0}, 0.040, 0.02, 0.096);
   const Indices inner = cup.AddWall({0.0, 0.0}, 0.037, 0.02, 0.096, 0.0, 2.0 * base::kPi, true);
-  const BodyProfile profile = Profile(cup, testing::Joined(outer, inner));
+  const BodyProfile profile = Profile(cup, samples::Joined(outer, inner));
   EXPECT_EQ(profile.fraction, 1.0);
   for (const Section& s : profile.sections) {
     EXPECT_NEAR(s.outer_m, 0.040, 1e-12);
@@ -63,7 +63,7 @@ TEST(ProfileBody, AHandleDiffers) {
   Analytic mug;
   const Indices wall = mug.AddWall({0.0, 0.0}, 0.040, 0.02, 0.09);
   const Indices handle = mug.AddWall({0.0, 0.0}, 0.055, 0.03, 0.08, 0.0, 0.3);
-  const BodyProfile profile = Profile(mug, testing::Joined(wall, handle));
+  const BodyProfile profile = Profile(mug, samples::Joined(wall, handle));
   EXPECT_EQ(profile.agreeing, wall);
   EXPECT_EQ(profile.differing, handle);
   EXPECT_DOUBLE_EQ(profile.fraction, static_cast<double>(wall.size()) /
@@ -76,7 +76,7 @@ TEST(ProfileBody, TheFullestBandOfTwiceTheDistanceAgrees) {
   const Indices wide = vase.AddWall({0.0, 0.0}, 0.043, 0.05, 0.09, 0.0, 3.0);
   const Indices narrow = vase.AddWall({0.0, 0.0}, 0.040, 0.05, 0.09, 3.0, 6.0);
   const Indices dent = vase.AddWall({0.0, 0.0}, 0.030, 0.05, 0.09, 6.0, 6.28);
-  const BodyProfile profile = Profile(vase, testing::Joined(testing::Joined(wide, narrow), dent));
+  const BodyProfile profile = Profile(vase, samples::Joined(samples::Joined(wide, narrow), dent));
   EXPECT_EQ(profile.differing, dent);
   for (const Section& s : profile.sections) {
     EXPECT_GT(s.outer_m, 0.040);
@@ -88,8 +88,8 @@ TEST(ProfileBody, LeavesOutTheLipThatIsOfTheTop) {
   Analytic can;
   const Indices wall = can.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
   const Indices lip = can.AddWall({0.0, 0.0}, 0.05, 0.098, 0.102);  // within 2 mm of the top
-  EXPECT_EQ(Profile(can, testing::Joined(wall, lip)).agreeing, wall);
-  EXPECT_TRUE(Profile(can, testing::Joined(wall, lip)).differing.empty());
+  EXPECT_EQ(Profile(can, samples::Joined(wall, lip)).agreeing, wall);
+  EXPECT_TRUE(Profile(can, samples::Joined(wall, lip)).differing.empty());
 }
 
 TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {
@@ -97,7 +97,7 @@ TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {
   const Indices wall = can.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
   const Indices top = can.AddDisc({0.0, 0.0, kHeight_m}, 0.04);
   const Indices shoulder = can.AddDisc({0.0, 0.0, 0.05}, 0.06, 0.04);
-  const BodyProfile profile = Profile(can, testing::Joined(testing::Joined(wall, top), shoulder));
+  const BodyProfile profile = Profile(can, samples::Joined(samples::Joined(wall, top), shoulder));
   EXPECT_EQ(profile.agreeing, wall);
   EXPECT_TRUE(profile.differing.empty());
 }

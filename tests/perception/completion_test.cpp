@@ -11,11 +11,11 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
-using testing::Joined;
+using samples::Analytic;
+using samples::Given;
+using samples::Joined;
 
-constexpr double kRadius_m = 0.035;
+constexpr double kCompletionRadius_m = 0.035;
 
 /// A cylinder that lies along y at (0, 0, radius), as far round as a sensor towards +x sees it.
 Analytic LyingCylinder() {
@@ -24,13 +24,13 @@ Analytic LyingCylinder() {
     for (int k = 0; k <= 70; ++k) {
       const double t = -0.6 + 2.3 * k / 70;  // from the far side over the ridge to the near one
       const Vector3d n(std::sin(t), 0.0, std::cos(t));
-      shape.Add(Vector3d(0.0, 0.002 * row, kRadius_m) + kRadius_m * n, n);
+      shape.Add(Vector3d(0.0, 0.002 * row, kCompletionRadius_m) + kCompletionRadius_m * n, n);
     }
   }
   return shape;
 }
 
-Indices All(const Analytic& shape) {
+Indices CompletionAll(const Analytic& shape) {
   Indices all(shape.cloud.size());
   std::iota(all.begin(), all.end(), 0U);
   return all;
@@ -39,7 +39,7 @@ Indices All(const Analytic& shape) {
 TEST(SymmetricImage, OfALyingCylinderIsItsOtherSide) {
   const Analytic shape = LyingCylinder();
   const Given given(shape.cloud);
-  const Part part = given.Describe(All(shape));
+  const Part part = given.Describe(CompletionAll(shape));
   ASSERT_TRUE(part.top && part.top->ridge);
   const auto image = SymmetricImage(given.Context(), part);
   // Nothing is known to be free behind the cylinder. What is seen on the far side (a third) has its
@@ -47,10 +47,10 @@ TEST(SymmetricImage, OfALyingCylinderIsItsOtherSide) {
   EXPECT_GT(image.size(), 0.9 * static_cast<double>(part.points.size()));
   double far = 0.0;
   for (const Vector3d& p : image) {
-    EXPECT_NEAR(std::hypot(p.x(), p.z() - kRadius_m), kRadius_m, 1e-6);
+    EXPECT_NEAR(std::hypot(p.x(), p.z() - kCompletionRadius_m), kCompletionRadius_m, 1e-6);
     far = std::min(far, p.x());
   }
-  EXPECT_NEAR(far, -kRadius_m, 1e-4);  // the seen side goes down past where it is widest
+  EXPECT_NEAR(far, -kCompletionRadius_m, 1e-4);  // the seen side goes down past where it is widest
 }
 
 TEST(SymmetricImage, IsNotPutWhereTheSensorSawThrough) {
@@ -61,10 +61,10 @@ TEST(SymmetricImage, IsNotPutWhereTheSensorSawThrough) {
     for (int z = -300; z <= 150; ++z) measured.emplace_back(-0.5, 0.002 * y, 0.002 * z);
   }
   const Given given(shape.cloud, measured);
-  EXPECT_TRUE(SymmetricImage(given.Context(), given.Describe(All(shape))).empty());
+  EXPECT_TRUE(SymmetricImage(given.Context(), given.Describe(CompletionAll(shape))).empty());
   Given off(shape.cloud);
   off.options.complete_by_symmetry = false;
-  EXPECT_TRUE(SymmetricImage(off.Context(), off.Describe(All(shape))).empty());
+  EXPECT_TRUE(SymmetricImage(off.Context(), off.Describe(CompletionAll(shape))).empty());
 }
 
 TEST(SymmetricImage, OfABodyWiderThanItsTopIsItsHalfTurn) {

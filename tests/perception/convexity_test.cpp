@@ -140,14 +140,14 @@ INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
 TEST(SegmentByConvexity, TheInsideOfARoundThingIsOneSurface) {
   // Patches of 15 mm differ by more than the noise that is taken for none.
   for (const double radius_m : {0.03, 0.04, 0.05}) {
-    testing::Analytic shape;
+    samples::Analytic shape;
     shape.AddWall({0.0, 0.0}, radius_m, 0.0, 0.08, -1.4, 1.4, true);
     EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 1u) << radius_m;
   }
 }
 
 TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
-  testing::Analytic shape;
+  samples::Analytic shape;
   shape.AddRectangle({0.0, 0.0, 0.0}, {0.04, 0.0, 0.0}, {0.0, 0.04, 0.0});
   shape.AddRectangle({-0.042, 0.0, 0.042}, {0.0, 0.04, 0.0}, {0.0, 0.0, 0.04});
   EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 2u);

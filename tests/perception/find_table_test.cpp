@@ -65,7 +65,7 @@ TEST_P(SeededTable, IsFoundWithStrayPointsUnderIt) {
 TEST_P(SeededTable, IsFoundInAnyFrame) {
   base::Rng rng(GetParam());
   const Eigen::Matrix3d R =
-      Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), geometry::testing::RandomDirection(rng))
+      Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), geometry::samples::RandomDirection(rng))
           .toRotationMatrix();
   auto scan = synthetic::MixedScan(GetParam());
   for (Eigen::Vector3d& p : scan.points_W) p = R * p;
@@ -122,7 +122,7 @@ TEST(Table, IsNotFoundWhereThereIsNone) {
   base::Rng rng(1);
   EXPECT_FALSE(FindTable(Points{}, kSensor, {}, rng));
   EXPECT_FALSE(FindTable(Points(10, {0.0, 0.0, 0.0}), kSensor, {}, rng));
-  EXPECT_FALSE(FindTable(geometry::testing::RandomPoints(2000, 0.2, rng), kSensor, {}, rng));
+  EXPECT_FALSE(FindTable(geometry::samples::RandomPoints(2000, 0.2, rng), kSensor, {}, rng));
   PreprocessOptions sideways;
   sideways.up_C = Eigen::Vector3d(0.0, 1.0, 0.0);
   EXPECT_FALSE(FindTable(synthetic::MixedScan(1).points_W, kSensor, sideways, rng));

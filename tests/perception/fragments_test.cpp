@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
-using testing::Joined;
+using samples::Analytic;
+using samples::Given;
+using samples::Joined;
 
 /// What a sensor towards +x sees of a box about (x, y): its top and its front face, the latter down
 /// from `gap_m` under the top.
@@ -19,7 +19,7 @@ struct BoxFaces {
   Indices top;
   Indices front;
 };
-BoxFaces AddBox(Analytic& shape, double x, double y, double height_m, double gap_m = 0.0) {
+BoxFaces FragmentsAddBox(Analytic& shape, double x, double y, double height_m, double gap_m = 0.0) {
   BoxFaces faces;
   faces.top = shape.AddRectangle({x, y, height_m}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
   const double low = 0.01;
@@ -38,7 +38,7 @@ TEST(FindKinship, AFrontFaceUnderItsTopGoesOnFromIt) {
        {std::pair(0.002, Kinship::kSurface), std::pair(0.010, Kinship::kSurface),
         std::pair(0.014, Kinship::kNone)}) {  // the gap is 12 mm
     Analytic shape;
-    const BoxFaces box = AddBox(shape, 0.0, 0.0, 0.1, gap);
+    const BoxFaces box = FragmentsAddBox(shape, 0.0, 0.0, 0.1, gap);
     const Given given(shape.cloud);
     EXPECT_EQ(KinshipOf(given, box.front, box.top), kinship) << gap;
   }
@@ -51,8 +51,8 @@ TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
   const auto add_wall = [&](double radius_m, double from_m, double to_m, double from_rad,
                             double to_rad, double side) {
     Indices added;
-    for (double x = from_m; x < to_m; x += testing::kStep_m) {
-      for (double a = from_rad; a < to_rad; a += testing::kStep_m / radius_m) {
+    for (double x = from_m; x < to_m; x += samples::kStep_m) {
+      for (double a = from_rad; a < to_rad; a += samples::kStep_m / radius_m) {
         const Vector3d out(0.0, std::sin(a), std::cos(a));
         added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
         shape.Add(Vector3d(x, 0.0, 0.035) + radius_m * out, side * out);
@@ -86,11 +86,11 @@ Indices AddCap(Analytic& shape, const Vector3d& end, const Vector3d& axis, const
   const Vector3d side = axis.cross(face);
   const Vector3d start = end + cap.gap_m * axis + cap.aside_m * side + cap.over_m * face;
   Indices points;
-  for (int row = 0; row * testing::kStep_m <= cap.length_m; ++row) {
-    for (double a = -1.5; a < 1.5; a += testing::kStep_m / cap.radius_m) {
+  for (int row = 0; row * samples::kStep_m <= cap.length_m; ++row) {
+    for (double a = -1.5; a < 1.5; a += samples::kStep_m / cap.radius_m) {
       const Vector3d out = std::cos(a) * face + std::sin(a) * side;
       points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-      shape.Add(start + row * testing::kStep_m * axis + cap.radius_m * out, out);
+      shape.Add(start + row * samples::kStep_m * axis + cap.radius_m * out, out);
     }
   }
   return points;
@@ -193,8 +193,8 @@ TEST(FindKinship, BoxesBesideEachOtherHaveNone) {
   for (int step = 0; step < 12; ++step) {
     const double a = base::kPi * step / 6;
     Analytic shape;
-    const BoxFaces one = AddBox(shape, 0.0, 0.0, 0.08);
-    const BoxFaces other = AddBox(shape, 0.09 * std::cos(a), 0.09 * std::sin(a), 0.06);
+    const BoxFaces one = FragmentsAddBox(shape, 0.0, 0.0, 0.08);
+    const BoxFaces other = FragmentsAddBox(shape, 0.09 * std::cos(a), 0.09 * std::sin(a), 0.06);
     const Given given(shape.cloud);
     EXPECT_EQ(KinshipOf(given, Joined(other.top, other.front), Joined(one.top, one.front)),
               Kinship::kNone)
@@ -204,8 +204,8 @@ TEST(FindKinship, BoxesBesideEachOtherHaveNone) {
 
 TEST(MergeFragments, JoinsWhatIsKinAndLeavesTheRest) {
   Analytic shape;
-  const BoxFaces one = AddBox(shape, 0.0, -0.06, 0.1, 0.008);
-  const BoxFaces two = AddBox(shape, 0.0, 0.06, 0.08, 0.008);
+  const BoxFaces one = FragmentsAddBox(shape, 0.0, -0.06, 0.1, 0.008);
+  const BoxFaces two = FragmentsAddBox(shape, 0.0, 0.06, 0.08, 0.008);
   const Given given(shape.cloud);
   std::vector<Part> parts;
   for (const Indices& points : {one.top, two.front, two.top, one.front}) {

@@ -9,8 +9,8 @@ namespace {
 
 using Eigen::Vector2d;
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
+using samples::Analytic;
+using samples::Given;
 
 /// A can about (x, y) as a sensor towards +x sees it, and which side of the line y = middle each
 /// point is on; points within 5 mm of the line are lost.
@@ -18,7 +18,7 @@ void AddCan(Analytic& shape, const Vector2d& center, double radius_m, double mid
             Indices& right) {
   const auto lid = shape.AddDisc({center.x(), center.y(), 0.1}, radius_m);
   const auto wall = shape.AddWall(center, radius_m, 0.01, 0.096, -1.3, 1.3);
-  for (const auto i : testing::Joined(lid, wall)) {
+  for (const auto i : samples::Joined(lid, wall)) {
     const double offset = shape.cloud.points[i].y() - middle;
     if (std::abs(offset) > 0.005) (offset < 0.0 ? left : right).push_back(i);
   }
@@ -70,7 +70,7 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
   Indices can;
   AddCan(shape, {0.0, 0.0}, 0.04, 1.0, can, can);
   const Indices box =
-      testing::Joined(shape.AddRectangle({0.0, 0.075, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0}),
+      samples::Joined(shape.AddRectangle({0.0, 0.075, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0}),
                       shape.AddRectangle({0.03, 0.075, 0.05}, {0.0, 0.03, 0.0}, {0.0, 0.0, 0.045}));
   const auto parts = Merged(Given(shape.cloud), {can, box}, 1);
   ASSERT_EQ(parts.size(), 2u);
@@ -78,10 +78,10 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
   EXPECT_FALSE(parts[1].axis);
 }
 
-constexpr double kRadius_m = 0.04;
+constexpr double kMergeRotationalRadius_m = 0.04;
 /// Between two columns of the wall, which are those of the lid's edge too: 126 round the can.
 const double kColumn_rad =
-    2.0 * base::kPi / std::lround(2.0 * base::kPi * kRadius_m / testing::kStep_m);
+    2.0 * base::kPi / std::lround(2.0 * base::kPi * kMergeRotationalRadius_m / samples::kStep_m);
 
 /// A can seen from all around, and its sectors: each from one angle to the next, the last to the
 /// first. The angles lie between two columns.
@@ -90,8 +90,9 @@ struct CutCan {
   std::vector<Indices> sectors;
 
   explicit CutCan(const std::vector<int>& columns) : sectors(columns.size()) {
-    const auto lid = shape.AddDisc({0.0, 0.0, 0.1}, kRadius_m);
-    for (const auto i : testing::Joined(lid, shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096))) {
+    const auto lid = shape.AddDisc({0.0, 0.0, 0.1}, kMergeRotationalRadius_m);
+    for (const auto i :
+         samples::Joined(lid, shape.AddWall({0.0, 0.0}, kMergeRotationalRadius_m, 0.01, 0.096))) {
       const Eigen::Vector3d& p = shape.cloud.points[i];
       double column = std::atan2(p.y(), p.x()) / kColumn_rad + 0.5;
       if (column < 0.0) column += 2.0 * base::kPi / kColumn_rad;
@@ -159,7 +160,8 @@ TEST(MergeRotational, AsksForNearAxesWhereBothHaveOne) {
   const CutCan can({0, 63});
   const Given given(can.shape.cloud);
   const auto with_axis_at = [](Part& part, double x) {
-    part.axis = RotationAxis{{x, 0.0, 0.1}, Eigen::Vector3d::UnitZ(), kRadius_m, 1.0, 1.0};
+    part.axis =
+        RotationAxis{{x, 0.0, 0.1}, Eigen::Vector3d::UnitZ(), kMergeRotationalRadius_m, 1.0, 1.0};
   };
   for (const double apart : {0.0099, 0.0101}) {  // of 10 mm
     auto parts = can.Parts(given);
@@ -185,7 +187,9 @@ TEST(MergeRotational, AsksForFourFifthsOfEachPartsRimOnTheCircle) {
       for (int k = 0; k < columns; ++k) {
         const double a = (31 - columns / 2 + k + 63 * static_cast<int>(bumped)) * kColumn_rad;
         for (const double out : {0.0025, 0.005}) {
-          can.Add(bumped, {(kRadius_m + out) * std::cos(a), (kRadius_m + out) * std::sin(a), 0.1},
+          can.Add(bumped,
+                  {(kMergeRotationalRadius_m + out) * std::cos(a),
+                   (kMergeRotationalRadius_m + out) * std::sin(a), 0.1},
                   Eigen::Vector3d::UnitZ());
         }
       }
@@ -205,8 +209,8 @@ TEST(MergeRotational, AsksForARimOfEachPart) {
       return &sector == &can.sectors[0] && p.z() > 0.0945;
     });
   }
-  const auto lid = can.shape.AddDisc({0.0, 0.0, 0.1}, kRadius_m);
-  can.sectors[1] = testing::Joined(can.sectors[1], lid);
+  const auto lid = can.shape.AddDisc({0.0, 0.0, 0.1}, kMergeRotationalRadius_m);
+  can.sectors[1] = samples::Joined(can.sectors[1], lid);
   const Given given(can.shape.cloud);
   EXPECT_EQ(CountMerged(given, can.Parts(given)), 2u);
 }
@@ -217,8 +221,8 @@ TEST(MergeRotational, AsksForHalfOfEachPartsBodyOnTheCircle) {
   for (const bool first : {false, true}) {
     for (const int handle : {9, 10, 11}) {
       CutCan can({0, 10});
-      const double width = handle * testing::kStep_m / 0.06;
-      can.sectors[0] = testing::Joined(
+      const double width = handle * samples::kStep_m / 0.06;
+      can.sectors[0] = samples::Joined(
           can.sectors[0], can.shape.AddWall({0.0, 0.0}, 0.06, 0.01, 0.096, 0.0, width));
       if (!first) std::swap(can.sectors[0], can.sectors[1]);
       const Given given(can.shape.cloud);
@@ -254,9 +258,9 @@ TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
 TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   // Of the lip an arc of 100 deg is seen, on one of its halves 7 mm inside the wall.
   Analytic cup;
-  const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kRadius_m, 0.036);
-  Indices points = testing::Joined(
-      cup.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3),
+  const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kMergeRotationalRadius_m, 0.036);
+  Indices points = samples::Joined(
+      cup.AddWall({0.0, 0.0}, kMergeRotationalRadius_m, 0.01, 0.096, -1.3, 1.3),
       cup.AddWall({0.0, 0.0}, 0.036, 0.05, 0.096, base::kPi - 1.3, base::kPi + 1.3, true));
   for (const auto i : ring) {
     const auto& p = cup.cloud.points[i];
@@ -282,8 +286,8 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
 Indices AddLying(Analytic& shape, double from_m, double to_m, double to_rad = 1.7) {
   constexpr double kLying_m = 0.035;
   Indices added;
-  for (double x = from_m; x < to_m; x += testing::kStep_m) {
-    for (double a = -0.6; a < to_rad; a += testing::kStep_m / kLying_m) {
+  for (double x = from_m; x < to_m; x += samples::kStep_m) {
+    for (double a = -0.6; a < to_rad; a += samples::kStep_m / kLying_m) {
       const Eigen::Vector3d out(0.0, std::sin(a), std::cos(a));
       added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
       shape.Add(Eigen::Vector3d(x, 0.0, kLying_m) + kLying_m * out, out);

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
+using samples::Analytic;
 
 /// A top of 300 points whose rim is an ellipse: the nearest rim point is 30 mm from the center.
 struct Cup {

@@ -32,8 +32,8 @@ Place RandomPlace(std::uint64_t seed) {
   return {x, y, rng.Uniform(0.0, 2.0 * base::kPi)};
 }
 
-Scene See(const std::vector<TriangleMesh>& meshes, std::uint64_t seed,
-          const PerceptionOptions& options = {}) {
+Scene PerceiveSee(const std::vector<TriangleMesh>& meshes, std::uint64_t seed,
+                  const PerceptionOptions& options = {}) {
   synthetic::RasterOptions raster;
   raster.seed = seed;
   base::Rng rng(seed);
@@ -64,7 +64,7 @@ TEST(Perceive, AStandingCylinderIsRotationalAndClosedWithItsRadiusAndAxis) {
       const Place place = RandomPlace(seed);
       const double height = radius > 0.04 ? 0.065 : 0.115;
       const Scene scene =
-          See({Stand(synthetic::CylinderMesh(radius, height), height, place)}, seed);
+          PerceiveSee({Stand(synthetic::CylinderMesh(radius, height), height, place)}, seed);
       ASSERT_EQ(scene.objects.size(), 1u);
       const PerceivedObject& object = scene.objects[0];
       ASSERT_EQ(object.kind, ObjectKind::kRotational) << radius << " " << seed;
@@ -86,7 +86,8 @@ TEST(Perceive, ATaperedTubIsRotational) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const Place place = RandomPlace(seed);
     const auto tub = synthetic::Turned({{0, 0}, {0.035, 0}, {0.0425, 0.065}, {0, 0.065}});
-    const Scene scene = See({geometry::Transformed(tub, Standing(0, {place.x, place.y, 0}))}, seed);
+    const Scene scene =
+        PerceiveSee({geometry::Transformed(tub, Standing(0, {place.x, place.y, 0}))}, seed);
     ASSERT_EQ(scene.objects.size(), 1u);
     ASSERT_EQ(scene.objects[0].kind, ObjectKind::kRotational) << seed;
     EXPECT_NEAR(scene.objects[0].axis->center_C.x(), place.x, kFine_m);
@@ -100,7 +101,7 @@ TEST(Perceive, AMugIsRotationalAndOpenAndItsCavityStaysEmpty) {
     place.yaw = 2.0 + 0.2 * static_cast<double>(seed);  // The handle away from the sensor or aside.
     const auto mug =
         geometry::Transformed(synthetic::MugMesh(), Standing(place.yaw, {place.x, place.y, 0.0}));
-    const Scene scene = See({mug}, seed);
+    const Scene scene = PerceiveSee({mug}, seed);
     ASSERT_FALSE(scene.objects.empty());
     const PerceivedObject& object = scene.objects[0];
     ASSERT_EQ(object.kind, ObjectKind::kRotational) << seed;
@@ -120,7 +121,7 @@ TEST(Perceive, PrismsAreNotRotational) {
       {synthetic::Extrude(synthetic::Regular(3, 0.04), 0.10), 0.10}};
   for (const auto& [mesh, height] : shapes) {
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-      const Scene scene = See({Stand(mesh, height, RandomPlace(seed))}, seed);
+      const Scene scene = PerceiveSee({Stand(mesh, height, RandomPlace(seed))}, seed);
       ASSERT_EQ(scene.objects.size(), 1u);
       EXPECT_EQ(scene.objects[0].kind, ObjectKind::kOther) << height << " " << seed;
       EXPECT_FALSE(scene.objects[0].open);
@@ -132,7 +133,7 @@ TEST(Perceive, PrismsAreNotRotational) {
 TEST(Perceive, AHexagonalColumnIsNotRotational) {
   const auto mesh = synthetic::Extrude(synthetic::Regular(6, 0.04), 0.10);
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    const Scene scene = See({Stand(mesh, 0.10, RandomPlace(seed))}, seed);
+    const Scene scene = PerceiveSee({Stand(mesh, 0.10, RandomPlace(seed))}, seed);
     ASSERT_EQ(scene.objects.size(), 1u);
     EXPECT_EQ(scene.objects[0].kind, ObjectKind::kOther) << seed;
   }
@@ -141,7 +142,8 @@ TEST(Perceive, AHexagonalColumnIsNotRotational) {
 TEST(Perceive, ABoxHasItsTopFaceAndItsBox) {
   for (std::uint64_t seed = 0; seed < 2 * kSeeds; ++seed) {
     const Place place = RandomPlace(seed);
-    const Scene scene = See({Stand(synthetic::BoxMesh(0.09, 0.06, 0.135), 0.135, place)}, seed);
+    const Scene scene =
+        PerceiveSee({Stand(synthetic::BoxMesh(0.09, 0.06, 0.135), 0.135, place)}, seed);
     ASSERT_EQ(scene.objects.size(), 1u);
     const PerceivedObject& object = scene.objects[0];
     ASSERT_TRUE(object.top);
@@ -161,7 +163,7 @@ TEST(Perceive, ALyingCylinderIsCompletedToItsWidthWhateverItsYaw) {
   for (int step = 0; step < 12; ++step) {
     const double yaw = base::kPi * step / 12;
     const Scene scene =
-        See({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0.01, -0.02, yaw})}, 7);
+        PerceiveSee({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0.01, -0.02, yaw})}, 7);
     ASSERT_EQ(scene.objects.size(), 1u);
     const PerceivedObject& object = scene.objects[0];
     ASSERT_TRUE(object.top && object.top->ridge) << step;
@@ -178,8 +180,8 @@ TEST(Perceive, WithoutSymmetryALyingCylinderLacksItsFarSide) {
   PerceptionOptions options;
   options.features.complete_by_symmetry = false;
   options.features.lying_axes = false;  // Turned about its axis it would have it.
-  const Scene scene =
-      See({LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0, 0, base::kPi / 2})}, 1, options);
+  const Scene scene = PerceiveSee(
+      {LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0, 0, base::kPi / 2})}, 1, options);
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_LT(scene.objects[0].size_m.y(), 0.062);
 }
@@ -216,9 +218,10 @@ TEST(Merging, TwoEqualCylindersBesideEachOtherRemainTwo) {
     const double a = base::kPi * step / 8;
     const Vector3d d(0.047 * std::cos(a), 0.047 * std::sin(a), 0.05);
     const auto cylinder = synthetic::CylinderMesh(0.035, 0.10);
-    const Scene scene = See({geometry::Transformed(cylinder, Standing(0, d)),
-                             geometry::Transformed(cylinder, Standing(0, {-d.x(), -d.y(), d.z()}))},
-                            static_cast<std::uint64_t>(step));
+    const Scene scene =
+        PerceiveSee({geometry::Transformed(cylinder, Standing(0, d)),
+                     geometry::Transformed(cylinder, Standing(0, {-d.x(), -d.y(), d.z()}))},
+                    static_cast<std::uint64_t>(step));
     EXPECT_EQ(scene.objects.size(), 2u) << step;
   }
 }
@@ -230,9 +233,9 @@ TEST(Merging, BoxesBesideAndBehindEachOtherRemainTwo) {
       const Vector3d offset = behind ? Vector3d(d, 0, 0.04) : Vector3d(0, d, 0.04);
       const auto box = synthetic::BoxMesh(0.06, 0.06, 0.08);
       const Scene scene =
-          See({geometry::Transformed(box, Standing(0, offset)),
-               geometry::Transformed(box, Standing(0, {-offset.x(), -offset.y(), 0.04}))},
-              3);
+          PerceiveSee({geometry::Transformed(box, Standing(0, offset)),
+                       geometry::Transformed(box, Standing(0, {-offset.x(), -offset.y(), 0.04}))},
+                      3);
       EXPECT_EQ(scene.objects.size(), 2u) << gap << " " << behind;
     }
   }
@@ -272,7 +275,7 @@ std::vector<TriangleMesh> MixedScene() {
 }
 
 TEST(Perceive, KeepsItsPromisesAboutAScene) {
-  const Scene scene = See(MixedScene(), 5);
+  const Scene scene = PerceiveSee(MixedScene(), 5);
   EXPECT_EQ(scene.objects.size(), 5u);
   const char* const names[] = {"sampling", "table",        "filter",  "smooth",    "normals",
                                "segments", "top surfaces", "merging", "completion"};
@@ -296,8 +299,8 @@ TEST(Perceive, KeepsItsPromisesAboutAScene) {
 }
 
 TEST(Perceive, IsDeterministic) {
-  const Scene a = See(MixedScene(), 6);
-  const Scene b = See(MixedScene(), 6);
+  const Scene a = PerceiveSee(MixedScene(), 6);
+  const Scene b = PerceiveSee(MixedScene(), 6);
   ASSERT_EQ(a.objects.size(), b.objects.size());
   for (std::size_t i = 0; i < a.objects.size(); ++i) {
     EXPECT_EQ(a.objects[i].points, b.objects[i].points);
@@ -334,7 +337,7 @@ TEST(Perceive, NamesWhatIsWrongWithTooFewPoints) {
   EXPECT_THROW(Perceive(few, {0.8, 0, 0.6}, {}, rng), base::InputError);
 }
 
-TEST(Perceive, AnEmptyTableHasNoObjects) { EXPECT_TRUE(See({}, 1).objects.empty()); }
+TEST(Perceive, AnEmptyTableHasNoObjects) { EXPECT_TRUE(PerceiveSee({}, 1).objects.empty()); }
 
 TEST(BuildObjects, SurvivesDegenerateSegments) {
   geometry::PointCloud cloud;

@@ -78,12 +78,12 @@ TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
   const auto scan = synthetic::MixedScan(GetParam(), 20);
   Points points = scan.points_W;
   for (int i = 0; i < 10; ++i) {  // pairs and far strays too
-    const Eigen::Vector3d p = geometry::testing::RandomPoint(0.5, rng);
+    const Eigen::Vector3d p = geometry::samples::RandomPoint(0.5, rng);
     points.push_back(p);
-    points.push_back(p + geometry::testing::RandomPoint(0.004, rng));
+    points.push_back(p + geometry::samples::RandomPoint(0.004, rng));
   }
   EXPECT_EQ(CompressionRateFilter(points), SlowFilter(points));
-  const Points random = geometry::testing::RandomPoints(300, 0.03, rng);
+  const Points random = geometry::samples::RandomPoints(300, 0.03, rng);
   EXPECT_EQ(CompressionRateFilter(random), SlowFilter(random));
 }
 
@@ -124,7 +124,7 @@ TEST(Filter, LeavesTinyAndEvenCloudsAlone) {
 
 TEST(Smooth, IsTheMeanOfTheNeighbours) {
   base::Rng rng(1);
-  const Points points = geometry::testing::RandomPoints(300, 0.02, rng);
+  const Points points = geometry::samples::RandomPoints(300, 0.02, rng);
   const Points smoothed = Smooth(points, 0.006);
   for (std::size_t i = 0; i < points.size(); ++i) {
     Points near;

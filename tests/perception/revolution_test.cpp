@@ -9,23 +9,23 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
-using testing::Analytic;
-using testing::Given;
-using testing::Joined;
+using samples::Analytic;
+using samples::Given;
+using samples::Joined;
 
-constexpr double kRadius_m = 0.04;
+constexpr double kRevolutionRadius_m = 0.04;
 constexpr double kInner_m = 0.036;
-constexpr double kHeight_m = 0.1;
+constexpr double kRevolutionHeight_m = 0.1;
 
-/// A part that is rotational about the vertical through the origin, its top at kHeight_m.
+/// A part that is rotational about the vertical through the origin, its top at kRevolutionHeight_m.
 Part About(const Analytic& shape, Indices points, const Indices& top_points,
-           double radius_m = kRadius_m) {
+           double radius_m = kRevolutionRadius_m) {
   Part part;
   std::sort(points.begin(), points.end());
   part.points = std::move(points);
   part.top.emplace();
-  part.top->plane = {Vector3d::UnitZ(), -kHeight_m};
-  part.top->center_C = {0.0, 0.0, kHeight_m};
+  part.top->plane = {Vector3d::UnitZ(), -kRevolutionHeight_m};
+  part.top->center_C = {0.0, 0.0, kRevolutionHeight_m};
   part.top->points = top_points;
   for (const auto i : top_points) {
     if (shape.cloud.points[i].head<2>().norm() > radius_m - 1e-6) part.top->rim.push_back(i);
@@ -42,8 +42,8 @@ struct Can {
   Analytic shape;
   Indices lid, wall;
   explicit Can(double low_m = 0.05) {
-    lid = shape.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m);
-    wall = shape.AddWall({0.0, 0.0}, kRadius_m, low_m, 0.096, -1.3, 1.3);
+    lid = shape.AddDisc({0.0, 0.0, kRevolutionHeight_m}, kRevolutionRadius_m);
+    wall = shape.AddWall({0.0, 0.0}, kRevolutionRadius_m, low_m, 0.096, -1.3, 1.3);
   }
   Completion Complete(const Indices& more, double base_m) const {
     return CompleteRotational(Given(shape.cloud).Context(),
@@ -57,22 +57,24 @@ TEST(CompleteRotational, TurnsACanDownToWhatItStandsOn) {
     const Given given(can.shape.cloud);
     const Part part = About(can.shape, Joined(can.lid, can.wall), can.lid);
     const Completion whole = CompleteRotational(given.Context(), part, base_m);
-    EXPECT_NEAR(geometry::Volume(whole.surface_C), Area(kRadius_m) * (kHeight_m - base_m), 1e-12);
+    EXPECT_NEAR(geometry::Volume(whole.surface_C),
+                Area(kRevolutionRadius_m) * (kRevolutionHeight_m - base_m), 1e-12);
     for (const Vector3d& v : whole.surface_C.vertices) EXPECT_GE(v.z(), base_m - 1e-12);
     // Rings all round, no further apart than a section, from the rim to the base.
     Vector3d sum = Vector3d::Zero();
     std::vector<double> heights;
     for (std::size_t k = part.points.size(); k < whole.points_C.size(); ++k) {
       const Vector3d& p = whole.points_C[k];
-      EXPECT_NEAR(p.head<2>().norm(), kRadius_m, 1e-12);
+      EXPECT_NEAR(p.head<2>().norm(), kRevolutionRadius_m, 1e-12);
       sum += p;
       heights.push_back(p.z());
     }
     // The step is 5 deg to 4e-8 rad: over 72 of them that is 3e-6 of the radius.
-    EXPECT_LT(sum.head<2>().norm() / static_cast<double>(heights.size()), 3e-6 * kRadius_m);
+    EXPECT_LT(sum.head<2>().norm() / static_cast<double>(heights.size()),
+              3e-6 * kRevolutionRadius_m);
     std::sort(heights.begin(), heights.end());
     EXPECT_NEAR(heights.front(), base_m, 1e-12);
-    EXPECT_NEAR(heights.back(), kHeight_m, 1e-12);
+    EXPECT_NEAR(heights.back(), kRevolutionHeight_m, 1e-12);
     for (std::size_t k = 1; k < heights.size(); ++k) {
       EXPECT_LE(heights[k] - heights[k - 1], given.options.axis.section_m + 1e-9);
     }
@@ -83,14 +85,14 @@ TEST(CompleteRotational, FollowsTheRadiiOfACone) {
   // r = 0.05 - depth / 10, seen to a depth of 80 mm; below it goes on as wide as it was last.
   Analytic cone;
   base::Rng rng(1);
-  const Indices lid = cone.AddDisc({0.0, 0.0, kHeight_m}, 0.05);
+  const Indices lid = cone.AddDisc({0.0, 0.0, kRevolutionHeight_m}, 0.05);
   Indices points = lid;
   for (int i = 0; i < 4000; ++i) {
     const double depth = rng.Uniform(0.004, 0.08);
     const double angle = rng.Uniform(0.0, 2.0 * base::kPi);
     const double r = 0.05 - 0.1 * depth;
     points.push_back(static_cast<std::uint32_t>(cone.cloud.size()));
-    cone.Add({r * std::cos(angle), r * std::sin(angle), kHeight_m - depth},
+    cone.Add({r * std::cos(angle), r * std::sin(angle), kRevolutionHeight_m - depth},
              {std::cos(angle), std::sin(angle), -0.1});
   }
   const Completion whole =
@@ -110,9 +112,9 @@ TEST(CompleteRotational, ALeaningBodyReachesItsBaseAlongItsAxis) {
   for (Vector3d& p : can.shape.cloud.points) p = lean * p;
   for (Vector3d& n : can.shape.cloud.normals) n = lean * n;
   const Vector3d direction = lean * Vector3d::UnitZ();
-  part.axis->center_C = part.top->center_C = kHeight_m * direction;
+  part.axis->center_C = part.top->center_C = kRevolutionHeight_m * direction;
   part.axis->direction_C = direction;
-  part.top->plane = {direction, -kHeight_m};
+  part.top->plane = {direction, -kRevolutionHeight_m};
   const double top_m = part.axis->center_C.z();
   const Given given(can.shape.cloud);
   const auto length_of = [&](double base_m) {
@@ -137,17 +139,17 @@ TEST(CompleteRotational, FewPointsOfASectionSayNothingOfItsRadius) {
     const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
     can.shape.Add(0.06 * out + Vector3d(0.0, 0.0, 0.03), out);
   }
-  EXPECT_NEAR(geometry::Volume(can.Complete(strays, 0.0).surface_C), Area(kRadius_m) * kHeight_m,
-              1e-12);
+  EXPECT_NEAR(geometry::Volume(can.Complete(strays, 0.0).surface_C),
+              Area(kRevolutionRadius_m) * kRevolutionHeight_m, 1e-12);
 }
 
 /// An open cup: its lip, the outer wall, and as much of the inside as is asked for.
-struct Cup {
+struct RevolutionCup {
   Analytic shape;
   Indices points, lip;
-  Cup() {
-    lip = shape.AddDisc({0.0, 0.0, kHeight_m}, kRadius_m, kInner_m);
-    points = Joined(lip, shape.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3));
+  RevolutionCup() {
+    lip = shape.AddDisc({0.0, 0.0, kRevolutionHeight_m}, kRevolutionRadius_m, kInner_m);
+    points = Joined(lip, shape.AddWall({0.0, 0.0}, kRevolutionRadius_m, 0.01, 0.096, -1.3, 1.3));
   }
   void AddInside(double low_m) {
     points = Joined(points, shape.AddWall({0.0, 0.0}, kInner_m, low_m, 0.096, 1.9, 4.4, true));
@@ -164,19 +166,21 @@ struct Cup {
   }
   /// How deep the cavity is, from the volume that is missing.
   double Cavity() const {
-    return (Area(kRadius_m) * kHeight_m - geometry::Volume(Complete().surface_C)) / Area(kInner_m);
+    return (Area(kRevolutionRadius_m) * kRevolutionHeight_m -
+            geometry::Volume(Complete().surface_C)) /
+           Area(kInner_m);
   }
 };
 
 TEST(CompleteRotational, ACavityGoesDownToTheFloorThatWasSeen) {
-  Cup cup;
+  RevolutionCup cup;
   cup.AddInside(0.05);
   cup.AddFloor(0.02, 0.01);
   EXPECT_NEAR(cup.Cavity(), 0.08, 1e-9);
 }
 
 TEST(CompleteRotational, WithoutAFloorACavityGoesAsDeepAsItsWallWasSeen) {
-  Cup cup;
+  RevolutionCup cup;
   cup.AddInside(0.05);  // the last of its sections of 4 mm is that about 50 mm under the rim
   EXPECT_NEAR(cup.Cavity(), 0.05, 1e-9);
   Indices floor = cup.shape.AddDisc({0.0, 0.0, 0.02}, 0.01);
@@ -187,13 +191,13 @@ TEST(CompleteRotational, WithoutAFloorACavityGoesAsDeepAsItsWallWasSeen) {
 
 TEST(CompleteRotational, ACavityOfWhichNothingWasSeenIsAsDeepAsItIsWide) {
   // Its wall is assumed to be 4 mm.
-  EXPECT_NEAR(Cup().Cavity(), kRadius_m, 1e-9);
+  EXPECT_NEAR(RevolutionCup().Cavity(), kRevolutionRadius_m, 1e-9);
 }
 
 TEST(CompleteRotational, AFloorFacesUpInsideTheWallsAndBelowTheLip) {
   const auto with = [](const Vector3d& center, double radius_m, double inner_m,
                        const Vector3d& normal) {
-    Cup cup;
+    RevolutionCup cup;
     cup.AddInside(0.05);
     cup.AddFloor(0.02, 0.01);
     const Indices more = cup.shape.AddDisc(center, radius_m, inner_m);
@@ -209,11 +213,11 @@ TEST(CompleteRotational, AFloorFacesUpInsideTheWallsAndBelowTheLip) {
 }
 
 TEST(CompleteRotational, LeavesAWallUnderACavityAndNoneOfTheInsideBelowTheFloor) {
-  Cup thin;
+  RevolutionCup thin;
   thin.AddInside(0.05);
   thin.AddFloor(0.001, 0.01);
-  EXPECT_NEAR(thin.Cavity(), kHeight_m - 0.004, 1e-9);
-  Cup raised;
+  EXPECT_NEAR(thin.Cavity(), kRevolutionHeight_m - 0.004, 1e-9);
+  RevolutionCup raised;
   raised.AddInside(0.01);
   raised.AddFloor(0.05, 0.01);
   for (const Vector3d& v : raised.Complete().surface_C.vertices) {
@@ -232,7 +236,7 @@ Indices AddHandle(Analytic& shape, double side) {
 
 TEST(CompleteRotational, AddsTheHullOfWhatIsAttached) {
   const double wedge = 0.5 * 0.014 * 0.04 * 0.02;
-  const double body = Area(kRadius_m) * kHeight_m;
+  const double body = Area(kRevolutionRadius_m) * kRevolutionHeight_m;
   Can one(0.02);
   EXPECT_NEAR(geometry::Volume(one.Complete(AddHandle(one.shape, 1.0), 0.0).surface_C),
               body + wedge, 1e-12);
@@ -256,7 +260,7 @@ TEST(CompleteRotational, LeavesStrayPointsOut) {
                   Vector3d::UnitX());
   }
   EXPECT_NEAR(geometry::Volume(can.Complete(strays, 0.0).surface_C),
-              Area(kRadius_m) * kHeight_m + 0.5 * 0.014 * 0.04 * 0.02, 1e-12);
+              Area(kRevolutionRadius_m) * kRevolutionHeight_m + 0.5 * 0.014 * 0.04 * 0.02, 1e-12);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace rangegrasp::perception::internal {
 namespace {
 
 using Eigen::Vector3d;
-using testing::Analytic;
+using samples::Analytic;
 
 const geometry::Plane kTable{Vector3d::UnitZ(), 0.0};
 
@@ -22,8 +22,8 @@ std::optional<Ridge> RidgeOf(const Analytic& shape) {
 
 /// A strip of a lying elliptic cylinder about `axis` through `center`, normals from `from` to `to`
 /// about the vertical; half width a, half height b.
-Analytic Lying(const Vector3d& center, double yaw_rad, double a, double b, double from_rad,
-               double to_rad) {
+Analytic RidgeLying(const Vector3d& center, double yaw_rad, double a, double b, double from_rad,
+                    double to_rad) {
   Analytic shape;
   const Vector3d axis(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
   const Vector3d lateral(-std::sin(yaw_rad), std::cos(yaw_rad), 0.0);
@@ -47,7 +47,7 @@ TEST(FindRidge, IsTheHighestLineOfALyingCylinderSeenFromAnySide) {
     const Vector3d center(x, rng.Uniform(-0.1, 0.1), radius);
     // A sensor at 35 to 50 deg does not see the far side's lower part.
     const double far = rng.Uniform(0.6, 0.9);
-    const auto ridge = RidgeOf(Lying(center, yaw, radius, radius, -1.1, far));
+    const auto ridge = RidgeOf(RidgeLying(center, yaw, radius, radius, -1.1, far));
     ASSERT_TRUE(ridge) << i;
     const Vector3d axis(std::cos(yaw), std::sin(yaw), 0.0);
     EXPECT_NEAR(std::abs(ridge->axis.dot(axis)), 1.0, 1e-9);
@@ -94,7 +94,7 @@ TEST(FindRidge, RefusesPlanesSpheresAndFlatArcs) {
   EXPECT_FALSE(RidgeOf(sphere));
 
   // Normals within 10 deg of the vertical: the middle 60 % of them spread over 12 deg.
-  EXPECT_FALSE(RidgeOf(Lying({0.0, 0.0, 0.0}, 0.3, 0.2, 0.2, -0.17, 0.17)));
+  EXPECT_FALSE(RidgeOf(RidgeLying({0.0, 0.0, 0.0}, 0.3, 0.2, 0.2, -0.17, 0.17)));
 }
 
 TEST(FindRidge, RefusesTheNearLipAndTheFarWallOfACup) {
@@ -119,12 +119,12 @@ struct Spot {
   double height_m;
 };
 
-constexpr double kRadius_m = 0.04;
+constexpr double kRidgeRadius_m = 0.04;
 constexpr double kStrip_rad = 0.1;  ///< of points next to the ridge
 constexpr double kFlank_rad = 0.6;  ///< of points far off it
 
 Spot OnCircle(double turn_rad) {
-  return {turn_rad, kRadius_m * std::sin(turn_rad), 0.1 + kRadius_m * std::cos(turn_rad)};
+  return {turn_rad, kRidgeRadius_m * std::sin(turn_rad), 0.1 + kRidgeRadius_m * std::cos(turn_rad)};
 }
 
 /// @param along  share of the normal along the axis
@@ -211,7 +211,7 @@ TEST(FindRidge, LeavesOutEndFacesOfLessThanAFifth) {
 TEST(FindRidge, HasTheAxisOfTheBodyWithoutItsEndFace) {
   Analytic shape = Tilted(0.8, 0, 0.0);
   for (int k = 0; k < 3000; ++k) {  // a tenth, towards one end
-    AddSpot(shape, 100 + k % 5, {0.0, 0.0, 0.1 + kRadius_m}, 0.8);
+    AddSpot(shape, 100 + k % 5, {0.0, 0.0, 0.1 + kRidgeRadius_m}, 0.8);
   }
   const auto ridge = RidgeOf(shape);
   ASSERT_TRUE(ridge);
@@ -300,33 +300,33 @@ double FlankDrop() {
   return (std::cos(kStrip_rad) - std::cos(kFlank_rad)) / (1.0 - std::cos(kFlank_rad));
 }
 
-/// A flank at `offset_m` that has come down by `drop` of kRadius_m's circle below the strip.
+/// A flank at `offset_m` that has come down by `drop` of kRidgeRadius_m's circle below the strip.
 Spot FlankDownBy(double drop, double offset_m) {
   Spot flank = OnCircle(kStrip_rad);
-  flank.height_m -= drop * kRadius_m * (std::cos(kStrip_rad) - std::cos(kFlank_rad));
+  flank.height_m -= drop * kRidgeRadius_m * (std::cos(kStrip_rad) - std::cos(kFlank_rad));
   return {kFlank_rad, offset_m, flank.height_m};
 }
 
 TEST(FindRidge, ComesDownByAShareOfACirclesDrop) {
   constexpr double kAsked = 0.35;
   // Narrower than the circle of its normals: what counts is a circle of its half width.
-  const double half_width = kRadius_m * std::sin(kFlank_rad);
+  const double half_width = kRidgeRadius_m * std::sin(kFlank_rad);
   const double narrow = kAsked / FlankDrop() * std::sin(kFlank_rad);
   EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * narrow, half_width))));
   EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * narrow, half_width))));
   // Wider: the circle that the strip curves along.
   const double wide = kAsked / FlankDrop();
-  EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * wide, 1.5 * kRadius_m))));
-  EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * wide, 1.5 * kRadius_m))));
+  EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * wide, 1.5 * kRidgeRadius_m))));
+  EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * wide, 1.5 * kRidgeRadius_m))));
 }
 
 TEST(FindRidge, IsNotWiderForStrayPoints) {
   const double narrow = 0.35 / FlankDrop() * std::sin(kFlank_rad);
-  const Spot flank = FlankDownBy(1.1 * narrow, kRadius_m * std::sin(kFlank_rad));
+  const Spot flank = FlankDownBy(1.1 * narrow, kRidgeRadius_m * std::sin(kFlank_rad));
   Analytic shape = Threes(400, kStrip_rad, flank);
   for (int row = 0; row < 12; ++row) {  // a hundredth on each side
-    AddSpot(shape, row, {kFlank_rad, 1.2 * kRadius_m, flank.height_m});
-    AddSpot(shape, row, {-kFlank_rad, -1.2 * kRadius_m, flank.height_m});
+    AddSpot(shape, row, {kFlank_rad, 1.2 * kRidgeRadius_m, flank.height_m});
+    AddSpot(shape, row, {-kFlank_rad, -1.2 * kRidgeRadius_m, flank.height_m});
   }
   EXPECT_TRUE(RidgeOf(shape));
 }
@@ -334,7 +334,7 @@ TEST(FindRidge, IsNotWiderForStrayPoints) {
 TEST(FindRidge, AsksForNoDropNextToTheRidge) {
   // Flanks that do not come down at all, just within and just beyond 0.45 rad.
   for (const double turn : {0.44, 0.46}) {
-    const Spot flank{turn, kRadius_m * std::sin(turn), OnCircle(kStrip_rad).height_m};
+    const Spot flank{turn, kRidgeRadius_m * std::sin(turn), OnCircle(kStrip_rad).height_m};
     EXPECT_EQ(RidgeOf(Threes(40, kStrip_rad, flank)).has_value(), turn < 0.45) << turn;
   }
 }

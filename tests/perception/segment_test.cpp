@@ -18,27 +18,27 @@ using geometry::KdTree;
 using geometry::PointCloud;
 using geometry::Points;
 
-const Eigen::Vector3d kSensor(0.8, 0.0, 0.62);
+const Eigen::Vector3d kSegmentSensor(0.8, 0.0, 0.62);
 
 /// The objects of a scan with normals, without the table, and the label of each point.
-struct Objects {
+struct SegmentObjects {
   PointCloud cloud;
   std::vector<int> label;
 };
 
-Objects ScanObjects(const std::vector<synthetic::Solid>& solids, std::uint64_t seed) {
+SegmentObjects ScanObjects(const std::vector<synthetic::Solid>& solids, std::uint64_t seed) {
   synthetic::ScanOptions options;
   options.seed = seed;
   options.sigma_m = 0.0002;
   const auto scan = synthetic::MakeScan(solids, options);
-  Objects objects;
+  SegmentObjects objects;
   for (std::size_t i = 0; i < scan.label.size(); ++i) {
     if (scan.label[i] < 0 || scan.points_W[i].z() < 0.004) continue;
     objects.cloud.points.push_back(scan.points_W[i]);
     objects.label.push_back(scan.label[i]);
   }
-  objects.cloud.normals =
-      geometry::EstimateNormals(objects.cloud.points, KdTree(objects.cloud.points), 0.005, kSensor);
+  objects.cloud.normals = geometry::EstimateNormals(
+      objects.cloud.points, KdTree(objects.cloud.points), 0.005, kSegmentSensor);
   return objects;
 }
 
@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, BothMethods,
                          ::testing::Values(SegmentMethod::kMesh, SegmentMethod::kRegionGrowing));
 
 TEST_P(BothMethods, BoxesTwentyMillimetresApartAreTwoSegments) {
-  const Objects objects = ScanObjects(TwoBoxes(0.020), 1);
+  const SegmentObjects objects = ScanObjects(TwoBoxes(0.020), 1);
   const auto segments = Segment(objects.cloud, Options());
   ASSERT_EQ(segments.size(), 2u);
   EXPECT_EQ(segments[0].size() + segments[1].size(), objects.cloud.size());
@@ -71,17 +71,17 @@ TEST_P(BothMethods, BoxesTwentyMillimetresApartAreTwoSegments) {
 }
 
 TEST_P(BothMethods, TouchingBoxesAreOneSegment) {
-  const Objects objects = ScanObjects(TwoBoxes(0.0005), 2);
+  const SegmentObjects objects = ScanObjects(TwoBoxes(0.0005), 2);
   EXPECT_EQ(Segment(objects.cloud, Options()).size(), 1u);
 }
 
 TEST_P(BothMethods, SegmentsDoNotDependOnTheOrderOfThePoints) {
-  const Objects objects = ScanObjects(synthetic::MixedObjects(), 3);
+  const SegmentObjects objects = ScanObjects(synthetic::MixedObjects(), 3);
   const auto segments = Segment(objects.cloud, Options());
   EXPECT_EQ(segments.size(), 5u);
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     base::Rng rng(seed);
-    const Indices order = geometry::testing::Permutation(objects.cloud.size(), rng);
+    const Indices order = geometry::samples::Permutation(objects.cloud.size(), rng);
     PointCloud shuffled;
     shuffled.points = geometry::Select(objects.cloud.points, order);
     shuffled.normals = geometry::Select(objects.cloud.normals, order);
@@ -96,7 +96,7 @@ TEST_P(BothMethods, SegmentsDoNotDependOnTheOrderOfThePoints) {
 }
 
 TEST_P(BothMethods, SmallSegmentsAreDroppedAndTheRestGoesLargestFirst) {
-  const Objects objects = ScanObjects(synthetic::MixedObjects(), 4);
+  const SegmentObjects objects = ScanObjects(synthetic::MixedObjects(), 4);
   SegmentOptions options = Options();
   const auto all = Segment(objects.cloud, options);
   for (std::size_t k = 1; k < all.size(); ++k) EXPECT_LE(all[k].size(), all[k - 1].size());
@@ -115,8 +115,8 @@ TEST_P(BothMethods, TinyCloudsHaveNoSegment) {
 TEST(NormalWeight, FollowsItsEquations) {
   base::Rng rng(1);
   for (int i = 0; i < 100; ++i) {
-    const Eigen::Vector3d a = geometry::testing::RandomPoint(1.0, rng);
-    const Eigen::Vector3d b = geometry::testing::RandomPoint(1.0, rng);
+    const Eigen::Vector3d a = geometry::samples::RandomPoint(1.0, rng);
+    const Eigen::Vector3d b = geometry::samples::RandomPoint(1.0, rng);
     const double cosine = (a.x() * b.x() + a.y() * b.y() + a.z() * b.z()) /
                           (std::sqrt(a.dot(a)) * std::sqrt(b.dot(b)));  // eq. 5.3
     EXPECT_NEAR(NormalWeight(a, b), 1.0 - std::abs(cosine), 1e-14);     // eq. 5.4
@@ -155,9 +155,9 @@ TEST(RegionGrowing, IsTheFloodFillOfAlgorithm2) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     base::Rng rng(seed);
     PointCloud cloud;
-    cloud.points = geometry::testing::RandomPoints(300, 0.02, rng);
+    cloud.points = geometry::samples::RandomPoints(300, 0.02, rng);
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      cloud.normals.push_back(geometry::testing::RandomDirection(rng));
+      cloud.normals.push_back(geometry::samples::RandomDirection(rng));
     }
     const double d_a =
         geometry::NearestNeighborDistances(cloud.points, KdTree(cloud.points)).mean_m;
@@ -189,7 +189,7 @@ TEST(MeshAlpha, IsTheLargestNeighbourDistanceWithinBounds) {
 
 // The gap of 20 mm is wider than any alpha that is taken from the scan, and narrower than 30 mm.
 TEST(MeshSegmentation, TakesTheAlphaThatTheOptionsName) {
-  const Objects objects = ScanObjects(TwoBoxes(0.020), 6);
+  const SegmentObjects objects = ScanObjects(TwoBoxes(0.020), 6);
   SegmentOptions options;
   EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 2u);
   options.alpha_m = 0.030;
@@ -209,7 +209,7 @@ TEST(Segment, RefusesAlphasOutOfRange) {
 }
 
 TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
-  Objects objects = ScanObjects(TwoBoxes(0.030), 5);
+  SegmentObjects objects = ScanObjects(TwoBoxes(0.030), 5);
   objects.cloud.points.emplace_back(0.0, 0.0, 0.3);  // d_max = 0.2 m
   EXPECT_EQ(SegmentByMesh(objects.cloud.points, {}).size(), 2u);
 }

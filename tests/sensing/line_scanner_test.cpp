@@ -18,7 +18,7 @@ namespace rangegrasp::sensing {
 namespace {
 
 using Eigen::Vector3d;
-using Meshes = std::vector<sim::VisualMesh>;
+using LineScannerMeshes = std::vector<sim::VisualMesh>;
 
 // In these tests W = S: the laser in the origin looks along z.
 const base::Pose kHead = base::Pose::Identity();
@@ -38,9 +38,10 @@ LineScannerOptions Noiseless() {
   return options;
 }
 
-Meshes Wall(double z) { return {test::Level(z, -3, 3, -3, 3)}; }
+LineScannerMeshes Wall(double z) { return {test::Level(z, -3, 3, -3, 3)}; }
 
-Scan ScanOf(const Meshes& meshes, const LineScannerOptions& options, std::uint64_t seed = 1) {
+Scan LineScannerScanOf(const LineScannerMeshes& meshes, const LineScannerOptions& options,
+                       std::uint64_t seed = 1) {
   base::Rng rng(seed);
   return ScanScene(meshes, kHead, options, rng);
 }
@@ -69,7 +70,7 @@ bool SameBytes(const Scan& a, const Scan& b) {
 TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
   LineScannerOptions options = Noiseless();
   options.profiles = 20;
-  const Scan scan = ScanOf(Wall(1.0), options);
+  const Scan scan = LineScannerScanOf(Wall(1.0), options);
   EXPECT_EQ(Count(scan, SampleState::kMeasured), scan.truth.state.size());
   ForEach(scan, [&](std::size_t i, int, int) {
     EXPECT_NEAR(scan.view.image.points_C[i].z(), 1.0, 2e-6);  // single-precision rays
@@ -99,8 +100,9 @@ TEST(LineScanner, SpacingIsThatOfTheRaysOnAWall) {
   for (const double depth_m : {0.8, 1.2}) {
     const double along_m = 2.0 * depth_m * std::tan(base::Deg(2.0)) / 100.0;
     const double across_m = depth_m * base::Deg(4.0) / 40.0;
-    EXPECT_NEAR(ScanOf(Wall(depth_m), options).view.spacing_m / (0.5 * (along_m + across_m)), 1.0,
-                0.0025);
+    EXPECT_NEAR(
+        LineScannerScanOf(Wall(depth_m), options).view.spacing_m / (0.5 * (along_m + across_m)),
+        1.0, 0.0025);
   }
 }
 
@@ -111,7 +113,7 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
   options.pan_jitter_rad = 0.0;
   options.pan_range_rad = base::Deg(20.0);
   options.profiles = 60;
-  const Scan scan = ScanOf(Wall(GetParam()), options);
+  const Scan scan = LineScannerScanOf(Wall(GetParam()), options);
   double sum = 0.0;
   double squares = 0.0;
   ForEach(scan, [&](std::size_t i, int p, int) {
@@ -136,7 +138,7 @@ TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
   options.pan_jitter_rad = 0.0;
   options.pan_range_rad = base::Deg(20.0);
   options.profiles = 150;
-  const Scan scan = ScanOf(Wall(GetParam()), options);
+  const Scan scan = LineScannerScanOf(Wall(GetParam()), options);
   std::array<double, 2> squares{};  // the fan's middle half, the rest
   std::array<double, 2> count{};
   ForEach(scan, [&](std::size_t i, int, int s) {
@@ -157,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(Depths, PlaneNoise, ::testing::Values(0.7, 1.0, 1.4));
 TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
   LineScannerOptions options = Noiseless();
   options.speckle_sigma_m = 0.0002;
-  const Scan scan = ScanOf(Wall(1.0), options);
+  const Scan scan = LineScannerScanOf(Wall(1.0), options);
   std::array<double, 3> product{};  // same sample, next sample, next profile
   ForEach(scan, [&](std::size_t i, int p, int s) {
     if (p + 1 == scan.view.image.profiles || s + 1 == scan.view.image.samples) return;
@@ -178,7 +180,7 @@ TEST(LineScanner, SpeckleIsStationaryFromTheFirstSample) {
   options.samples = 16;
   options.profiles = 2000;
   options.pan_range_rad = base::Deg(1.0);
-  const Scan scan = ScanOf(Wall(1.0), options);
+  const Scan scan = LineScannerScanOf(Wall(1.0), options);
   for (const int s : {0, 15}) {
     double squares = 0.0;
     for (int p = 0; p < options.profiles; ++p) {
@@ -198,7 +200,7 @@ TEST(LineScanner, CentroidsAreGivenInStepsAndOnTheSensor) {
   options.centroid_sigma_px = 100.0;
   options.sensor_pixels = 200;
   const internal::CameraModel camera(options);
-  const Scan scan = ScanOf(Wall(options.focus_distance_m), options);
+  const Scan scan = LineScannerScanOf(Wall(options.focus_distance_m), options);
   ForEach(scan, [&](std::size_t i, int, int) {
     if (scan.truth.state[i] != SampleState::kMeasured) return;
     const Vector3d& p = scan.view.image.points_C[i];
@@ -216,7 +218,7 @@ TEST(LineScanner, TheCameraDoesNotSeeTheBackOfALitSurface) {
   const LineScannerOptions options = Noiseless();
   const Vector3d along = Vector3d(0.5 * options.baseline_m, 0.0, -1.0).normalized();
   const Vector3d corner = Vector3d(0.0, -0.2, 1.0) - 0.05 * along;
-  const Scan scan = ScanOf({test::Plate(corner, 0.1 * along, {0.0, 0.4, 0.0})}, options);
+  const Scan scan = LineScannerScanOf({test::Plate(corner, 0.1 * along, {0.0, 0.4, 0.0})}, options);
   EXPECT_EQ(Count(scan, SampleState::kMeasured), 0u);
   EXPECT_GT(Count(scan, SampleState::kCameraShadow), 100u);
 }
@@ -226,7 +228,7 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
   options.pan_jitter_rad = 0.0;
   const double radius = 0.06;
   const Vector3d center(0.02, -0.01, 1.0);
-  const Scan scan = ScanOf({test::Sphere(center, radius, 200)}, options);
+  const Scan scan = LineScannerScanOf({test::Sphere(center, radius, 200)}, options);
   // Points p = c + r n: |p - c|^2 linearised at the truth is n . dc + dr = |p - c| - r. Within 50
   // degrees of the view, where neither edges nor drop-outs select.
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
@@ -250,14 +252,14 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
 
 // A wall at 1 m and before it a plate of |x| <= 40 mm, |y| <= 100 mm.
 constexpr double kHalf = 0.04;
-Meshes PlateBeforeWall(double z, double wall_z = 1.0) {
+LineScannerMeshes PlateBeforeWall(double z, double wall_z = 1.0) {
   return {test::Level(wall_z, -3, 3, -3, 3), test::Level(z, -kHalf, kHalf, -0.1, 0.1, 7)};
 }
 
 TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
   const LineScannerOptions options = Noiseless();
   const double plate_z = 0.8;
-  const Scan scan = ScanOf(PlateBeforeWall(plate_z), options);
+  const Scan scan = LineScannerScanOf(PlateBeforeWall(plate_z), options);
   ForEach(scan, [&](std::size_t i, int p, int s) {
     const double pan = internal::PanAngle(options, p);
     const double y = internal::Slope(options, s) / std::cos(pan);  // at z = 1
@@ -289,7 +291,7 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
 }
 
 TEST(LineScanner, WhatIsNotMeasuredIsNaN) {
-  const Scan scan = ScanOf(PlateBeforeWall(0.8), Known());
+  const Scan scan = LineScannerScanOf(PlateBeforeWall(0.8), Known());
   ForEach(scan, [&](std::size_t i, int, int) {
     EXPECT_EQ(scan.view.image.points_C[i].allFinite(),
               scan.truth.state[i] == SampleState::kMeasured);
@@ -312,9 +314,9 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
   const double plate_z = 0.992;
   int mixed = 0;
   for (int k = 0; k < 5; ++k) {  // plates that lie differently between the profiles
-    Meshes meshes = PlateBeforeWall(plate_z);
+    LineScannerMeshes meshes = PlateBeforeWall(plate_z);
     for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0004 * k;
-    const Scan scan = ScanOf(meshes, options);
+    const Scan scan = LineScannerScanOf(meshes, options);
     ForEach(scan, [&](std::size_t i, int, int) {
       if (scan.truth.state[i] != SampleState::kMeasured) return;
       const Vector3d& p = scan.view.image.points_C[i];
@@ -335,9 +337,9 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
 
 TEST(LineScanner, NothingHangsBetweenSurfacesWhoseImagesAreApart) {
   for (int k = 0; k < 5; ++k) {  // so that the edge passes through the line of some profile
-    Meshes meshes = PlateBeforeWall(0.9);
+    LineScannerMeshes meshes = PlateBeforeWall(0.9);
     for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0008 * k;
-    const Scan scan = ScanOf(meshes, Noiseless());
+    const Scan scan = LineScannerScanOf(meshes, Noiseless());
     ForEach(scan, [&](std::size_t i, int, int) {
       if (scan.truth.state[i] != SampleState::kMeasured) return;
       const double z = scan.view.image.points_C[i].z();
@@ -352,10 +354,11 @@ TEST(LineScanner, AReflectanceStepPullsTheCentroidToTheBrighterSide) {
   int bent = 0;
   for (int k = 0; k < 10; ++k) {
     const double step_x = 0.0004 * k;
-    Meshes meshes = {test::Level(1.0, -3, step_x, -3, 3), test::Level(1.0, step_x, 3, -3, 3)};
+    LineScannerMeshes meshes = {test::Level(1.0, -3, step_x, -3, 3),
+                                test::Level(1.0, step_x, 3, -3, 3)};
     meshes[0].surface.albedo = 0.8;
     meshes[1].surface.albedo = 0.2;
-    const Scan scan = ScanOf(meshes, options);
+    const Scan scan = LineScannerScanOf(meshes, options);
     ForEach(scan, [&](std::size_t i, int, int) {
       ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
       const Vector3d& p = scan.view.image.points_C[i];
@@ -392,8 +395,8 @@ TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
   const double tilt = base::Deg(65.0);
   const Vector3d along(0, std::cos(tilt), std::sin(tilt));
   const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));
-  const Scan scan =
-      ScanOf({test::Plate(Vector3d(-3, 0, 1) - 2 * along, {6, 0, 0}, 4 * along)}, options);
+  const Scan scan = LineScannerScanOf(
+      {test::Plate(Vector3d(-3, 0, 1) - 2 * along, {6, 0, 0}, 4 * along)}, options);
   std::vector<double> probability(scan.truth.state.size());
   ForEach(scan, [&](std::size_t i, int p, int s) {
     const Vector3d ray = internal::PanRotation(internal::PanAngle(options, p)) *
@@ -405,13 +408,13 @@ TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
 }
 
 TEST(LineScanner, DarkAndClearSurfacesDropOutByTheirShares) {
-  Meshes dark = Wall(1.0);
+  LineScannerMeshes dark = Wall(1.0);
   dark[0].surface.albedo = 0.025;
-  const Scan dark_scan = ScanOf(dark, Known());
+  const Scan dark_scan = LineScannerScanOf(dark, Known());
   ExpectDropouts(dark_scan, std::vector<double>(dark_scan.truth.state.size(), 0.7));
-  Meshes clear = Wall(1.0);
+  LineScannerMeshes clear = Wall(1.0);
   clear[0].surface.clarity = 0.8;
-  const Scan clear_scan = ScanOf(clear, Known());
+  const Scan clear_scan = LineScannerScanOf(clear, Known());
   ExpectDropouts(clear_scan, std::vector<double>(clear_scan.truth.state.size(), 0.8));
 }
 
@@ -421,10 +424,10 @@ TEST(LineScanner, DarkAndClearSurfacesDropOutByTheirShares) {
 TEST(LineScanner, PatchesAreLostAsAWhole) {
   LineScannerOptions options = Noiseless();
   options.dropout_patch_m = 0.02;
-  Meshes meshes = Wall(1.0);
+  LineScannerMeshes meshes = Wall(1.0);
   meshes[0].surface.gloss = 0.5;
   options.saturation_angle_rad = base::kPi;
-  const Scan scan = ScanOf(meshes, options);
+  const Scan scan = LineScannerScanOf(meshes, options);
   std::size_t lost = 0, pairs = 0, same = 0;
   ForEach(scan, [&](std::size_t i, int, int s) {
     lost += scan.truth.state[i] == SampleState::kDropout ? 1 : 0;
@@ -439,7 +442,7 @@ TEST(LineScanner, PatchesAreLostAsAWhole) {
 
 // Left half black, right half white: the dark half loses samples, the white one none.
 TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
-  Meshes meshes = Wall(1.0);
+  LineScannerMeshes meshes = Wall(1.0);
   meshes[0].surface.albedo = 0.7;
   auto print = std::make_shared<geometry::Print>();
   print->width = 2;
@@ -454,7 +457,7 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
       corners[k] = {(x + 3.0f) / 6.0f, 0.5f};
     }
   }
-  const Scan scan = ScanOf(meshes, Known());
+  const Scan scan = LineScannerScanOf(meshes, Known());
   std::size_t dark = 0, dark_lost = 0, white_lost = 0;
   ForEach(scan, [&](std::size_t i, int p, int) {
     const double x = std::tan(internal::PanAngle(Known(), p));
@@ -470,8 +473,8 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
 }
 
 /// The left half of a wall red, the right one white.
-Meshes PrintedWall() {
-  Meshes meshes = Wall(1.0);
+LineScannerMeshes PrintedWall() {
+  LineScannerMeshes meshes = Wall(1.0);
   for (const auto& triangle : meshes[0].mesh_W.triangles) {
     meshes[0].colors.uv.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -490,12 +493,12 @@ Meshes PrintedWall() {
 // By the second exposure nothing that was measured changes.
 TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   LineScannerOptions options = Known();
-  const Meshes meshes = PrintedWall();
-  const Scan without = ScanOf(meshes, options);
+  const LineScannerMeshes meshes = PrintedWall();
+  const Scan without = LineScannerScanOf(meshes, options);
   EXPECT_TRUE(without.view.colors.empty());
   options.color = true;
   options.color_noise_levels = options.color_gain_sigma = options.color_shift_m = 0.0;
-  const Scan scan = ScanOf(meshes, options);
+  const Scan scan = LineScannerScanOf(meshes, options);
   EXPECT_TRUE(SameBytes(scan, without));
   ASSERT_EQ(scan.view.colors.size(), scan.truth.state.size());
   // The wall stands upright: none of the light from above, half of all.
@@ -516,11 +519,11 @@ TEST(LineScanner, ColorsAreOffByWhatIsStated) {
   options.samples = 2;
   options.profiles = 1000;
   options.pan_jitter_rad = 0.0;
-  const Meshes meshes = PrintedWall();
+  const LineScannerMeshes meshes = PrintedWall();
   constexpr int kScans = 300;
   double levels = 0.0, gains = 0.0, shifts_m = 0.0;
   for (std::uint64_t seed = 1; seed <= kScans; ++seed) {
-    const auto colors = ScanOf(meshes, options, seed).view.colors;
+    const auto colors = LineScannerScanOf(meshes, options, seed).view.colors;
     const std::size_t n = colors.size();
     double sum = 0.0, squares = 0.0;
     for (std::size_t i = n / 2 + 100; i < n; ++i) sum += colors[i][0];
@@ -550,7 +553,7 @@ TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
   double squares_m = 0.0, squares_rad = 0.0;
   constexpr int kScans = 400;
   for (int seed = 1; seed <= kScans; ++seed) {
-    const Scan scan = ScanOf(Wall(1.0), options, static_cast<std::uint64_t>(seed));
+    const Scan scan = LineScannerScanOf(Wall(1.0), options, static_cast<std::uint64_t>(seed));
     const base::Pose& known = scan.view.X_CV;
     squares_m += known.translation().squaredNorm();
     squares_rad += std::pow(Eigen::AngleAxisd(known.linear()).angle(), 2);
@@ -567,9 +570,9 @@ TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
 
 TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
   const LineScannerOptions options = Noiseless();
-  Meshes meshes = Wall(1.0);
+  LineScannerMeshes meshes = Wall(1.0);
   meshes[0].surface.gloss = 1.0;
-  const Scan scan = ScanOf(meshes, options);
+  const Scan scan = LineScannerScanOf(meshes, options);
   ForEach(scan, [&](std::size_t i, int p, int s) {
     const double pan = internal::PanAngle(options, p);
     const Vector3d point(std::tan(pan), internal::Slope(options, s) / std::cos(pan), 1.0);
@@ -590,7 +593,8 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   options.pan_jitter_rad = base::Deg(0.02);
   // A wall that is turned by 45 degrees about y: its depth in the fan at a pan angle a is
   // 1 / (cos a + sin a).
-  const Scan scan = ScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
+  const Scan scan =
+      LineScannerScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
   double sum = 0.0;
   double squares = 0.0;
   for (int p = 0; p < scan.view.image.profiles; ++p) {
@@ -617,13 +621,15 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
 }
 
 TEST(LineScanner, TheSameSeedGivesTheSameBytes) {
-  EXPECT_TRUE(SameBytes(ScanOf(PlateBeforeWall(0.8), {}, 5), ScanOf(PlateBeforeWall(0.8), {}, 5)));
-  EXPECT_FALSE(SameBytes(ScanOf(PlateBeforeWall(0.8), {}, 5), ScanOf(PlateBeforeWall(0.8), {}, 6)));
+  EXPECT_TRUE(SameBytes(LineScannerScanOf(PlateBeforeWall(0.8), {}, 5),
+                        LineScannerScanOf(PlateBeforeWall(0.8), {}, 5)));
+  EXPECT_FALSE(SameBytes(LineScannerScanOf(PlateBeforeWall(0.8), {}, 5),
+                         LineScannerScanOf(PlateBeforeWall(0.8), {}, 6)));
 }
 
 TEST(LineScanner, AnObjectElsewhereDoesNotChangeTheNoiseHere) {
-  const Scan without = ScanOf(Wall(1.0), Known());
-  const Scan with = ScanOf(PlateBeforeWall(0.8), Known());
+  const Scan without = LineScannerScanOf(Wall(1.0), Known());
+  const Scan with = LineScannerScanOf(PlateBeforeWall(0.8), Known());
   ForEach(with, [&](std::size_t i, int, int) {
     if (with.truth.label[i] != 0 || with.truth.state[i] != SampleState::kMeasured) return;
     if (std::abs(without.view.image.points_C[i].x()) < 0.2) return;
@@ -632,7 +638,7 @@ TEST(LineScanner, AnObjectElsewhereDoesNotChangeTheNoiseHere) {
 }
 
 TEST(LineScanner, AnEmptySceneIsOutOfView) {
-  const Scan scan = ScanOf({}, {});
+  const Scan scan = LineScannerScanOf({}, {});
   EXPECT_EQ(scan.view.image.points_C.size(), 150u * 512u);
   EXPECT_EQ(scan.view.image.origins_C.size(), 1u);
   EXPECT_EQ(Count(scan, SampleState::kOutOfView), scan.truth.state.size());
@@ -641,24 +647,24 @@ TEST(LineScanner, AnEmptySceneIsOutOfView) {
 
 TEST(LineScanner, SurfacesOffTheSensorsWindowAreOutOfViewButKnownToTheTruth) {
   for (const double z : {0.4, 3.0}) {
-    const Scan scan = ScanOf(Wall(z), {});
+    const Scan scan = LineScannerScanOf(Wall(z), {});
     EXPECT_EQ(Count(scan, SampleState::kOutOfView), scan.truth.state.size());
     for (const double range : scan.truth.true_range_m) EXPECT_GE(range, z - 1e-5);
   }
 }
 
 TEST(LineScanner, TheHeadsOwnHousingHidesNothing) {
-  Meshes meshes = Wall(1.0);
+  LineScannerMeshes meshes = Wall(1.0);
   meshes.push_back(test::Box({0, 0, 0.05}, {0.02, 0.02, 0.01}));
   meshes.push_back(test::Box({0.3, 0, 0.05}, {0.02, 0.02, 0.01}));
-  EXPECT_TRUE(SameBytes(ScanOf(meshes, Known()), ScanOf(Wall(1.0), Known())));
+  EXPECT_TRUE(SameBytes(LineScannerScanOf(meshes, Known()), LineScannerScanOf(Wall(1.0), Known())));
 }
 
 TEST(LineScanner, ABrokenMeshIsNamed) {
-  Meshes meshes = PlateBeforeWall(0.8);
+  LineScannerMeshes meshes = PlateBeforeWall(0.8);
   meshes[1].mesh_W.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
   try {
-    ScanOf(meshes, {});
+    LineScannerScanOf(meshes, {});
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: vertex 2 is not finite"));
@@ -666,7 +672,7 @@ TEST(LineScanner, ABrokenMeshIsNamed) {
   meshes = PlateBeforeWall(0.8);
   meshes[1].mesh_W.triangles[1][0] = 99;
   try {
-    ScanOf(meshes, {});
+    LineScannerScanOf(meshes, {});
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: triangle 1 uses vertex 99 of 4"));

@@ -15,8 +15,8 @@ namespace rangegrasp::sensing::internal {
 namespace {
 
 using Eigen::Vector3d;
-using geometry::testing::RandomDirection;
-using geometry::testing::RandomPoint;
+using geometry::samples::RandomDirection;
+using geometry::samples::RandomPoint;
 
 std::vector<sim::VisualMesh> RandomTriangles(base::Rng& rng) {
   std::vector<sim::VisualMesh> meshes(5);

@@ -12,16 +12,17 @@ namespace rangegrasp::sensing {
 namespace {
 
 // W = S: the laser in the origin looks along z at a wall at kWall; before it, at kPlate, stands a
-// plate of |x| <= kHalf, |y| <= 0.1.
+// plate of |x| <= kSurfaceStateHalf, |y| <= 0.1.
 constexpr double kWall = 1.0;
 constexpr double kPlate = 0.8;
-constexpr double kHalf = 0.04;
+constexpr double kSurfaceStateHalf = 0.04;
 
-std::vector<sim::VisualMesh> PlateBeforeWall() {
-  return {test::Level(kWall, -2, 2, -2, 2), test::Level(kPlate, -kHalf, kHalf, -0.1, 0.1, 1)};
+std::vector<sim::VisualMesh> SurfaceStatePlateBeforeWall() {
+  return {test::Level(kWall, -2, 2, -2, 2),
+          test::Level(kPlate, -kSurfaceStateHalf, kSurfaceStateHalf, -0.1, 0.1, 1)};
 }
 
-bool InLaserShadow(double x) { return std::abs(x) * kPlate / kWall <= kHalf; }
+bool InLaserShadow(double x) { return std::abs(x) * kPlate / kWall <= kSurfaceStateHalf; }
 
 /// Where the segment from the wall's point x to the camera, at the pan angle of that point, crosses
 /// the plate's plane.
@@ -37,16 +38,17 @@ TEST(ClassifySurface, BothShadowsOfAPlateLieWhereGeometryPutsThem) {
   std::vector<Eigen::Vector3d> points;
   const double step = 1e-4;
   for (double x = -0.2; x <= 0.2; x += step) points.emplace_back(x, 0.0, kWall);
-  const auto states = ClassifySurface(points, PlateBeforeWall(), base::Pose::Identity(), options);
+  const auto states =
+      ClassifySurface(points, SurfaceStatePlateBeforeWall(), base::Pose::Identity(), options);
   std::array<int, 5> count{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = points[i].x();
     ++count.at(static_cast<std::size_t>(states[i]));
     const double crossing = CameraCrossing(x, options.baseline_m);
     // Single precision at a distance of 1 m: a margin of 10 um.
-    if (std::abs(std::abs(crossing) - kHalf) < 1e-5) continue;
-    if (std::abs(std::abs(x) * kPlate / kWall - kHalf) < 1e-5) continue;
-    const bool hidden = std::abs(crossing) <= kHalf;
+    if (std::abs(std::abs(crossing) - kSurfaceStateHalf) < 1e-5) continue;
+    if (std::abs(std::abs(x) * kPlate / kWall - kSurfaceStateHalf) < 1e-5) continue;
+    const bool hidden = std::abs(crossing) <= kSurfaceStateHalf;
     const SurfaceState expected =
         InLaserShadow(x) ? (hidden ? SurfaceState::kBothShadows : SurfaceState::kLaserShadow)
                          : (hidden ? SurfaceState::kCameraShadow : SurfaceState::kSeen);

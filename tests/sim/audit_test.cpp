@@ -47,9 +47,9 @@ class AuditBound : public ::testing::Test {
  protected:
   AuditBound()
       : world_(
-            testing::WriteFile("audit_hand.xml", kHandScene),
-            {testing::MakeObject("cube", R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)"),
-             testing::MakeObject("beam", kBeam)},
+            samples::WriteFile("audit_hand.xml", kHandScene),
+            {samples::MakeObject("cube", R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)"),
+             samples::MakeObject("beam", kBeam)},
             {}) {
     Place(0.0, 0.0, 1.0);  // between hand and plane, free of both
   }

@@ -8,10 +8,10 @@
 namespace rangegrasp::sim {
 namespace {
 
-using testing::MakeObject;
-using testing::RepositoryObject;
-using testing::Tabletop;
-using testing::WriteFile;
+using samples::MakeObject;
+using samples::RepositoryObject;
+using samples::Tabletop;
+using samples::WriteFile;
 
 // What sensors see of the same world is put together by other code.
 TEST(VisualBodies, StandWhereSensorsSeeThem) {
@@ -69,7 +69,7 @@ TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
 }
 
 TEST(HandForces, NeedAHand) {
-  const World world(testing::PlaneScene(), {}, {});
+  const World world(samples::PlaneScene(), {}, {});
   EXPECT_THROW(HandForces(world, 0.0), base::InputError);
 }
 

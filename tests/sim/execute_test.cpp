@@ -17,7 +17,7 @@
 namespace rangegrasp::sim {
 namespace {
 
-using testing::HandMadeGrasp;
+using samples::HandMadeGrasp;
 
 struct Case {
   const char* object;  ///< upright
@@ -39,8 +39,8 @@ const Case kCylinder{"salt_cylinder", Grasp({0, 0, 0.085}, 10)};
 const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0), 50.0};
 
 World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
-  const ObjectModel object = testing::RepositoryObject(setup.object);
-  World world(testing::Tabletop(), {object}, physics);
+  const ObjectModel object = samples::RepositoryObject(setup.object);
+  World world(samples::Tabletop(), {object}, physics);
   const auto poses = StableRestingPoses(object, 0.0);
   const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
   world.PlaceObject(0,
@@ -52,7 +52,7 @@ World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
 ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
                  const HandControlOptions& hand = {}) {
   World world = Arrange(setup, physics);
-  const auto program = testing::MakeProgram(world, setup.grasp);
+  const auto program = samples::MakeProgram(world, setup.grasp);
   if (!program) {
     ADD_FAILURE() << "the arm does not reach the grasp of " << setup.object;
     return {};
@@ -89,7 +89,7 @@ TEST(BadGrasp, BesideTheObjectLiftsNothing) {
   for (const Case* good : {&kBox, &kCylinder}) {
     Case beside = *good;
     // 20 mm of air between the hand and the object's side.
-    beside.grasp = testing::Beside(good->grasp, {-(0.045 + 0.020 + 0.02), 0, 0});
+    beside.grasp = samples::Beside(good->grasp, {-(0.045 + 0.020 + 0.02), 0, 0});
     const ExecutionLog log = Try(beside);
     EXPECT_FALSE(log.held_after_lift) << good->object;
     EXPECT_FALSE(Delivered(log)) << good->object;
@@ -132,7 +132,7 @@ TEST(ShippedHand, TheStrongestGripShutsNoFasterThanTheMotorTurns) {
 TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
   World world = Arrange(kBox);
   // One side of the hand comes down on the box's top.
-  auto program = testing::MakeProgram(world, testing::Beside(kBox.grasp, {0, 0.05, 0}));
+  auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.05, 0}));
   ASSERT_TRUE(program);
   program->withdraw_m = 0.006;
   const Eigen::Vector3d before_W = world.ObjectPose(0).translation();
@@ -147,7 +147,7 @@ TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
 
 TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
   World world = Arrange(kBox);
-  auto program = testing::MakeProgram(world, kBox.grasp);
+  auto program = samples::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(program);
   program->withdraw_m = 0.006;
   EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, base::Rng(1))));
@@ -156,7 +156,7 @@ TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
 ExecutionLog HandOver(const UserOptions& user, const char* object = "demo_tube") {
   const Case tube{object, Grasp({0, 0, 0.120}, 10)};
   World world = Arrange(tube);
-  auto program = testing::MakeProgram(world, tube.grasp);
+  auto program = samples::MakeProgram(world, tube.grasp);
   if (!program) {
     ADD_FAILURE() << "the arm does not reach the tube";
     return {};
@@ -253,7 +253,7 @@ TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
 // qpos, qvel and the log after a whole trial, as bytes.
 std::string Bytes() {
   World world = Arrange(kBox);
-  const auto program = testing::MakeProgram(world, kBox.grasp);
+  const auto program = samples::MakeProgram(world, kBox.grasp);
   if (!program) return "no program";
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   std::string bytes(reinterpret_cast<const char*>(world.data()->qpos),
@@ -301,7 +301,7 @@ TEST(Execute, RepeatsItselfToTheByteInOneProcessAndAcross) {
 TEST(Aperture, TellsAHeldObjectFromNothing) {
   for (const Case* setup : {&kBox, &kCylinder, &kMugRim}) {
     World world = Arrange(*setup);
-    auto program = testing::MakeProgram(world, setup->grasp);
+    auto program = samples::MakeProgram(world, setup->grasp);
     ASSERT_TRUE(program);
     program->ends_by = EndsBy::kAperture;
     const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
@@ -312,7 +312,7 @@ TEST(Aperture, TellsAHeldObjectFromNothing) {
   World world = Arrange(kBox);
   // 20 mm of air between the hand and the box.
   auto program =
-      testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
+      samples::MakeProgram(world, samples::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
   ASSERT_TRUE(program);
   program->ends_by = EndsBy::kAperture;
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
@@ -325,8 +325,8 @@ TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
   World world = Arrange(kBox);
   const base::Pose before = world.ObjectPose(0);
   auto empty =
-      testing::MakeProgram(world, testing::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
-  const auto full = testing::MakeProgram(world, kBox.grasp);
+      samples::MakeProgram(world, samples::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
+  const auto full = samples::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(empty && full);
   empty->ends_by = EndsBy::kAperture;
   Execute(world, 0, *empty, {}, {}, base::Rng(1));
@@ -337,9 +337,9 @@ TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
 
 // Another object than the meant one is carried on, and what is told is of that one.
 TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
-  const ObjectModel box = testing::RepositoryObject("dextrose");
-  const ObjectModel other = testing::RepositoryObject("salt_cylinder");
-  World world(testing::Tabletop(), {box, other}, {});
+  const ObjectModel box = samples::RepositoryObject("dextrose");
+  const ObjectModel other = samples::RepositoryObject("salt_cylinder");
+  World world(samples::Tabletop(), {box, other}, {});
   for (const int object : {0, 1}) {
     const auto poses = StableRestingPoses(object == 0 ? box : other, 0.0);
     const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
@@ -348,7 +348,7 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
                                      {0, object == 0 ? 0.0 : 0.15, face.height_m + 0.0002}));
   }
   ASSERT_TRUE(world.Settle());
-  auto program = testing::MakeProgram(world, kBox.grasp);
+  auto program = samples::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(program);
   program->ends_by = EndsBy::kAperture;
   const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, base::Rng(1));
@@ -377,7 +377,7 @@ TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
   for (const char* motion : {"reach", "lift"}) {
     for (const EndsBy ends_by : {EndsBy::kTruth, EndsBy::kAperture}) {
       World world = Arrange(kBox);
-      auto program = testing::MakeProgram(world, kBox.grasp);
+      auto program = samples::MakeProgram(world, kBox.grasp);
       ASSERT_TRUE(program);
       program->ends_by = ends_by;
       if (motion == std::string("reach")) {
@@ -404,7 +404,7 @@ TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
 // bent when the hand has closed.
 TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
   World world = Arrange(kBox);
-  const auto program = testing::MakeProgram(world, testing::Beside(kBox.grasp, {0, 0.02, 0}));
+  const auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.02, 0}));
   ASSERT_TRUE(program);
   const int dof = world.model()->body_dofadr[world.object_body(0)];
   std::fill_n(world.model()->dof_damping + dof, 6, 1e5);
@@ -424,7 +424,7 @@ TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
 
 TEST(Execute, TellsOfItsMoments) {
   World world = Arrange(kBox);
-  const auto program = testing::MakeProgram(world, kBox.grasp);
+  const auto program = samples::MakeProgram(world, kBox.grasp);
   ASSERT_TRUE(program);
   std::map<std::string, int> seen;
   ExecutionObserver observer;
@@ -437,7 +437,7 @@ TEST(Execute, TellsOfItsMoments) {
 }
 
 TEST(Execute, AParkedTargetIsACallersMistake) {
-  World world(testing::Tabletop(), {testing::RepositoryObject("dextrose")}, {});
+  World world(samples::Tabletop(), {samples::RepositoryObject("dextrose")}, {});
   EXPECT_THROW(Execute(world, 0, {}, {}, {}, base::Rng(1)), std::invalid_argument);
   EXPECT_THROW(Execute(world, 1, {}, {}, {}, base::Rng(1)), std::invalid_argument);
 }

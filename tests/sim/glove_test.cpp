@@ -27,13 +27,13 @@ constexpr char kTwoTips[] = R"(<mujoco><option timestep="0.002" cone="elliptic" 
 class TwoTips : public ::testing::Test {
  protected:
   TwoTips()
-      : world_(testing::WriteFile("two_tips.xml", kTwoTips), {Cube("cube"), Cube("other")}, {}) {
+      : world_(samples::WriteFile("two_tips.xml", kTwoTips), {Cube("cube"), Cube("other")}, {}) {
     base::Rng rng(7);
     world_.DrawFriction(rng);
   }
 
   static ObjectModel Cube(const std::string& name) {
-    return testing::MakeObject(name, R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)");
+    return samples::MakeObject(name, R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)");
   }
   // Its upper side 0.2 mm inside the tip, at a speed along y.
   void Under(int object, double x, double speed_m_s = 0.0) {

@@ -6,7 +6,7 @@
 #include "base/rng.h"
 #include "base/units.h"
 
-namespace rangegrasp::sim::testing {
+namespace rangegrasp::sim::samples {
 namespace {
 
 constexpr double kApproach_m = 0.15;
@@ -192,4 +192,4 @@ std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp&
   return std::nullopt;
 }
 
-}  // namespace rangegrasp::sim::testing
+}  // namespace rangegrasp::sim::samples

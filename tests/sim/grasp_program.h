@@ -9,7 +9,7 @@
 #include "sim/execute.h"
 #include "sim/world.h"
 
-namespace rangegrasp::sim::testing {
+namespace rangegrasp::sim::samples {
 
 /// A grasp by hand: where the tool centre stands when the hand closes.
 struct HandMadeGrasp {
@@ -50,4 +50,4 @@ inline HandMadeGrasp Beside(HandMadeGrasp grasp, const Eigen::Vector3d& offset_W
   return grasp;
 }
 
-}  // namespace rangegrasp::sim::testing
+}  // namespace rangegrasp::sim::samples

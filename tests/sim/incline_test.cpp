@@ -17,8 +17,8 @@ constexpr double kHalf_m = 0.02;
 // A flat box that lies on the slope, so that it slides rather than tips.
 World OnSlope(double tilt_rad) {
   World world(
-      testing::PlaneScene(tilt_rad),
-      {testing::MakeObject("brick", R"(<geom type="box" size="0.06 0.06 0.02" mass="0.5"/>)")}, {});
+      samples::PlaneScene(tilt_rad),
+      {samples::MakeObject("brick", R"(<geom type="box" size="0.06 0.06 0.02" mass="0.5"/>)")}, {});
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
   world.PlaceObject(0, base::MakePose(R, R * Eigen::Vector3d(0, 0, kHalf_m)));

@@ -13,7 +13,7 @@ namespace rangegrasp::sim {
 namespace {
 
 using geometry::Rgb;
-using testing::RepositoryObject;
+using samples::RepositoryObject;
 
 /// What a ray from 1 m outside towards a place in the frame of the body sees.
 Rgb Seen(const geometry::ColoredMesh& surface, const Eigen::Vector3f& from,
@@ -54,7 +54,7 @@ TEST(ObjectSurface, HasWhatIsPrintedOnIt) {
 // A primitive has its own color, without a print.
 TEST(ObjectSurface, APrimitiveIsOfOneColor) {
   const auto ball = ObjectSurface(
-      testing::MakeObject("ball", R"(<geom type="sphere" size="0.03" rgba="1 0.5 0 1"/>)"));
+      samples::MakeObject("ball", R"(<geom type="sphere" size="0.03" rgba="1 0.5 0 1"/>)"));
   EXPECT_FALSE(ball.colors.print);
   EXPECT_TRUE(ball.colors.uv.empty());
   EXPECT_EQ(Seen(ball, Eigen::Vector3f::UnitZ(), Eigen::Vector3f::Zero()), (Rgb{255, 128, 0}));

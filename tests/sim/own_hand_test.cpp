@@ -16,23 +16,23 @@ namespace {
 using testing_support::ExampleHand;
 using testing_support::TempFolder;
 
-struct Case {
+struct OwnHandCase {
   const char* hand;
   const char* object;  ///< upright
   double height_m;     ///< of the tool centre
   double felt = 0.9;   ///< of what is commanded, at least
 };
 
-testing::HandMadeGrasp GraspOf(const Case& setup) {
-  testing::HandMadeGrasp grasp;
+samples::HandMadeGrasp GraspOf(const OwnHandCase& setup) {
+  samples::HandMadeGrasp grasp;
   grasp.point_W = {0, 0, setup.height_m};
   grasp.yaw_rad = base::kPi / 2;
   grasp.tool = "tcp";
   return grasp;
 }
 
-World Arrange(const TempFolder& folder, const Case& setup) {
-  const ObjectModel object = testing::RepositoryObject(setup.object);
+World OwnHandArrange(const TempFolder& folder, const OwnHandCase& setup) {
+  const ObjectModel object = samples::RepositoryObject(setup.object);
   World world(testing_support::WriteHandCell(folder, ExampleHand(setup.hand)), {object}, {});
   const auto poses = StableRestingPoses(object, 0.0);
   const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
@@ -42,20 +42,20 @@ World Arrange(const TempFolder& folder, const Case& setup) {
   return world;
 }
 
-bool Delivered(const ExecutionLog& log) {
+bool OwnHandDelivered(const ExecutionLog& log) {
   return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
          log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
 }
 
-class OwnHand : public ::testing::TestWithParam<Case> {};
+class OwnHand : public ::testing::TestWithParam<OwnHandCase> {};
 
 TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
   const TempFolder folder;
-  World world = Arrange(folder, GetParam());
-  const auto program = testing::MakeProgram(world, GraspOf(GetParam()));
+  World world = OwnHandArrange(folder, GetParam());
+  const auto program = samples::MakeProgram(world, GraspOf(GetParam()));
   ASSERT_TRUE(program);
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
-  EXPECT_TRUE(Delivered(log));
+  EXPECT_TRUE(OwnHandDelivered(log));
   EXPECT_EQ(log.audit.failed, "");
   // What the pads feel is what was commanded: the drives' forces by the hand's own kinematics.
   // Fingertips that come on an arc and meet a round side askew lose a part to friction.
@@ -65,9 +65,9 @@ TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
 
 TEST_P(OwnHand, BesideTheObjectLiftsNothing) {
   const TempFolder folder;
-  World world = Arrange(folder, GetParam());
+  World world = OwnHandArrange(folder, GetParam());
   const auto program =
-      testing::MakeProgram(world, testing::Beside(GraspOf(GetParam()), {-0.085, 0, 0}));
+      samples::MakeProgram(world, samples::Beside(GraspOf(GetParam()), {-0.085, 0, 0}));
   ASSERT_TRUE(program);
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   EXPECT_FALSE(log.held_after_lift);
@@ -77,10 +77,10 @@ TEST_P(OwnHand, BesideTheObjectLiftsNothing) {
 // The shipped hand's gear locks; a drive that can be driven back has nothing but its force.
 TEST_P(OwnHand, NothingLocks) {
   const TempFolder folder;
-  World world = Arrange(folder, GetParam());
+  World world = OwnHandArrange(folder, GetParam());
   const mjModel* model = world.model();
   const std::vector<mjtNum> ranges(model->jnt_range, model->jnt_range + 2 * model->njnt);
-  const auto program = testing::MakeProgram(world, GraspOf(GetParam()));
+  const auto program = samples::MakeProgram(world, GraspOf(GetParam()));
   ASSERT_TRUE(program);
   ExecutionObserver observer;
   observer.on_moment = [&](const std::string& moment, World& w) {
@@ -90,13 +90,12 @@ TEST_P(OwnHand, NothingLocks) {
   Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
 }
 
-INSTANTIATE_TEST_SUITE_P(Hands, OwnHand,
-                         ::testing::Values(Case{"parallel_jaw", "dextrose", 0.10},
-                                           Case{"parallel_jaw", "salt_cylinder", 0.09},
-                                           Case{"three_fingers", "salt_cylinder", 0.09, 0.6}),
-                         [](const auto& tested) {
-                           return std::string(tested.param.hand) + "_" + tested.param.object;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Hands, OwnHand,
+    ::testing::Values(OwnHandCase{"parallel_jaw", "dextrose", 0.10},
+                      OwnHandCase{"parallel_jaw", "salt_cylinder", 0.09},
+                      OwnHandCase{"three_fingers", "salt_cylinder", 0.09, 0.6}),
+    [](const auto& tested) { return std::string(tested.param.hand) + "_" + tested.param.object; });
 
 }  // namespace
 }  // namespace rangegrasp::sim

@@ -21,7 +21,7 @@ int Reds(const image::Image& image) {
 }
 
 TEST(Renderer, ShowsTheSceneAndWhatIsDrawnOverIt) {
-  World world(testing::Tabletop(), {testing::RepositoryObject("dextrose")}, {});
+  World world(samples::Tabletop(), {samples::RepositoryObject("dextrose")}, {});
   Renderer renderer(world, 160, 120);
   const image::Image plain = renderer.Render(world, "overview");
   EXPECT_EQ(plain.rgb.size(), 160u * 120u * 3u);
@@ -36,7 +36,7 @@ TEST(Renderer, ShowsTheSceneAndWhatIsDrawnOverIt) {
 
 // A dot straight ahead of a free camera is in the middle of the picture; rows count from the top.
 TEST(Renderer, FreeViewLooksWhereItIsTold) {
-  World world(testing::Tabletop(), {}, {});
+  World world(samples::Tabletop(), {}, {});
   Renderer renderer(world, 120, 120);
   Overlay overlay;
   overlay.dots.push_back({{0, 0, 0.15}, {1, 0, 0, 1}, 0.02});
@@ -58,7 +58,7 @@ TEST(Renderer, FreeViewLooksWhereItIsTold) {
 }
 
 TEST(Renderer, NamesTheCamerasThatExist) {
-  World world(testing::Tabletop(), {}, {});
+  World world(samples::Tabletop(), {}, {});
   Renderer renderer(world, 32, 32);
   try {
     renderer.Render(world, "backyard");

@@ -15,11 +15,11 @@ class EveryObject : public ::testing::TestWithParam<const char*> {};
 // Set down 1 mm above the table, each pose is kept: the upward axis turns by less than 3 degrees (a
 // mug's handle and round flanks settle by a little), the height stays.
 TEST_P(EveryObject, StaysInItsRestingPoses) {
-  const ObjectModel object = testing::RepositoryObject(GetParam());
+  const ObjectModel object = samples::RepositoryObject(GetParam());
   const auto poses = StableRestingPoses(object);
   ASSERT_FALSE(poses.empty());
   double total = 0.0;
-  World world(testing::Tabletop(), {object}, {});
+  World world(samples::Tabletop(), {object}, {});
   for (const RestingPose& pose : poses) {
     total += pose.probability;
     const RestingFace& face = pose.faces.front();

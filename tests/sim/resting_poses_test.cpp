@@ -11,7 +11,7 @@
 namespace rangegrasp::sim {
 namespace {
 
-using testing::MakeObject;
+using samples::MakeObject;
 
 // The march that finds a tilt goes by half degrees.
 constexpr double kTilt = 0.5 * base::kPi / 180.0;
@@ -66,7 +66,7 @@ TEST(StableRestingPoses, ThinPlateDoesNotStandOnItsEdge) {
 // through a flank.
 TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
   const std::string file =
-      testing::WriteFile("leaning.xml", R"(<mujoco><asset><mesh name="m" vertex="
+      samples::WriteFile("leaning.xml", R"(<mujoco><asset><mesh name="m" vertex="
     -0.07 -0.02 -0.05  -0.03 -0.02 -0.05  -0.07 0.02 -0.05  -0.03 0.02 -0.05
      0.03 -0.02  0.05   0.07 -0.02  0.05   0.03 0.02  0.05   0.07 0.02  0.05"/></asset>
     <worldbody><body name="leaning"><freejoint/><geom type="mesh" mesh="m" mass="0.2"/></body></worldbody></mujoco>)");
@@ -103,7 +103,7 @@ TEST(StableRestingPoses, HeightIsTheOrigins) {
 
 // Two equal legs on a base, 100 mm long along y.
 std::vector<RestingPose> PosesOfPrism(const char* center) {
-  const std::string file = testing::WriteFile("prism.xml", fmt::format(R"(<mujoco><asset>
+  const std::string file = samples::WriteFile("prism.xml", fmt::format(R"(<mujoco><asset>
     <mesh name="m" vertex="-0.02 -0.05 0  0.02 -0.05 0  0 -0.05 0.03
                            -0.02  0.05 0  0.02  0.05 0  0  0.05 0.03"/></asset>
     <worldbody><body name="prism"><freejoint/>

@@ -3,7 +3,7 @@
 #include "base/units.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::sim::testing {
+namespace rangegrasp::sim::samples {
 
 std::filesystem::path WriteFile(const std::string& name, const std::string& text) {
   // One a process: tests of one binary run side by side.
@@ -40,4 +40,4 @@ std::filesystem::path Tabletop() {
   return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "scenes" / "tabletop.xml";
 }
 
-}  // namespace rangegrasp::sim::testing
+}  // namespace rangegrasp::sim::samples

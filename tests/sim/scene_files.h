@@ -5,7 +5,7 @@
 
 #include "sim/world.h"
 
-namespace rangegrasp::sim::testing {
+namespace rangegrasp::sim::samples {
 
 /// Writes a file into the tests' temporary folder and returns its path.
 std::filesystem::path WriteFile(const std::string& name, const std::string& text);
@@ -21,4 +21,4 @@ ObjectModel MakeObject(const std::string& name, const std::string& geoms);
 ObjectModel RepositoryObject(const std::string& name);
 std::filesystem::path Tabletop();
 
-}  // namespace rangegrasp::sim::testing
+}  // namespace rangegrasp::sim::samples

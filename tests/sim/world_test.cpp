@@ -15,13 +15,13 @@ namespace rangegrasp::sim {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::MakeObject;
-using testing::PlaneScene;
-using testing::RepositoryObject;
-using testing::Tabletop;
-using testing::WriteFile;
+using samples::MakeObject;
+using samples::PlaneScene;
+using samples::RepositoryObject;
+using samples::Tabletop;
+using samples::WriteFile;
 
-constexpr char kBox[] = R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)";
+constexpr char kWorldBox[] = R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)";
 
 base::Pose At(double x, double y, double z) {
   return base::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
@@ -49,7 +49,7 @@ TEST(World, HoldsNothingByWeldOrAdhesion) {
 }
 
 TEST(World, AnObjectFallsFreely) {
-  World world(PlaneScene(), {MakeObject("box", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 3.0));
   for (int i = 0; i < 250; ++i) world.Step();
   // Semi-implicit steps of h fall by g t (t + h) / 2.
@@ -57,7 +57,7 @@ TEST(World, AnObjectFallsFreely) {
 }
 
 TEST(World, ABoxAtRestStays) {
-  World world(PlaneScene(), {MakeObject("box", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox)}, {});
   world.PlaceObject(0, At(0.1, 0.2, 0.0501));
   ASSERT_TRUE(world.Settle());
   const Eigen::Vector3d before = world.ObjectPose(0).translation();
@@ -72,7 +72,7 @@ TEST(World, ABoxAtRestStays) {
 // From the stream alone: the same again for the same seed, and another for each object, whatever
 // its surface.
 TEST(World, DrawsAPairForEachObjectFromItsRange) {
-  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   EXPECT_EQ(world.glove_friction(0).static_mu, 0.6);
   double low = 1.0, high = 0.0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -94,7 +94,7 @@ TEST(World, DrawsAPairForEachObjectFromItsRange) {
 }
 
 TEST(World, AParkedObjectTakesNoPart) {
-  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 0.0501));
   ASSERT_TRUE(world.Settle());
   EXPECT_TRUE(world.parked(1));
@@ -105,7 +105,7 @@ TEST(World, AParkedObjectTakesNoPart) {
 
 // A box that leans on nothing must fall although it slept.
 TEST(World, TakingTheSupportAwayWakesWhatRestedOnIt) {
-  World world(PlaneScene(), {MakeObject("below", kBox), MakeObject("above", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("below", kWorldBox), MakeObject("above", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 0.0501));
   world.PlaceObject(1, At(0, 0, 0.1503));
   ASSERT_TRUE(world.Settle());
@@ -118,7 +118,7 @@ TEST(World, TakingTheSupportAwayWakesWhatRestedOnIt) {
 TEST(World, SettleTellsWhatFallsForEver) {
   const auto scene = WriteFile(
       "void.xml", R"(<mujoco><option timestep="0.002"><flag sleep="enable"/></option></mujoco>)");
-  World world(scene, {MakeObject("box", kBox)}, {});
+  World world(scene, {MakeObject("box", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 0));
   EXPECT_FALSE(world.Settle());
 }
@@ -203,7 +203,7 @@ TEST(World, SaysWhyAnObjectIsNone) {
 
 // As if nothing had happened in between, to the last bit.
 TEST(World, GoesBackToWhatWasSaved) {
-  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   world.PlaceObject(0, At(0.0, 0.0, 0.2));
   for (int i = 0; i < 20; ++i) world.Step();
   const auto saved = world.Save();
@@ -219,7 +219,7 @@ TEST(World, GoesBackToWhatWasSaved) {
 }
 
 TEST(World, KnowsHowFarThingsAreApart) {
-  World world(PlaneScene(), {MakeObject("box", kBox), MakeObject("other", kBox)}, {});
+  World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   world.PlaceObject(0, At(0.0, 0.0, 0.06));
   world.PlaceObject(1, At(0.1, 0.0, 0.06));  // half edges of 30 mm along x: 40 mm are between them
   EXPECT_NEAR(world.ObjectDistance(0, 1, 1.0), 0.04, 1e-6);

@@ -17,10 +17,10 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using testing_support::TempFolder;
 
-const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::filesystem::path kOptionsSource = RANGEGRASP_SOURCE_DIR;
 
 // Of the keys below the common ones, which the engine reads.
-Options Read(const std::filesystem::path& file) {
+Options OptionsRead(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   std::string text;
   std::uint64_t seed = 0;
@@ -36,10 +36,10 @@ Options Read(const std::filesystem::path& file) {
 
 TEST(ReadOptions, ReadsEveryShippedExperiment) {
   int read = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(kSource / "experiments")) {
+  for (const auto& entry : std::filesystem::directory_iterator(kOptionsSource / "experiments")) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("laser_") && !name.starts_with("stereo_")) continue;
-    const Options o = Read(entry.path());
+    const Options o = OptionsRead(entry.path());
     EXPECT_FALSE(o.objects.empty()) << name;
     ++read;
   }
@@ -47,7 +47,7 @@ TEST(ReadOptions, ReadsEveryShippedExperiment) {
 }
 
 TEST(ReadOptions, Table52HasTwelveObjectsOfTenTrials) {
-  const Options o = Read(kSource / "experiments/laser_single.yaml");
+  const Options o = OptionsRead(kOptionsSource / "experiments/laser_single.yaml");
   EXPECT_EQ(o.objects.size(), 12u);
   EXPECT_EQ(o.trials_per_object, 10);
   EXPECT_EQ(o.arranger, "single");
@@ -79,7 +79,7 @@ class OptionsTest : public testing::Test {
   }
   std::string ErrorOf(const std::string& text) {
     SCOPED_TRACE(text);
-    return testing_support::ErrorOf([&] { Read(Write(text)); });
+    return testing_support::ErrorOf([&] { OptionsRead(Write(text)); });
   }
 
   TempFolder folder_;
@@ -91,7 +91,7 @@ class OptionsTest : public testing::Test {
 };
 
 TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
-  const Options e = Read(Write(good_));
+  const Options e = OptionsRead(Write(good_));
   EXPECT_EQ(e.scene, folder_ / "scenes/table.xml");
   EXPECT_EQ(e.object_folders.front(), folder_ / "models/objects");
   EXPECT_EQ(e.trials_per_object, Options{}.trials_per_object);
@@ -101,7 +101,7 @@ TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
 }
 
 TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
-  const Options e = Read(
+  const Options e = OptionsRead(
       Write(good_ +
             "trials_per_object: 3\nseed: 7\ntrial_limit_s: 90\nmax_plans: 5\nmin_tipping_deg: 12\n"
             "workspace_margin_mm: 200\n"
@@ -189,8 +189,8 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
   folder_.Write("yours/duck/duck.xml", "duck");
   folder_.Write("yours/mug/mug.xml", "your mug");
   const Options o =
-      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-                 "object_folders: [../mine, ../yours]\nobjects: [mug, duck, box]\n"));
+      OptionsRead(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                        "object_folders: [../mine, ../yours]\nobjects: [mug, duck, box]\n"));
   EXPECT_EQ(ObjectModelOf(o, "mug").mjcf, folder_ / "mine/mug/mug.xml");
   EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
   EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
@@ -203,14 +203,14 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
 TEST_F(OptionsTest, ShippedObjectsAreFoundFromElsewhere) {
   std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
   const Options o =
-      Read(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-                 "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
+      OptionsRead(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
+                        "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
   EXPECT_EQ(ObjectModelOf(o, "salt_cuboid").mjcf,
-            kSource / "models/objects/salt_cuboid/salt_cuboid.xml");
+            kOptionsSource / "models/objects/salt_cuboid/salt_cuboid.xml");
 }
 
 TEST_F(OptionsTest, TheSceneHashFollowsSurfaces) {
-  const Options e = Read(Write(good_));
+  const Options e = OptionsRead(Write(good_));
   const std::string without = SceneHash(e);
   folder_.Write("models/objects/surfaces.yaml", "rubber: {}");
   EXPECT_NE(SceneHash(e), without);
@@ -222,12 +222,12 @@ TEST_F(OptionsTest, AMissingObjectFolderIsNamed) {
 }
 
 TEST_F(OptionsTest, AMissingFileIsNamed) {
-  EXPECT_THROW(Read(folder_ / "experiments/none.yaml"), base::InputError);
-  EXPECT_THROW(Read(folder_.path()), base::InputError);
+  EXPECT_THROW(OptionsRead(folder_ / "experiments/none.yaml"), base::InputError);
+  EXPECT_THROW(OptionsRead(folder_.path()), base::InputError);
 }
 
 TEST_F(OptionsTest, TheSceneHashFollowsEveryFileThatTheSceneRefersTo) {
-  const Options e = Read(Write(good_));
+  const Options e = OptionsRead(Write(good_));
   std::string last = SceneHash(e);
   EXPECT_EQ(SceneHash(e), last);
   for (const char* file : {"scenes/table.xml", "models/arm.xml", "models/arm.stl",
@@ -240,10 +240,10 @@ TEST_F(OptionsTest, TheSceneHashFollowsEveryFileThatTheSceneRefersTo) {
 }
 
 TEST_F(OptionsTest, TheSceneHashIsTheSameInAnotherFolder) {
-  const std::string hash = SceneHash(Read(Write(good_)));
+  const std::string hash = SceneHash(OptionsRead(Write(good_)));
   const TempFolder other;
   std::filesystem::copy(folder_.path(), other.path(), std::filesystem::copy_options::recursive);
-  EXPECT_EQ(SceneHash(Read(other / "experiments/e.yaml")), hash);
+  EXPECT_EQ(SceneHash(OptionsRead(other / "experiments/e.yaml")), hash);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 using experiment::Record;
 
-Record Trial(const std::string& object, int index, bool detected, const std::string& outcome) {
+Record TableTrial(const std::string& object, int index, bool detected, const std::string& outcome) {
   Record record;
   record.which.group = object;
   record.which.id = object + "-" + std::to_string(index);
@@ -37,9 +37,9 @@ class TableTest : public testing::Test {
                                       "object,name,detection_rate,grasping_rate\n1,Box "
                                       "(cuboid),90,77.77\noverall,,95.00,80.65\n"}}};
   const std::vector<Record> results_ = {
-      Trial("box", 0, true, "delivered"), Trial("box", 1, true, "dropped"),
-      Trial("box", 2, true, "delivered"), Trial("box", 3, false, "not_segmented"),
-      Trial("mug", 0, true, "delivered"), Trial("mug", 1, false, "timed_out")};
+      TableTrial("box", 0, true, "delivered"), TableTrial("box", 1, true, "dropped"),
+      TableTrial("box", 2, true, "delivered"), TableTrial("box", 3, false, "not_segmented"),
+      TableTrial("mug", 0, true, "delivered"), TableTrial("mug", 1, false, "timed_out")};
 };
 
 TEST_F(TableTest, RatesAreAsDefined) {
@@ -165,8 +165,8 @@ TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
       "10\noverall,,95.00,88.9,\n";
   std::vector<Record> records;
   for (int i = 0; i < 10; ++i) {
-    records.push_back(Trial("box", i, true, i < 5 ? "delivered" : "dropped"));
-    records.push_back(Trial("mug", i, true, "delivered"));
+    records.push_back(TableTrial("box", i, true, i < 5 ? "delivered" : "dropped"));
+    records.push_back(TableTrial("mug", i, true, "delivered"));
   }
   const Table table = BuildTable(stamp, records);
   EXPECT_DOUBLE_EQ(table.p_threshold, 0.025);

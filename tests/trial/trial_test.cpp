@@ -83,7 +83,7 @@ TEST(Trial, ABowlIsTakenByItsRim) {
     MakeDetector(cell.options, cell.robot, look)
         ->Detect(Look(cell, arranged->world, spec.seed).observation, rng);
   }
-  EXPECT_GE(rotational, 3);
+  EXPECT_GE(rotational, 5);  // 59 of 60 were detected (docs/results.md)
   EXPECT_GE(open, rotational - 1);
 }
 

@@ -21,7 +21,7 @@ using internal::Text;
 constexpr std::array kColors = {"#1f77b4", "#ff7f0e", "#2ca02c", "#d62728",
                                 "#9467bd", "#8c564b", "#e377c2", "#7f7f7f"};
 constexpr double kLegend_px = 20.0;  // between title and bars
-constexpr double kAir = 1.05;        // of the highest bar
+constexpr double kBarAir = 1.05;     // of the highest bar
 constexpr double kGroupShare = 0.8;  // of a group's room is bars, the rest is between groups
 constexpr double kBarShare = 0.95;   // of a bar's room
 constexpr double kLetter_px = 7.0;   // about a letter's width
@@ -48,7 +48,7 @@ Frame FrameOf(const BarChart& chart, int width_px, int height_px) {
     for (const double value : values) frame.y.Take(value);
   }
   if (frame.y.high == 0.0) frame.y.high = 1.0;
-  frame.y.high *= kAir;
+  frame.y.high *= kBarAir;
   return frame;
 }
 

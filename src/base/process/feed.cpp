@@ -16,8 +16,8 @@ namespace rangegrasp::process {
 namespace {
 
 // Of what it writes to stderr so much is kept, and so much of it shown.
-constexpr std::size_t kKept_bytes = 4096;
-constexpr std::size_t kShown = 400;
+constexpr std::size_t kFeedKept_bytes = 4096;
+constexpr std::size_t kFeedShown = 400;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ struct Feed::Impl {
   [[noreturn]] void Fail(const std::string& why) {
     guard.Kill();
     ReadErr();
-    const std::string words = LastWords(err, kShown);
+    const std::string words = LastWords(err, kFeedShown);
     throw base::RunError(fmt::format("{}: {} {}{}", name, program.command.front(), why,
                                      words.empty() ? "" : ": " + words));
   }
@@ -61,7 +61,7 @@ struct Feed::Impl {
     const ssize_t n = read(guard.err(), buffer.data(), buffer.size());
     if (n > 0) err.append(buffer.data(), static_cast<std::size_t>(n));
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) guard.CloseErr();
-    if (err.size() > kKept_bytes) err.erase(0, err.size() - kKept_bytes);
+    if (err.size() > kFeedKept_bytes) err.erase(0, err.size() - kFeedKept_bytes);
   }
 
   // Reads what it still has to say, and waits for its end.

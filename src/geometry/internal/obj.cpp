@@ -10,7 +10,7 @@
 namespace rangegrasp::geometry::internal {
 namespace {
 
-using WordList = std::vector<std::string_view>;
+using ObjWords = std::vector<std::string_view>;
 
 /// The next line; one that ends with a backslash goes on in the next one, which `joined` holds.
 std::optional<std::string_view> NextLine(LineReader& lines, std::string& joined) {
@@ -44,7 +44,7 @@ PolygonSoup ReadObj(const std::filesystem::path& file, std::string_view bytes) {
   PolygonSoup soup;
   std::string joined;
   while (const auto line = NextLine(lines, joined)) {
-    WordList words = Words(line->substr(0, line->find('#')));
+    ObjWords words = Words(line->substr(0, line->find('#')));
     if (words.empty() || (words[0] != "v" && words[0] != "f")) continue;
     const bool vertex = words[0] == "v";
     words.erase(words.begin());

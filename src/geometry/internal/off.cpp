@@ -13,12 +13,12 @@ namespace {
 constexpr std::uint64_t kMinVertex_bytes = 6;
 constexpr std::uint64_t kMinFace_bytes = 8;
 
-using WordList = std::vector<std::string_view>;
+using OffWords = std::vector<std::string_view>;
 
 /// The words of the next line that has some, without its comment; none at the end.
-WordList NextWords(LineReader& lines) {
+OffWords NextWords(LineReader& lines) {
   while (const auto line = lines.Next()) {
-    WordList words = Words(line->substr(0, line->find('#')));
+    OffWords words = Words(line->substr(0, line->find('#')));
     if (!words.empty()) return words;
   }
   return {};
@@ -29,7 +29,7 @@ struct Counts {
 };
 
 Counts ReadCounts(LineReader& lines, std::size_t bytes) {
-  WordList head = NextWords(lines);
+  OffWords head = NextWords(lines);
   if (head.empty() || !head.front().ends_with("OFF") || head.front().find_first_of("4n") == 0) {
     lines.Fail("{} is none of OFF, COFF, NOFF, STOFF", head.empty() ? "\"\"" : Quoted(head[0]));
   }
@@ -57,12 +57,12 @@ PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes) {
   PolygonSoup soup;
   soup.points.resize(counts.vertices);
   for (std::size_t i = 0; i < counts.vertices; ++i) {
-    const WordList words = NextWords(lines);
+    const OffWords words = NextWords(lines);
     if (words.size() < 3) lines.Fail("vertex {} must have three coordinates", i);
     soup.points[i] = PointFrom(lines, words);
   }
   for (std::uint32_t i = 0; i < counts.faces; ++i) {
-    const WordList words = NextWords(lines);
+    const OffWords words = NextWords(lines);
     const auto corners =
         words.empty() ? std::nullopt : base::NumberFrom<std::uint32_t>(words.front());
     if (!corners || words.size() <= *corners) {

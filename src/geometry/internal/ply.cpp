@@ -30,7 +30,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   std::string format;
   std::size_t points = 0;
   std::size_t faces = 0;
@@ -56,7 +56,7 @@ Type TypeOf(const LineReader& lines, std::string_view word) {
 }
 
 void ReadElement(const LineReader& lines, const std::vector<std::string_view>& words,
-                 Header& header) {
+                 PlyHeader& header) {
   const auto count = words.size() == 3 ? base::NumberFrom<std::size_t>(words[2]) : std::nullopt;
   if (!count || *count >= kEndOfCounts)
     lines.Fail("an element needs a name and a count below 2^31");
@@ -74,7 +74,7 @@ void ReadElement(const LineReader& lines, const std::vector<std::string_view>& w
 }
 
 void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& words,
-                  Header& header) {
+                  PlyHeader& header) {
   if (!header.in_vertex) {
     const bool list = words.size() == 5 && words[1] == "list";
     if (!list && words.size() != 3) {
@@ -110,7 +110,7 @@ void ReadProperty(const LineReader& lines, const std::vector<std::string_view>& 
 }
 
 /// The color is known where all of its channels are.
-ColorPlace ColorOf(const Header& header) {
+ColorPlace ColorOf(const PlyHeader& header) {
   ColorPlace place;
   if (!std::ranges::all_of(header.rgb, &Coordinate::found)) return place;
   place.kind = ColorPlace::Kind::kChannels;
@@ -121,8 +121,8 @@ ColorPlace ColorOf(const Header& header) {
   return place;
 }
 
-Header ReadHeader(LineReader& lines) {
-  Header header;
+PlyHeader ReadPlyHeader(LineReader& lines) {
+  PlyHeader header;
   lines.Next();  // "ply"
   for (std::size_t i = 0;; ++i) {
     const auto line = lines.Next();
@@ -144,7 +144,7 @@ Header ReadHeader(LineReader& lines) {
   return header;
 }
 
-void Check(const LineReader& lines, Header& header) {
+void Check(const LineReader& lines, PlyHeader& header) {
   if (header.format != "ascii" && header.format != "binary_little_endian" &&
       header.format != "binary_big_endian") {
     lines.Fail("format {} is none of ascii, binary_little_endian, binary_big_endian",
@@ -253,7 +253,7 @@ void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
 }
 
 /// @return where the data behind the vertices begin, if they are binary.
-std::size_t ReadVertices(std::string_view bytes, const Header& header, LineReader& lines,
+std::size_t ReadVertices(std::string_view bytes, const PlyHeader& header, LineReader& lines,
                          Points& points, std::vector<Rgb>& colors) {
   const std::size_t begin = lines.position();
   const std::string_view body = bytes.substr(begin);
@@ -276,7 +276,7 @@ std::size_t ReadVertices(std::string_view bytes, const Header& header, LineReade
   return begin + needed;
 }
 
-void CheckElements(std::string_view bytes, const Header& header, const LineReader& lines) {
+void CheckElements(std::string_view bytes, const PlyHeader& header, const LineReader& lines) {
   if (header.elements <= LeftIn(bytes, lines)) return;
   lines.Fail(
       "the data are {} bytes; the header says {} elements: the file is truncated, or a count is "
@@ -299,7 +299,7 @@ std::string PlyVertexHeader(std::size_t vertices) {
 
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
-  Header header = ReadHeader(lines);
+  PlyHeader header = ReadPlyHeader(lines);
   Check(lines, header);
   CheckElements(bytes, header, lines);
   return header.faces;
@@ -307,7 +307,7 @@ std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view b
 
 PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
-  Header header = ReadHeader(lines);
+  PlyHeader header = ReadPlyHeader(lines);
   Check(lines, header);
   CheckElements(bytes, header, lines);
   PolygonSoup soup;
@@ -323,7 +323,7 @@ PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view 
 
 CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
-  Header header = ReadHeader(lines);
+  PlyHeader header = ReadPlyHeader(lines);
   Check(lines, header);
   CloudFile cloud;
   cloud.width = static_cast<int>(header.points);

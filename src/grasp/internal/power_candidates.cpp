@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// Cosine between approaches that are one: 2.6 deg.
 constexpr double kSameApproach = 0.999;
 
@@ -59,12 +59,12 @@ std::vector<Candidate> OverTheTop(Task& task) {
 Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& first) {
   const PowerOptions& options = task.options.power;
   Vector3d best = first;
-  double min_width = kInfinity;
+  double min_width = kUnbounded;
   for (int k = 0; k < options.narrow_steps; ++k) {
     const double turn = base::Deg(180.0 * k / options.narrow_steps);
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
-    double low = kInfinity;
-    double high = -kInfinity;
+    double low = kUnbounded;
+    double high = -kUnbounded;
     for (const Vector3d& p : task.coarse.points) {
       const double at = x.dot(p);
       low = std::min(low, at);
@@ -240,7 +240,7 @@ std::vector<Candidate> SearchedCandidates(Task& task) {
     PlaceAtDepths(task, view, MakeBand(task, view, MiddleOf(task, view)),
                   {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
                   static_cast<int>(k), candidates);
-    double best = -kInfinity;
+    double best = -kUnbounded;
     for (std::size_t i = before; i < candidates.size(); ++i) {
       best = std::max(best, candidates[i].grasp.score);
     }

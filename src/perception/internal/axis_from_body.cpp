@@ -22,7 +22,7 @@ using geometry::PointCloud;
 /// A draw of two points and their normals is more often in vain than one of three rim points.
 constexpr int kDrawsPerCircleDraw = 2;
 /// Refits of the circle: the points that agree change a little with every one.
-constexpr int kRefits = 5;
+constexpr int kWallRefits = 5;
 
 /// The circle about where the normals of two wall points meet, if they are about as far from there.
 std::optional<Circle2> NormalsMeet(const Wall& a, const Wall& b, const FeatureOptions& options) {
@@ -111,7 +111,7 @@ std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& poin
   auto circle = DrawCircle(walls, admissible, options, rng);
   if (!circle) return std::nullopt;
   // Two normals say little of the center; all that agree say more.
-  for (int round = 0; round < kRefits; ++round) {
+  for (int round = 0; round < kWallRefits; ++round) {
     const Circle2 refitted = Refit(walls, *circle, options);
     if (!admissible(refitted)) break;
     *circle = refitted;

@@ -12,7 +12,7 @@ namespace rangegrasp::mjcf {
 namespace {
 
 /// The topmost body with a joint on the way from a body up to the hand's root.
-int Branch(const mjModel* model, int body, int hand) {
+int HandBranch(const mjModel* model, int body, int hand) {
   int branch = body;
   for (int b = body; b > hand; b = model->body_parentid[b]) {
     if (model->body_jntnum[b] > 0) branch = b;
@@ -82,7 +82,7 @@ int ThumbRoot(const mjModel* model) {
     return model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
   }
   const int tip = TupleOf(model, mjOBJ_GEOM, "fingertips").at(0);
-  return Branch(model, model->geom_bodyid[tip], Find(model, mjOBJ_BODY, "hand"));
+  return HandBranch(model, model->geom_bodyid[tip], Find(model, mjOBJ_BODY, "hand"));
 }
 
 LastSegments LastSegmentsOf(const mjModel* model) {

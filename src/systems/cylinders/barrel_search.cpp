@@ -44,9 +44,9 @@ struct Cell {
 };
 
 /// Counts votes in square cells, and in each cell with its eight neighbors.
-class Grid {
+class BarrelGrid {
  public:
-  Grid(std::vector<Flat> votes, double cell_m) : votes_(std::move(votes)) {
+  BarrelGrid(std::vector<Flat> votes, double cell_m) : votes_(std::move(votes)) {
     for (Flat& vote : votes_) {
       vote.x = static_cast<std::int64_t>(std::floor(vote.place.x() / cell_m));
       vote.y = static_cast<std::int64_t>(std::floor(vote.place.y() / cell_m));
@@ -103,7 +103,7 @@ std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double
     const Eigen::Vector3d& p = votes.places[i];
     flat.push_back({0, 0, {p.dot(u), p.dot(v), p.dot(up)}});
   }
-  const Grid grid(std::move(flat), scatter_m);
+  const BarrelGrid grid(std::move(flat), scatter_m);
   std::vector<Peak> peaks;
   for (const Cell& cell : grid.cells()) {
     const auto [sum, count] = grid.Round(cell);

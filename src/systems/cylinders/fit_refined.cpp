@@ -14,7 +14,7 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-constexpr std::size_t kMinPoints = 7;
+constexpr std::size_t kMinRefinedPoints = 7;
 /// Standard deviation of normal values from the median of their sizes.
 constexpr double kSigmaOfMedian = 1.4826;
 /// Neither part of the noise is taken to be less than this share of the whole: a weight of a few
@@ -25,7 +25,7 @@ constexpr double kRounding_m = 1e-12;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Offsets of the axis along u and v, its turns towards them, and of the radius.
-using Step = Eigen::Matrix<double, 5, 1>;
+using LevenbergStep = Eigen::Matrix<double, 5, 1>;
 
 struct Across {
   Eigen::Vector3d u;
@@ -36,7 +36,7 @@ Across AcrossOf(const Eigen::Vector3d& d) {
   return {u, d.cross(u)};
 }
 
-Barrel Moved(const Barrel& barrel, const Step& step) {
+Barrel Moved(const Barrel& barrel, const LevenbergStep& step) {
   const Across across = AcrossOf(barrel.axis.direction);
   Barrel moved;
   moved.axis.point = barrel.axis.point + step[0] * across.u + step[1] * across.v;
@@ -67,7 +67,7 @@ double KeptVariance(double cut) {
 /// A point's part in a round.
 struct Term {
   double distance_m = 0.0;  ///< from the barrel, less its mean under noise
-  Step gradient;            ///< of the distance
+  LevenbergStep gradient;   ///< of the distance
   Incidence incidence;
   double variance_m2 = 1.0;  ///< of the distance by the point's own noise
   double weight = 0.0;       ///< of the robust loss: 0 to 1
@@ -88,7 +88,7 @@ class Refinement {
   /// One round. False where there is no further one to make of the points.
   bool Advance() {
     FindTerms();
-    if (terms_.size() < kMinPoints) return false;
+    if (terms_.size() < kMinRefinedPoints) return false;
     const double sigma_m = Sigma();
     if (!noise_) noise_ = RayNoise{sigma_m, sigma_m};
     Weigh();
@@ -112,7 +112,7 @@ class Refinement {
   double Sigma() const;
   void Weigh();
   void EstimateNoise(double sigma_m);
-  std::optional<Step> FindStep();
+  std::optional<LevenbergStep> FindStep();
 
   const FitInput& input_;
   const RefineOptions& options_;
@@ -220,9 +220,9 @@ void Refinement::EstimateNoise(double sigma_m) {
                     std::sqrt(std::max((by * aa - ay * ab) / determinant, least))};
 }
 
-std::optional<Step> Refinement::FindStep() {
+std::optional<LevenbergStep> Refinement::FindStep() {
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
-  Step right = Step::Zero();
+  LevenbergStep right = LevenbergStep::Zero();
   std::size_t used = 0;
   for (const Term& term : terms_) {
     if (term.weight == 0.0) continue;
@@ -231,8 +231,8 @@ std::optional<Step> Refinement::FindStep() {
     right -= w * term.distance_m * term.gradient;
     ++used;
   }
-  if (used < kMinPoints) return std::nullopt;
-  const Step step = normal.ldlt().solve(right);
+  if (used < kMinRefinedPoints) return std::nullopt;
+  const LevenbergStep step = normal.ldlt().solve(right);
   if (!step.allFinite()) return std::nullopt;
   return step;
 }
@@ -250,7 +250,7 @@ void Check(const RefineOptions& options) {
 std::optional<BarrelFit> FitRefined(const FitInput& input, const Barrel& start,
                                     const RefineOptions& options) {
   Check(options);
-  if (input.points.size() < kMinPoints || !(start.radius_m > 0.0)) return std::nullopt;
+  if (input.points.size() < kMinRefinedPoints || !(start.radius_m > 0.0)) return std::nullopt;
   Refinement refinement(input, start, options);
   int round = 0;
   while (round < options.rounds && !refinement.AtRest()) {

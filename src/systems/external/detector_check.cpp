@@ -23,15 +23,15 @@ constexpr std::size_t kScenes = 3;
 /// Tables are reported on other seeds.
 constexpr std::uint64_t kSeed = 11;
 
-struct Scene {
+struct CheckScene {
   std::string object;
   std::uint64_t seed = 0;
   Sensed sensed;
   int target = 0;
 };
 
-std::vector<Scene> ScenesOf(const Cell& cell) {
-  std::vector<Scene> scenes;
+std::vector<CheckScene> ScenesOf(const Cell& cell) {
+  std::vector<CheckScene> scenes;
   for (const std::string& object : cell.options.objects) {
     const std::uint64_t seed = trial::TrialSeed(kSeed, object, 0);
     auto arranged = ArrangeTrial(cell, {object, 0, seed});
@@ -42,7 +42,7 @@ std::vector<Scene> ScenesOf(const Cell& cell) {
   return scenes;
 }
 
-Detected Ask(const Detector& detector, const Scene& scene) {
+Detected Ask(const Detector& detector, const CheckScene& scene) {
   base::Rng rng = trial::StageStream(scene.seed, "perceive");
   return detector.Detect(scene.sensed.observation, rng);
 }
@@ -54,7 +54,8 @@ double SecondsOf(const Detected& detected) {
   return 0.0;
 }
 
-std::string TargetText(const Cell& cell, const Scene& scene, const grasp::Detection& detection) {
+std::string TargetText(const Cell& cell, const CheckScene& scene,
+                       const grasp::Detection& detection) {
   if (detection.objects.empty()) return "no object";
   const auto verdict =
       trial::JudgeDetection(detection, scene.sensed,
@@ -65,7 +66,7 @@ std::string TargetText(const Cell& cell, const Scene& scene, const grasp::Detect
                            : "the first object is a part of the right one";
 }
 
-std::string Describe(const Cell& cell, const Scene& scene, const Detected& detected) {
+std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& detected) {
   const grasp::Detection& detection = detected.detection;
   const auto workspace = WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
   const auto& grasps = detection.grasps;
@@ -92,7 +93,7 @@ bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
          std::ranges::equal(a.grasps, b.grasps, same_grasp);
 }
 
-std::string DescribeSandbox(const Cell& cell, const Scene& scene, const Detected& before,
+std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Detected& before,
                             bool& failed) {
   if (const auto why = process::WhyNoSandbox())
     return "sandbox: does not work here: " + *why + "\n";
@@ -119,7 +120,7 @@ std::string DescribeSandbox(const Cell& cell, const Scene& scene, const Detected
 bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
   const auto scenes = ScenesOf(cell);
-  for (const Scene& scene : scenes) {
+  for (const CheckScene& scene : scenes) {
     try {
       const Detected detected = Ask(*cell.detector, scene);
       text += Describe(cell, scene, detected);

@@ -1,6 +1,7 @@
 #include "mesh/poisson.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Random.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/poisson_surface_reconstruction.h>
 
@@ -10,9 +11,9 @@
 namespace rangegrasp::geometry {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Oriented = std::pair<Kernel::Point_3, Kernel::Vector_3>;
-using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+using PoissonKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Oriented = std::pair<PoissonKernel::Point_3, PoissonKernel::Vector_3>;
+using PoissonMesh = CGAL::Surface_mesh<PoissonKernel::Point_3>;
 
 constexpr std::size_t kMinPoints = 100;
 // CGAL's own choice of the least angle; triangles as large as two thirds of what it takes, for
@@ -21,7 +22,7 @@ constexpr double kMinAngle_deg = 20.0;
 constexpr double kMaxRadius = 20.0;
 constexpr double kMaxDistance = 0.25;
 
-TriangleMesh MeshOf(const Surface& surface) {
+TriangleMesh MeshOf(const PoissonMesh& surface) {
   TriangleMesh mesh;
   std::vector<std::uint32_t> position(surface.number_of_vertices() +
                                       surface.number_of_removed_vertices());
@@ -50,10 +51,12 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d& p = cloud.points[i];
     const Eigen::Vector3d& n = cloud.normals[i];
-    oriented.emplace_back(Kernel::Point_3(p.x(), p.y(), p.z()),
-                          Kernel::Vector_3(n.x(), n.y(), n.z()));
+    oriented.emplace_back(PoissonKernel::Point_3(p.x(), p.y(), p.z()),
+                          PoissonKernel::Vector_3(n.x(), n.y(), n.z()));
   }
-  Surface surface;
+  // The mesher starts from points drawn from CGAL's own generator, which the clock would seed.
+  CGAL::get_default_random() = CGAL::Random(0);
+  PoissonMesh surface;
   const bool found = CGAL::poisson_surface_reconstruction_delaunay(
       oriented.begin(), oriented.end(), CGAL::First_of_pair_property_map<Oriented>(),
       CGAL::Second_of_pair_property_map<Oriented>(), surface, spacing_m, kMinAngle_deg, kMaxRadius,

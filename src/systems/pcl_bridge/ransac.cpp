@@ -34,7 +34,7 @@ Model Fit(pcl::SACSegmentation<pcl::PointXYZ>& sac, int model_type, const PclClo
 }
 
 template <typename Options>
-void Check(const Options& options) {
+void CheckRansac(const Options& options) {
   Demand(options.max_draws >= 1, "max_draws must be >= 1");
   Demand(options.inlier_distance_m > 0.0, "inlier_distance_m must be > 0");
   Demand(options.confidence > 0.0 && options.confidence < 1.0, "confidence must be in (0, 1)");
@@ -71,7 +71,7 @@ Eigen::Vector3d Mean(const PclCloud& points, const pcl::Indices& indices) {
 }  // namespace
 
 std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOptions& options) {
-  Check(options);
+  CheckRansac(options);
   const auto& points = cloud.data().finite;
   if (points->size() < 3) return std::nullopt;
   pcl::SACSegmentation<pcl::PointXYZ> sac;
@@ -83,7 +83,7 @@ std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOption
 
 std::optional<CylinderFit> FitCylinder(const Cloud& cloud, const Normals& normals,
                                        const CylinderOptions& options) {
-  Check(options);
+  CheckRansac(options);
   Demand(options.normal_weight >= 0.0 && options.normal_weight <= 1.0,
          "FitCylinder: normal_weight must be in [0, 1]");
   Demand(options.min_radius_m >= 0.0 && options.max_radius_m > options.min_radius_m,

@@ -44,7 +44,7 @@ using PointToPlane =
 using Generalized =
     Counting<pcl::GeneralizedIterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double>>;
 
-void Check(const RegistrationOptions& options) {
+void CheckRegistration(const RegistrationOptions& options) {
   Demand(options.max_pair_distance_m > 0.0, "max_pair_distance_m must be > 0");
   Demand(options.max_iterations >= 1, "max_iterations must be >= 1");
   Demand(options.min_step_m > 0.0 && options.min_step_rad > 0.0, "min steps must be > 0");
@@ -150,7 +150,7 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
 Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
                                   const Eigen::Isometry3d& X_TS,
                                   const RegistrationOptions& options) {
-  Check(options);
+  CheckRegistration(options);
   Demand(source.data().finite->size() >= 3,
          "RegisterPointToPlane: the source needs 3 points or more");
   PointToPlane method;
@@ -164,7 +164,7 @@ Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target
 Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
                                   const Eigen::Isometry3d& X_TS,
                                   const PointToPlaneOptions& options) {
-  Check(options);
+  CheckRegistration(options);
   const OrientedCloud oriented =
       WithNormals(target, EstimateNormals(target, {.radius_m = options.normal_radius_m}));
   Demand(source.data().finite->size() >= 3 && oriented.normals->size() >= 3,
@@ -178,7 +178,7 @@ Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
 
 Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
                                  const Eigen::Isometry3d& X_TS, const GeneralizedOptions& options) {
-  Check(options);
+  CheckRegistration(options);
   Demand(options.neighbors >= 4, "RegisterGeneralized: neighbors must be >= 4");
   const auto enough = static_cast<std::size_t>(options.neighbors);
   Demand(source.data().finite->size() >= enough && target.data().finite->size() >= enough,

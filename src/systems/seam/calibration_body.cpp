@@ -19,7 +19,7 @@ constexpr int kSeparation = 16;
 // Columns beside a riser that are left out of a plateau: the camera sees the riser blurred.
 constexpr int kMargin = 3;
 // Of a plateau: fewer have no median that two outliers could not move.
-constexpr std::size_t kMinPoints = 5;
+constexpr std::size_t kMinBodyPoints = 5;
 // Rows a metre and columns a metre change over the body by perspective, by some tens of per cent; a
 // riser that is none is off by far more.
 constexpr double kMaxChange = 2.0;
@@ -31,7 +31,7 @@ double MedianRow(const std::vector<float>& rows, int begin, int end) {
       finite.push_back(static_cast<double>(rows[static_cast<std::size_t>(i)]));
     }
   }
-  if (finite.size() < kMinPoints) return std::numeric_limits<double>::quiet_NaN();
+  if (finite.size() < kMinBodyPoints) return std::numeric_limits<double>::quiet_NaN();
   return base::MedianOf(std::move(finite));
 }
 

@@ -175,20 +175,20 @@ float ReachedBy(std::span<const float> values, std::size_t count) {
 }
 
 // Columns whose sums stay in registers while k runs.
-constexpr std::size_t kTile = 32;
+constexpr std::size_t kProfileTile = 32;
 
 // Eq. 3.12. Every sum is added up in the order of k, whatever the width of the vectors.
 RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size_t tiles,
                                         float* G) {
   for (std::size_t tile = 0; tile < tiles; ++tile) {
-    const float* center = f + tile * kTile;
-    float sum[kTile] = {};
+    const float* center = f + tile * kProfileTile;
+    float sum[kProfileTile] = {};
     for (std::size_t k = 1; k <= n; ++k) {
       const float* right = center + k;
       const float* left = center - k;
-      for (std::size_t i = 0; i < kTile; ++i) sum[i] += std::abs(right[i] - left[i]);
+      for (std::size_t i = 0; i < kProfileTile; ++i) sum[i] += std::abs(right[i] - left[i]);
     }
-    std::copy_n(sum, kTile, G + tile * kTile);
+    std::copy_n(sum, kProfileTile, G + tile * kProfileTile);
   }
 }
 
@@ -260,11 +260,11 @@ DetectorResult AccumulateGradients(std::span<const float> f,
   if (m < kMinEdgeColumns) return Nothing(m);
   const auto n =
       std::max<std::size_t>(1, static_cast<std::size_t>(options.kernel * static_cast<double>(m)));
-  const std::size_t tiles = (m + kTile - 1) / kTile;
-  std::vector<float> padded(tiles * kTile + 2 * n, f[m - 1]);
+  const std::size_t tiles = (m + kProfileTile - 1) / kProfileTile;
+  std::vector<float> padded(tiles * kProfileTile + 2 * n, f[m - 1]);
   std::fill_n(padded.begin(), n, f[0]);
   std::copy(f.begin(), f.end(), padded.begin() + static_cast<std::ptrdiff_t>(n));
-  std::vector<float> G(tiles * kTile);
+  std::vector<float> G(tiles * kProfileTile);
   SumGradients(padded.data() + n, n, tiles, G.data());
   G.resize(m);
   // An ideal step is as strong at the last low column as at the first high one: take the latter.

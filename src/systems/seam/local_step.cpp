@@ -15,7 +15,7 @@ namespace {
 constexpr double kMinSide = 4.0;
 // Nor do windows with fewer points altogether: a parabola and a step have four parameters.
 constexpr double kParameters = 4.0;
-constexpr double kMinPoints = 10.0;
+constexpr double kMinStepPoints = 10.0;
 // Points whose columns do not determine a parabola, or hardly a step beside one.
 constexpr double kMinDeterminant = 1e-9;
 constexpr double kMinOwnPoints = 1e-3;
@@ -201,7 +201,7 @@ RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, d
     const double left_over =
         std::max(residual - h * own_height, 0.0) + a0 * kResolution_mm * kResolution_mm;
     const double its_variance = left_over / (a0 - kParameters) / own;
-    const bool fits_here = (r0 >= kMinSide) & (a0 - r0 >= kMinSide) & (a0 >= kMinPoints) &
+    const bool fits_here = (r0 >= kMinSide) & (a0 - r0 >= kMinSide) & (a0 >= kMinStepPoints) &
                            (determinant > kMinDeterminant * a0 * a2 * a4) & (own > kMinOwnPoints);
     points[place] = a0;
     height[place] = h;

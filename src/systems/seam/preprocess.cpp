@@ -19,7 +19,7 @@ constexpr std::size_t kTile = 32;
 constexpr int kMinPoints = 8;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
-void Check(const FilterOptions& options) {
+void CheckFilter(const FilterOptions& options) {
   if (options.half_width_columns < 1 || !(options.half_height_m > 0.0) ||
       options.min_neighbors < 0) {
     throw std::invalid_argument(
@@ -93,7 +93,7 @@ void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
 
 // A profile of which half is missing has half the neighbors everywhere.
 FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
-  Check(options);
+  CheckFilter(options);
   if (height_m.empty()) return options;
   const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
   const double share = static_cast<double>(points) / static_cast<double>(height_m.size());
@@ -118,7 +118,7 @@ RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, flo
 }  // namespace
 
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
-  Check(options);
+  CheckFilter(options);
   const std::size_t m = height_m.size();
   const auto reach = std::min(static_cast<std::size_t>(options.half_width_columns), m);
   const auto half_height = static_cast<float>(options.half_height_m);

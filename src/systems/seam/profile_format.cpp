@@ -12,12 +12,12 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-void Check(bool good, const char* what) {
+void CheckFormat(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("profile file: ") + what);
 }
 
 void CheckScale(const HeightScale& scale) {
-  Check(scale.unit_m > 0.0 && std::isfinite(scale.zero), "a height's unit_m must be above 0");
+  CheckFormat(scale.unit_m > 0.0 && std::isfinite(scale.zero), "a height's unit_m must be above 0");
 }
 
 // A list of numbers, which YAML may write as text.
@@ -93,14 +93,15 @@ void CheckOptions(const ProfileFileOptions& options) {
   CheckScale(options.grey);
   CheckScale(options.signed_grey);
   CheckScale(options.real);
-  Check(options.columns >= 0, "columns must not be negative");
-  Check(options.rate_hz > 0.0, "rate_hz must be above 0");
-  Check(options.time_unit_s > 0.0, "time_unit_s must be above 0");
-  Check(options.encoder_m != 0.0, "encoder_m must not be 0");
-  Check(options.feed_m_per_s > 0.0, "feed_m_per_s must be above 0");
-  Check(options.max_gap_s >= 0.0, "max_gap_s must not be negative");
-  Check(options.columns_per_m >= 0.0, "columns_per_m must not be negative");
-  Check(options.min_height_m < options.max_height_m, "min_height_m must be below max_height_m");
+  CheckFormat(options.columns >= 0, "columns must not be negative");
+  CheckFormat(options.rate_hz > 0.0, "rate_hz must be above 0");
+  CheckFormat(options.time_unit_s > 0.0, "time_unit_s must be above 0");
+  CheckFormat(options.encoder_m != 0.0, "encoder_m must not be 0");
+  CheckFormat(options.feed_m_per_s > 0.0, "feed_m_per_s must be above 0");
+  CheckFormat(options.max_gap_s >= 0.0, "max_gap_s must not be negative");
+  CheckFormat(options.columns_per_m >= 0.0, "columns_per_m must not be negative");
+  CheckFormat(options.min_height_m < options.max_height_m,
+              "min_height_m must be below max_height_m");
 }
 
 void ReadProfileFileOptions(YamlMap map, ProfileFileOptions& options) {

@@ -47,22 +47,23 @@ constexpr int kElsewhere = 10;
 constexpr double kHeightGain = 0.03;
 constexpr int kYoung = 20;
 
-void Check(bool good, const char* what) {
+void CheckTrack(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("step track: ") + what);
 }
 
 }  // namespace
 
 StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
-  Check(options.memory >= 0.0 && options.memory < 1.0, "memory must be at least 0 and below 1");
-  Check(options.most_evidence > 0.0, "most_evidence must be above 0");
-  Check(options.uneven > 0.0, "uneven must be above 0");
-  Check(options.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0");
-  Check(options.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0");
-  Check(options.min_step_m >= 0.0, "min_step_m must not be negative");
-  Check(options.continued >= 0.0 && options.continued <= 1.0, "continued must be from 0 to 1");
-  Check(options.line_profiles >= 2, "line_profiles must be at least 2");
-  Check(options.forget_s > 0.0, "forget_s must be above 0");
+  CheckTrack(options.memory >= 0.0 && options.memory < 1.0,
+             "memory must be at least 0 and below 1");
+  CheckTrack(options.most_evidence > 0.0, "most_evidence must be above 0");
+  CheckTrack(options.uneven > 0.0, "uneven must be above 0");
+  CheckTrack(options.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0");
+  CheckTrack(options.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0");
+  CheckTrack(options.min_step_m >= 0.0, "min_step_m must not be negative");
+  CheckTrack(options.continued >= 0.0 && options.continued <= 1.0, "continued must be from 0 to 1");
+  CheckTrack(options.line_profiles >= 2, "line_profiles must be at least 2");
+  CheckTrack(options.forget_s > 0.0, "forget_s must be above 0");
 }
 
 // Each place goes on with the way that leads to it best: what a way has, less what its motion

@@ -19,7 +19,7 @@ constexpr double kMs = 1e-3;
 
 constexpr double kBaseColumns_1_m = 12'000.0;
 
-void Check(bool good, const char* what) {
+void CheckTracker(bool good, const char* what) {
   if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
 }
 
@@ -120,33 +120,34 @@ void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
 }  // namespace
 
 void CheckOptions(const TrackerOptions& options) {
-  Check(options.line.columns >= kMinColumns, "line.columns must be at least 32");
-  Check(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
-  Check(options.border_columns >= 0, "border_columns must not be negative");
-  Check(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
-  Check(options.packet_period_s > 0.0, "packet_period_s must be above 0");
-  Check(options.refine_m >= 0.0, "refine_m must not be negative");
-  Check(options.keep_m >= 0.0, "keep_m must not be negative");
-  Check(options.line_prediction.inlier_columns > 0.0,
-        "line_prediction.inlier_columns must be above 0");
-  Check(options.line_prediction.max_slope_columns_per_s > 0.0,
-        "line_prediction.max_slope_columns_per_s must be above 0");
-  Check(options.history.length >= 1, "history.length must be at least 1");
-  Check(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
-  Check(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
-        "accumulation.memory must be at least 0 and below 1");
-  Check(options.accumulation.spread_columns > 0.0, "accumulation.spread_columns must be above 0");
+  CheckTracker(options.line.columns >= kMinColumns, "line.columns must be at least 32");
+  CheckTracker(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
+  CheckTracker(options.border_columns >= 0, "border_columns must not be negative");
+  CheckTracker(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
+  CheckTracker(options.packet_period_s > 0.0, "packet_period_s must be above 0");
+  CheckTracker(options.refine_m >= 0.0, "refine_m must not be negative");
+  CheckTracker(options.keep_m >= 0.0, "keep_m must not be negative");
+  CheckTracker(options.line_prediction.inlier_columns > 0.0,
+               "line_prediction.inlier_columns must be above 0");
+  CheckTracker(options.line_prediction.max_slope_columns_per_s > 0.0,
+               "line_prediction.max_slope_columns_per_s must be above 0");
+  CheckTracker(options.history.length >= 1, "history.length must be at least 1");
+  CheckTracker(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
+  CheckTracker(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
+               "accumulation.memory must be at least 0 and below 1");
+  CheckTracker(options.accumulation.spread_columns > 0.0,
+               "accumulation.spread_columns must be above 0");
   if (options.method == DecisionMethod::kSteps) CheckSteps(options);
-  Check(options.step.half_window >= 1, "step.half_window must be at least 1");
-  Check(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
-  Check(options.step.continued >= 0.0 && options.step.continued <= 1.0,
-        "step.continued must be from 0 to 1");
-  Check(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
-        "step.fitted must be from 0 to 1");
-  Check(options.step.fitted_first >= 0.0 && options.step.fitted_first <= 1.0,
-        "step.fitted_first must be from 0 to 1");
-  Check(options.step.period_s > 0.0, "step.period_s must be above 0");
-  Check(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
+  CheckTracker(options.step.half_window >= 1, "step.half_window must be at least 1");
+  CheckTracker(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
+  CheckTracker(options.step.continued >= 0.0 && options.step.continued <= 1.0,
+               "step.continued must be from 0 to 1");
+  CheckTracker(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
+               "step.fitted must be from 0 to 1");
+  CheckTracker(options.step.fitted_first >= 0.0 && options.step.fitted_first <= 1.0,
+               "step.fitted_first must be from 0 to 1");
+  CheckTracker(options.step.period_s > 0.0, "step.period_s must be above 0");
+  CheckTracker(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
 }
 
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {

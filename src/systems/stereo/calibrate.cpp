@@ -251,11 +251,11 @@ struct Scale {
   double error = 0.0;
 };
 Scale ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs, std::size_t boards) {
-  constexpr int kSteps = 10;  // of Gauss and Newton, from a pose that is nearly right
+  constexpr int kRefineSteps = 10;  // of Gauss and Newton, from a pose that is nearly right
   Eigen::Matrix<double, 7, 7> sum;
   Scale scale;
   double squares = 0.0;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kRefineSteps; ++step) {
     sum.setZero();
     squares = 0.0;
     Eigen::Matrix<double, 7, 1> right = Eigen::Matrix<double, 7, 1>::Zero();

@@ -173,9 +173,9 @@ class PatchFilter {
 
 // Removes disparities that the pixels of like colour round them do not share.
 void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::Mat& sixteenths) {
-  constexpr int kSteps = 4;               // to either side
+  constexpr int kCostSteps = 4;           // to either side
   constexpr double kMaxSlope = 1.0 / 16;  // of a disparity along a surface: steeper is hardly seen
-  const int stride = std::max(1, o.consensus_reach_px / kSteps);
+  const int stride = std::max(1, o.consensus_reach_px / kCostSteps);
   const double tolerance = kSubpixels * (1.0 + kMaxSlope * o.consensus_reach_px);
   const auto like = [&](const cv::Vec3b& a, const cv::Vec3b& b) {
     return std::abs(a[0] - b[0]) <= o.consensus_levels &&
@@ -189,10 +189,10 @@ void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::
       if (own <= none) continue;
       const auto& colour = colours.at<cv::Vec3b>(y, x);
       int asked = 0, agree = 0;
-      for (int v = std::max(y - kSteps * stride, y % stride);
-           v <= std::min(y + kSteps * stride, before.rows - 1); v += stride) {
-        for (int u = std::max(x - kSteps * stride, x % stride);
-             u <= std::min(x + kSteps * stride, before.cols - 1); u += stride) {
+      for (int v = std::max(y - kCostSteps * stride, y % stride);
+           v <= std::min(y + kCostSteps * stride, before.rows - 1); v += stride) {
+        for (int u = std::max(x - kCostSteps * stride, x % stride);
+             u <= std::min(x + kCostSteps * stride, before.cols - 1); u += stride) {
           if (!like(colour, colours.at<cv::Vec3b>(v, u))) continue;
           const std::int16_t other = before.at<std::int16_t>(v, u);
           ++asked;

@@ -21,11 +21,11 @@ struct MatchOptions {
   /// Squares of so many pixels are averaged before anything is matched; all lengths below that are
   /// in pixels are in such squares. Two: half the noise, and windows and steps reach twice as far,
   /// which surfaces with little texture need more than others need a whole pixel, in an eighth of
-  /// the time (docs/stereo.md).
+  /// the time (docs/results.md).
   int shrink = 2;
   /// Side of the window whose absolute differences are summed (SAD); odd. Larger: less noise and
   /// fewer holes, and edges that are rounder by half of it. The block's was chosen by the share of
-  /// the surface and its error on pictures of the scene (docs/stereo.md); for semi-global matching,
+  /// the surface and its error on pictures of the scene (docs/results.md); for semi-global matching,
   /// which has its neighbors to hold on to, a few pixels are enough.
   int block_window_px = 15;
   int semi_global_window_px = 5;

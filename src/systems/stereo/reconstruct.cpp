@@ -15,7 +15,7 @@
 namespace rangegrasp::stereo {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoDepth = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint8_t kKept = 255;
 constexpr double kNoiseDeviations = 3.0;
@@ -231,8 +231,8 @@ class Sampler {
  private:
   void Add(int column, int row) {
     const double x = grid_.MiddleOf(column), y = grid_.MiddleOf(row);
-    Eigen::Vector3d p_W = Eigen::Vector3d::Constant(kNaN);
-    double noise_m = kNaN;
+    Eigen::Vector3d p_W = Eigen::Vector3d::Constant(kNoDepth);
+    double noise_m = kNoDepth;
     if (const auto disparity = DisparityOf(column, row)) {
       p_W = cameras_.Triangulate(x, y, *disparity);
       const double depth_m = cameras_.f * cameras_.baseline_m / *disparity;
@@ -273,7 +273,7 @@ class Sampler {
         cameras_.X_WS.rotation() *
         Eigen::Vector3d((x - cameras_.cx) / cameras_.f, (y - cameras_.cy) / cameras_.f, 1.0);
     const double along = -o_.table_W->Distance(origin_W) / o_.table_W->normal.dot(ray_W);
-    if (!(along > 0.0)) return Eigen::Vector3d::Constant(kNaN);
+    if (!(along > 0.0)) return Eigen::Vector3d::Constant(kNoDepth);
     return origin_W + along * ray_W;
   }
 

@@ -45,7 +45,7 @@ struct ReconstructOptions {
   /// wrongly there hangs in the air.
   std::optional<Volume> volume;
   double volume_height_m = 0.25;  ///< of the volume, for who gives it: higher than any heap
-  /// Standard deviation of a disparity [px], measured on pictures of the scene (docs/stereo.md).
+  /// Standard deviation of a disparity [px], measured on pictures of the scene (docs/results.md).
   double disparity_sigma_px = 0.3;
   /// Where the table is, in the arm's frame, by the registration. If given, removed pixels are
   /// samples on it: a blue pixel shows the table, whose place is known. Without, they are nothing,

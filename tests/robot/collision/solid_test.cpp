@@ -11,7 +11,7 @@ namespace {
 
 using Kind = geometry::Shape::Kind;
 
-base::Pose RandomPose(base::Rng& rng) {
+base::Pose SolidRandomPose(base::Rng& rng) {
   Eigen::Vector3d axis(rng.Normal(), rng.Normal(), rng.Normal());
   const double angle = rng.Uniform(-3.0, 3.0);
   const Eigen::Vector3d p(rng.Uniform(-0.1, 0.1), rng.Uniform(-0.1, 0.1), rng.Uniform(-0.1, 0.1));
@@ -44,7 +44,7 @@ TEST(Solid, BoundsEncloseEverySurfacePointTightly) {
     geometry::Shape shape;
     shape.kind = kind;
     shape.size = {0.04, 0.06, 0.03};
-    const base::Pose X_WS = RandomPose(rng);
+    const base::Pose X_WS = SolidRandomPose(rng);
     const Solid solid(shape);
     const Eigen::AlignedBox3d box = solid.BoxAt(X_WS);
     double lowest = 1.0;
@@ -147,7 +147,7 @@ TEST(Solid, AgreesWithSampledPointsInAnyPose) {
     const Solid solid(shape);
     const geometry::TriangleMesh fine = geometry::Tessellate(shape, 180);
     for (int i = 0; i < 100; ++i) {
-      const base::Pose X = RandomPose(rng);
+      const base::Pose X = SolidRandomPose(rng);
       double min = 1.0;
       for (const Eigen::Vector3d& p : fine.vertices) {
         min = std::min(min, ((X * p).cwiseAbs() - half).maxCoeff());

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-namespace rangegrasp::mjcf::testing {
+namespace rangegrasp::mjcf::samples {
 
 using ModelPtr = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 using DataPtr = std::unique_ptr<mjData, void (*)(mjData*)>;
@@ -35,4 +35,4 @@ inline ModelPtr ParseHand(const std::string& xml) {
   return Compiled(spec);
 }
 
-}  // namespace rangegrasp::mjcf::testing
+}  // namespace rangegrasp::mjcf::samples

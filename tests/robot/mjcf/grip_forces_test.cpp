@@ -9,11 +9,11 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-using testing::LoadHand;
+using samples::LoadHand;
 
 std::vector<double> ForcesAt(const mjModel* model, double share) {
   const HandClosing closing = CloseOnNothing(model);
-  const testing::DataPtr data(mj_makeData(model), mj_deleteData);
+  const samples::DataPtr data(mj_makeData(model), mj_deleteData);
   closing.Pose(model, data.get(), share);
   mj_forward(model, data.get());
   return GripForces(model, data.get(), HandMotors(model), closing, share, Eigen::Vector3d::UnitX());

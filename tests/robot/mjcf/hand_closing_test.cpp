@@ -10,8 +10,8 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-using testing::LoadHand;
-using testing::ParseHand;
+using samples::LoadHand;
+using samples::ParseHand;
 
 // Between two of the points that a closing is kept at, 1 mm apart, it is straight; drives come
 // within a hundredth of such a step: 0.05 mm.
@@ -122,7 +122,7 @@ TEST(Robotiq2F85, OpensAsItsDataSheetSays) {
   };
   numeric("hand_open", 0.0);
   numeric("hand_closed", 0.8);
-  const auto model = testing::Compiled(spec);
+  const auto model = samples::Compiled(spec);
   const HandClosing closing = CloseOnNothing(model.get());
   EXPECT_NEAR(closing.GapAt(0.0), 0.085, 0.003);
   EXPECT_LT(closing.GapAt(1.0), 0.002);

@@ -10,7 +10,7 @@ namespace rangegrasp::mjcf {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::LoadHand;
+using samples::LoadHand;
 
 TEST(HandFile, ADriveHasAnOpenAndAClosedEnd) {
   const auto model = LoadHand("parallel_jaw");
@@ -55,7 +55,7 @@ TEST(HandFile, SaysThatAValueIsMissing) {
 // The lengths that the engine keeps are those of the last kinematics.
 TEST(HandFile, ADrivesLengthIsThatOfTheJointsAsTheyAre) {
   const auto model = LoadHand("sensorhand");
-  const testing::DataPtr data(mj_makeData(model.get()), mj_deleteData);
+  const samples::DataPtr data(mj_makeData(model.get()), mj_deleteData);
   const int thumb = mj_name2id(model.get(), mjOBJ_JOINT, "thumb");
   const int fingers = mj_name2id(model.get(), mjOBJ_JOINT, "fingers");
   data->qpos[model->jnt_qposadr[thumb]] = 0.2;

@@ -56,7 +56,7 @@ geometry::Indices All(const geometry::PointCloud& cloud) {
   return all;
 }
 
-double AngleBetween(const Vector3d& a, const Vector3d& b) {
+double BarrelAngleBetween(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
@@ -98,7 +98,7 @@ TEST_P(SeededBarrel, IsRefinedFromAnAxisThatIsOff) {
   ASSERT_TRUE(refined);
   // 1500 points of 0.3 mm noise: hundredths of a millimetre and of a degree; ten times that.
   EXPECT_LT(refined->axis.Distance(center), 0.0002);
-  EXPECT_LT(AngleBetween(refined->axis.direction, axis), base::Deg(0.2));
+  EXPECT_LT(BarrelAngleBetween(refined->axis.direction, axis), base::Deg(0.2));
   EXPECT_NEAR(refined->radius_m, 0.02575, 0.0002);
   EXPECT_NEAR(refined->rms_m, 0.0003, 0.0001);
   EXPECT_NEAR(refined->arc_rad, base::Deg(140), base::Deg(20));
@@ -184,7 +184,8 @@ TEST(BarrelSearch, FindsAStandingAndALyingBarrelAmongWalls) {
     const auto lines = FindBarrels(cloud, up, 0.026, 0.14, {}, rng);
     const auto near = [&](const Vector3d& center, const Vector3d& axis) {
       return std::ranges::any_of(lines, [&](const Line& line) {
-        return line.Distance(center) < 0.003 && AngleBetween(line.direction, axis) < base::Deg(4) &&
+        return line.Distance(center) < 0.003 &&
+               BarrelAngleBetween(line.direction, axis) < base::Deg(4) &&
                (line.point - center).norm() < 0.1;
       });
     };
@@ -211,7 +212,7 @@ TEST(BarrelSearch, FindsALeaningBarrelAmongWalls) {
     }
     const auto lines = FindBarrels(cloud, up, 0.026, 0.12, {}, rng);
     EXPECT_TRUE(std::ranges::any_of(lines, [&](const Line& line) {
-      return line.Distance(a) < 0.003 && AngleBetween(line.direction, axis) < base::Deg(4);
+      return line.Distance(a) < 0.003 && BarrelAngleBetween(line.direction, axis) < base::Deg(4);
     })) << seed;
   }
 }

@@ -13,7 +13,7 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-using geometry::testing::RandomVector;
+using geometry::samples::RandomVector;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 

@@ -14,7 +14,7 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-using geometry::testing::RandomVector;
+using geometry::samples::RandomVector;
 
 /// Two faces of a box that meet along y at the origin: points 2 mm apart, exact normals.
 geometry::PointCloud Edge() {

@@ -24,7 +24,7 @@ using testing_support::Tabletop;
 
 const std::vector<GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
 
-double AngleBetween(const Vector3d& a, const Vector3d& b) {
+double DetectAngleBetween(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
@@ -47,7 +47,7 @@ void ExpectFound(const CylinderScene& scene, std::size_t given, const Cylinder& 
   const FoundCylinder* found = Find(scene, given, truth);
   ASSERT_TRUE(found) << given;
   EXPECT_NEAR(found->cylinder_C.radius_m, truth.radius_m, 0.0005);
-  EXPECT_LT(AngleBetween(found->cylinder_C.axis, truth.axis), base::Deg(1.0));
+  EXPECT_LT(DetectAngleBetween(found->cylinder_C.axis, truth.axis), base::Deg(1.0));
   EXPECT_LT((found->cylinder_C.center - truth.center).norm(), 0.002);
 }
 
@@ -126,7 +126,7 @@ TEST(DetectCylinders, AsPublishedFindsStandingCylindersInTheSensorsFrame) {
       EXPECT_NEAR(found.cylinder_C.radius_m, truth.radius_m, 0.002);
       EXPECT_GT(found.rim_share, 0.8);
       const bool there = (found.cylinder_C.center - truth.center).norm() < 0.005 &&
-                         AngleBetween(found.cylinder_C.axis, truth.axis) < base::Deg(5.0);
+                         DetectAngleBetween(found.cylinder_C.axis, truth.axis) < base::Deg(5.0);
       found_there += there;
     }
   }

@@ -13,7 +13,7 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-using geometry::testing::RandomVector;
+using geometry::samples::RandomVector;
 
 bool IsInside(const Cylinder& c, const Vector3d& p) {
   const double along = (p - c.center).dot(c.axis);

@@ -23,7 +23,7 @@ TriangleMesh Box(const Eigen::Vector3d& half, const Eigen::Vector3d& center = {0
   return Tessellate(box);
 }
 
-TriangleMesh Ball(double radius, const Eigen::Vector3d& center = {0, 0, 0}) {
+TriangleMesh RepairBall(double radius, const Eigen::Vector3d& center = {0, 0, 0}) {
   Shape ball;
   ball.size.setConstant(radius);
   ball.X_BS.translation() = center;
@@ -67,7 +67,7 @@ TEST(Repair, TurnsFacesThatPointInward) {
 }
 
 TEST(Repair, ClosesASmallHole) {
-  TriangleMesh ball = Ball(1.0);
+  TriangleMesh ball = RepairBall(1.0);
   const double whole = Volume(ball);
   ball.triangles.erase(ball.triangles.begin() + 300);
   const Repaired repaired = RepairMesh(ball);
@@ -135,13 +135,13 @@ TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
 
 TEST(AlphaWrap, ABallHasNoInnerSide) {
   const double offset = 0.05;
-  const TriangleMesh wrap = AlphaWrap(Ball(1.0), 0.2, offset);
+  const TriangleMesh wrap = AlphaWrap(RepairBall(1.0), 0.2, offset);
   // Edges of the ball's faces are up to 0.2 long, so that they lie up to 0.2^2 / 4 within it.
   for (const Eigen::Vector3d& p : wrap.vertices) EXPECT_NEAR(p.norm(), 1.0 + offset, 0.01);
 }
 
 TEST(Simplified, KeepsShapeWithFewerTriangles) {
-  const TriangleMesh ball = Ball(1.0);
+  const TriangleMesh ball = RepairBall(1.0);
   const TriangleMesh coarse = Simplified(ball, 300);
   EXPECT_LE(coarse.triangles.size(), 300U);
   EXPECT_NEAR(Volume(coarse), Volume(ball), 0.03 * Volume(ball));

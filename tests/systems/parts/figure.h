@@ -8,7 +8,7 @@
 
 #include "parts/solids.h"
 
-namespace rangegrasp::parts::testing {
+namespace rangegrasp::parts::samples {
 
 /// A rod with round ends, thicker at one of them.
 struct Rod {
@@ -132,4 +132,4 @@ inline constexpr std::array<Posture, 5> kPostures{{
     {{{{160, 0, 10}, {160, 0, 10}}}, {{{30, 70, 80}, {20, -20, 20}}}, -10, 25},
 }};
 
-}  // namespace rangegrasp::parts::testing
+}  // namespace rangegrasp::parts::samples

@@ -4,7 +4,7 @@
 
 #include "parts/shape/shape_graph.h"
 
-namespace rangegrasp::parts::testing {
+namespace rangegrasp::parts::samples {
 
 /// The graph of neighbors lists, every link of length 1.
 inline VertexGraph GraphOf(const std::vector<std::vector<std::uint32_t>>& links) {
@@ -18,4 +18,4 @@ inline VertexGraph GraphOf(const std::vector<std::vector<std::uint32_t>>& links)
   return graph;
 }
 
-}  // namespace rangegrasp::parts::testing
+}  // namespace rangegrasp::parts::samples

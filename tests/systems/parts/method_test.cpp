@@ -14,7 +14,7 @@ namespace {
 geometry::TriangleMesh TwoBalls() {
   geometry::TriangleMesh both;
   for (const double radius : {1.0, 0.7}) {
-    const Shape ball = testing::Ball(12, [&](const Eigen::Vector3d&) { return radius; });
+    const Shape ball = samples::Ball(12, [&](const Eigen::Vector3d&) { return radius; });
     geometry::TriangleMesh mesh{ball.points, ball.faces};
     for (Eigen::Vector3d& p : mesh.vertices) p.x() += radius < 1.0 ? 5.0 : 0.0;
     geometry::Append(mesh, both);

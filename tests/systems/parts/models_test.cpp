@@ -79,7 +79,7 @@ TEST(Hierarchy, PartsOfModelsAreTheSameInSinglePrecisionAndCutFiner) {
     const Segmentation first = SegmentHierarchy(shape, {});
     std::vector<std::uint32_t> face;
     for (std::uint64_t seed = 1; seed < 3; ++seed) {
-      Shape single = testing::Rewritten(shape, seed, face);
+      Shape single = samples::Rewritten(shape, seed, face);
       for (Eigen::Vector3d& p : single.points) p = p.cast<float>().cast<double>();
       const Segmentation second = SegmentHierarchy(single, {});
       EXPECT_EQ(second.parts, first.parts) << id;
@@ -87,7 +87,7 @@ TEST(Hierarchy, PartsOfModelsAreTheSameInSinglePrecisionAndCutFiner) {
       for (const std::uint32_t f : face) label.push_back(second.label[f]);
       EXPECT_LT(RandError(first.label, label), 1e-3) << id;
     }
-    EXPECT_EQ(SegmentHierarchy(testing::Subdivided(shape), {}).parts, first.parts) << id;
+    EXPECT_EQ(SegmentHierarchy(samples::Subdivided(shape), {}).parts, first.parts) << id;
   }
 }
 

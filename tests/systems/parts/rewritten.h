@@ -12,7 +12,7 @@
 #include "base/rng.h"
 #include "parts/shape/clean_shape.h"
 
-namespace rangegrasp::parts::testing {
+namespace rangegrasp::parts::samples {
 
 /// The same surface in other bytes: vertices and faces in any order, turned, scaled, shifted.
 /// @param face  the number of each input face among the result's
@@ -63,4 +63,4 @@ inline Shape Subdivided(const Shape& shape) {
   return fine;
 }
 
-}  // namespace rangegrasp::parts::testing
+}  // namespace rangegrasp::parts::samples

@@ -13,7 +13,7 @@
 
 #include "parts/shape/segmentation.h"
 
-namespace rangegrasp::parts::testing {
+namespace rangegrasp::parts::samples {
 
 /// A closed surface round the origin, at radius(direction), faces outward: a cube of 6 * 2 *
 /// cells^2 triangles blown up.
@@ -220,4 +220,4 @@ inline std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
   return large;
 }
 
-}  // namespace rangegrasp::parts::testing
+}  // namespace rangegrasp::parts::samples

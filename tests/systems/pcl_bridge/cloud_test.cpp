@@ -21,7 +21,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 geometry::Points SquareWithHoles(base::Rng& rng) {
   geometry::Points points;
   for (const auto& p :
-       testing::OnSquare({0.3, 0.1, 0.8}, Eigen::Vector3d::UnitZ(), 0.05, 0.0, 2000, rng)) {
+       samples::OnSquare({0.3, 0.1, 0.8}, Eigen::Vector3d::UnitZ(), 0.05, 0.0, 2000, rng)) {
     if (points.size() % 3 == 0) points.emplace_back(0.1, kNaN, 0.2);
     points.push_back(p);
   }
@@ -74,7 +74,7 @@ TEST(Cloud, KeepsItsPrecisionFarFromTheFramesOrigin) {
   base::Rng rng(2);
   const Eigen::Vector3d far(1000.0, -2000.0, 500.0);
   const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 2.0, -3.0).normalized();
-  const auto points = testing::OnSquare(far, normal, 0.1, 0.0, 500, rng);
+  const auto points = samples::OnSquare(far, normal, 0.1, 0.0, 500, rng);
   const auto fit = FitPlane(Cloud(points, far + 0.5 * normal));
   ASSERT_TRUE(fit);
   for (const auto& p : points) EXPECT_NEAR(fit->plane.Distance(p), 0.0, 2e-6);

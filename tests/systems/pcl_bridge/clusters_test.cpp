@@ -17,7 +17,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededClusters, ::testing::Range<std::uint64_t>(
 
 TEST_P(SeededClusters, EuclideanClustersAreTheComponentsOfPairsWithinTheTolerance) {
   base::Rng rng(GetParam());
-  const auto points = geometry::testing::RandomPoints(400, 0.1, rng);
+  const auto points = geometry::samples::RandomPoints(400, 0.1, rng);
   const EuclideanClusterOptions options{.tolerance_m = 0.017, .min_points = 3};
   geometry::UnionFind sets(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -43,8 +43,8 @@ TEST_P(SeededClusters, RegionsEndAtAnEdge) {
   base::Rng rng(GetParam());
   constexpr std::size_t kPoints = 3000;
   constexpr double kHalf = 0.05;
-  auto points = testing::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), kHalf, 0.0001, kPoints, rng);
-  testing::Append(testing::OnSquare({kHalf, 0, 1 - kHalf}, Eigen::Vector3d::UnitX(), kHalf, 0.0001,
+  auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), kHalf, 0.0001, kPoints, rng);
+  samples::Append(samples::OnSquare({kHalf, 0, 1 - kHalf}, Eigen::Vector3d::UnitX(), kHalf, 0.0001,
                                     kPoints, rng),
                   points);
   const Cloud cloud(points);
@@ -75,7 +75,7 @@ TEST_P(SeededClusters, RegionsEndAtAnEdge) {
 
 TEST(Clusters, PointsWithoutANormalAreInNoRegion) {
   base::Rng rng(4);
-  auto points = testing::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.02, 0.0, 1000, rng);
+  auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.02, 0.0, 1000, rng);
   points.insert(points.begin(), Eigen::Vector3d(5, 5, 5));  // alone: no neighbors, no normal
   const Cloud cloud(points);
   const auto regions = GrowRegions(cloud, EstimateNormals(cloud));

@@ -76,9 +76,9 @@ TEST_P(SeededConvexity, TouchingBoxesComeApartAtTheirConcaveEdges) {
 // The same surface seen from the other side: what was concave is convex.
 TEST(Convexity, IsSeenFromTheCloudsOrigin) {
   base::Rng rng(1);
-  auto points = testing::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.05, 0.0001, 8000, rng);
-  testing::Append(
-      testing::OnSquare({0.05, 0, 1.05}, Eigen::Vector3d::UnitX(), 0.05, 0.0001, 8000, rng),
+  auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.05, 0.0001, 8000, rng);
+  samples::Append(
+      samples::OnSquare({0.05, 0, 1.05}, Eigen::Vector3d::UnitX(), 0.05, 0.0001, 8000, rng),
       points);
   const LocalConvexityOptions options{.voxel_m = 0.004, .seed_m = 0.012};
   EXPECT_GE(SegmentByLocalConvexity(Cloud(points, {-1.0, 0.0, 2.0}), options).segments, 2);
@@ -164,7 +164,7 @@ TEST_P(SeededConvexity, TheHeapsOrderDoesNotShow) {
     std::vector<std::unique_ptr<char[]>> blocks;
     for (int i = 0; i < 50000; ++i)
       blocks.push_back(std::make_unique<char[]>(16 + 16 * rng.Index(16)));
-    for (const auto i : geometry::testing::Permutation(blocks.size(), rng)) {
+    for (const auto i : geometry::samples::Permutation(blocks.size(), rng)) {
       if (i % 2 == 0) blocks[i].reset();
     }
     const LocalConvexity other = SegmentByLocalConvexity(cloud);
@@ -177,7 +177,7 @@ TEST_P(SeededConvexity, TheHeapsOrderDoesNotShow) {
 // Twice as far away and twice as large: a camera sees the same.
 TEST(Convexity, WithCameraDepthVoxelsGrowWithTheDepth) {
   base::Rng rng(2);
-  const auto near = testing::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.1, 0.0, 4000, rng);
+  const auto near = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.1, 0.0, 4000, rng);
   geometry::Points far;
   for (const auto& p : near) far.push_back(4.0 * p);
   // At 4 m points are 13 mm apart: voxels of 10 mm lose touch with each other.

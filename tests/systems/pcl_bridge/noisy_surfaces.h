@@ -8,10 +8,10 @@
 #include "geometry/random_points.h"
 
 /// Points of known surfaces with noise along their normals.
-namespace rangegrasp::pcl_bridge::testing {
+namespace rangegrasp::pcl_bridge::samples {
 
-using geometry::testing::RandomDirection;
-using geometry::testing::RandomPoint;
+using geometry::samples::RandomDirection;
+using geometry::samples::RandomPoint;
 
 /// Two unit vectors that span the plane across `normal`.
 inline Eigen::Matrix<double, 3, 2> Across(const Eigen::Vector3d& normal) {
@@ -58,4 +58,4 @@ inline void Append(const geometry::Points& more, geometry::Points& points) {
   points.insert(points.end(), more.begin(), more.end());
 }
 
-}  // namespace rangegrasp::pcl_bridge::testing
+}  // namespace rangegrasp::pcl_bridge::samples

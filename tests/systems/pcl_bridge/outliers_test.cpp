@@ -15,9 +15,9 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededOutliers, ::testing::Range<std::uint64_t>(
 
 geometry::Points MakePoints(base::Rng& rng) {
   geometry::Points points =
-      testing::OnSquare({0, 0, 0.5}, Eigen::Vector3d::UnitZ(), 0.05, 0.0005, 500, rng);
+      samples::OnSquare({0, 0, 0.5}, Eigen::Vector3d::UnitZ(), 0.05, 0.0005, 500, rng);
   for (int i = 0; i < 50; ++i)
-    points.push_back(Eigen::Vector3d(0, 0, 0.5) + testing::RandomPoint(0.1, rng));
+    points.push_back(Eigen::Vector3d(0, 0, 0.5) + samples::RandomPoint(0.1, rng));
   return points;
 }
 
@@ -71,7 +71,7 @@ TEST_P(SeededOutliers, RadiusFilterIsTheBruteForceOne) {
 TEST(Outliers, CloudsOfFewPointsPass) {
   for (std::size_t n = 1; n < 5; ++n) {
     base::Rng rng(n);
-    const Cloud cloud(geometry::testing::RandomPoints(n, 0.1, rng));
+    const Cloud cloud(geometry::samples::RandomPoints(n, 0.1, rng));
     EXPECT_EQ(StatisticalFilter(cloud, {.neighbors = 50, .max_deviations = 10.0}).size(), n);
     EXPECT_TRUE(RadiusFilter(cloud, {.radius_m = 1.0, .min_neighbors = 4}).empty());
   }

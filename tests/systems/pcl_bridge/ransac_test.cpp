@@ -12,9 +12,9 @@
 namespace rangegrasp::pcl_bridge {
 namespace {
 
-using testing::Append;
-using testing::RandomDirection;
-using testing::RandomPoint;
+using samples::Append;
+using samples::RandomDirection;
+using samples::RandomPoint;
 
 constexpr double kSigma_m = 0.0003;
 /// Single precision, of coordinates below 1 m, over a few operations.
@@ -35,7 +35,7 @@ PlaneScene MakePlaneScene(base::Rng& rng) {
   PlaneScene scene;
   scene.center = RandomPoint(0.3, rng);
   scene.normal = RandomDirection(rng);
-  scene.points = testing::OnSquare(scene.center, scene.normal, kHalf_m, kSigma_m, kOnPlane, rng);
+  scene.points = samples::OnSquare(scene.center, scene.normal, kHalf_m, kSigma_m, kOnPlane, rng);
   for (int i = 0; i < 400; ++i) scene.points.push_back(scene.center + RandomPoint(kHalf_m, rng));
   return scene;
 }
@@ -77,10 +77,10 @@ TEST_P(SeededModels, PlanesInliersAreExactlyThePointsWithinTheDistance) {
 // half_length / sqrt(3).
 TEST_P(SeededModels, CylinderIsTheTrueOneWithinItsStandardErrors) {
   base::Rng rng(GetParam());
-  const testing::Tube tube{RandomPoint(0.2, rng), RandomDirection(rng), rng.Uniform(0.02, 0.05),
+  const samples::Tube tube{RandomPoint(0.2, rng), RandomDirection(rng), rng.Uniform(0.02, 0.05),
                            0.06};
   constexpr std::size_t kOnTube = 3000;
-  geometry::Points points = testing::OnTube(tube, kSigma_m, kOnTube, rng);
+  geometry::Points points = samples::OnTube(tube, kSigma_m, kOnTube, rng);
   for (int i = 0; i < 300; ++i) points.push_back(tube.center + RandomPoint(0.15, rng));
   const Cloud cloud(points, tube.center + 1.0 * RandomDirection(rng));
   const Normals normals = EstimateNormals(cloud, {.radius_m = 0.008});
@@ -134,8 +134,8 @@ TEST(Models, SameCloudGivesTheSameModelsASecondLater) {
 
 TEST(Models, CylinderKeepsToTheRadiiAskedFor) {
   base::Rng rng(3);
-  const testing::Tube tube{{0, 0, 0.5}, Eigen::Vector3d::UnitX(), 0.03, 0.05};
-  const Cloud cloud(testing::OnTube(tube, 0.0, 2000, rng));
+  const samples::Tube tube{{0, 0, 0.5}, Eigen::Vector3d::UnitX(), 0.03, 0.05};
+  const Cloud cloud(samples::OnTube(tube, 0.0, 2000, rng));
   const Normals normals = EstimateNormals(cloud, {.radius_m = 0.008});
   EXPECT_TRUE(FitCylinder(cloud, normals, {.min_radius_m = 0.02, .max_radius_m = 0.04}));
   const auto large = FitCylinder(cloud, normals, {.min_radius_m = 0.05, .max_radius_m = 0.1});

@@ -12,27 +12,27 @@ namespace {
 class SeededRegistration : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededRegistration, ::testing::Range<std::uint64_t>(0, 6));
 
-constexpr double kSigma_m = 0.0003;
+constexpr double kRegistrationSigma_m = 0.0003;
 
 /// Two scans of the same objects, with steps and noise of their own, the second in a frame of its
 /// own.
 struct Pair {
   Pair(std::uint64_t seed, base::Rng& rng) {
     synthetic::ScanOptions options;
-    options.sigma_m = kSigma_m;
+    options.sigma_m = kRegistrationSigma_m;
     options.seed = 2 * seed;
     options.step_m = 0.003;
     target_T = synthetic::MakeScan(synthetic::MixedObjects(), options).points_W;
     options.seed += 1;
     options.step_m = 0.0037;
     X_TS = Eigen::Translation3d(0.3, -0.2, 0.1) *
-           Eigen::AngleAxisd(0.8, testing::RandomDirection(rng));
+           Eigen::AngleAxisd(0.8, samples::RandomDirection(rng));
     sensor_T = options.sensor_W;
     for (const auto& p_T : synthetic::MakeScan(synthetic::MixedObjects(), options).points_W) {
       source_S.push_back(X_TS.inverse() * p_T);
     }
-    guess_TS = X_TS * Eigen::Translation3d(0.005 * testing::RandomDirection(rng)) *
-               Eigen::AngleAxisd(base::Deg(2.0), testing::RandomDirection(rng));
+    guess_TS = X_TS * Eigen::Translation3d(0.005 * samples::RandomDirection(rng)) *
+               Eigen::AngleAxisd(base::Deg(2.0), samples::RandomDirection(rng));
   }
 
   geometry::Points target_T;

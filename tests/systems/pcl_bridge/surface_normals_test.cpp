@@ -15,10 +15,10 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededNormals, ::testing::Range<std::uint64_t>(0
 
 TEST_P(SeededNormals, AreThoseOfGeometryButForRounding) {
   base::Rng rng(GetParam());
-  const Eigen::Vector3d center = testing::RandomPoint(0.3, rng);
-  const Eigen::Vector3d normal = testing::RandomDirection(rng);
+  const Eigen::Vector3d center = samples::RandomPoint(0.3, rng);
+  const Eigen::Vector3d normal = samples::RandomDirection(rng);
   const Eigen::Vector3d sensor = center + 0.7 * normal;
-  const auto points = testing::OnSquare(center, normal, 0.05, 0.0005, 2000, rng);
+  const auto points = samples::OnSquare(center, normal, 0.05, 0.0005, 2000, rng);
   const auto ours = geometry::EstimateNormals(points, geometry::KdTree(points), 0.01, sensor);
   const Normals found = EstimateNormals(Cloud(points, sensor), {.radius_m = 0.01});
   // The library takes the eigenvector in closed form and single precision: mostly to 1e-4 rad, but
@@ -35,8 +35,8 @@ TEST_P(SeededNormals, AreThoseOfGeometryButForRounding) {
 
 TEST_P(SeededNormals, OnATubeArePerpendicularToItsAxisAndTurnTowardsTheSensor) {
   base::Rng rng(GetParam());
-  const testing::Tube tube{{0.1, 0.2, 0.5}, testing::RandomDirection(rng), 0.04, 0.1};
-  const auto points = testing::OnTube(tube, 0.0, 8000, rng);
+  const samples::Tube tube{{0.1, 0.2, 0.5}, samples::RandomDirection(rng), 0.04, 0.1};
+  const auto points = samples::OnTube(tube, 0.0, 8000, rng);
   const Normals found = EstimateNormals(Cloud(points, tube.center), {.radius_m = 0.006});
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d along = (points[i] - tube.center).dot(tube.axis) * tube.axis;

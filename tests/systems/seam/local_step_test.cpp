@@ -105,27 +105,27 @@ TEST(LocalStep, FallingHighOrNoStepsAreNone) {
 
 // On a mould light comes back from 20 mm only, so that a wide window at any place holds the edge.
 TEST(LocalStep, AnEdgeInAllWindowsIsNoNoise) {
-  constexpr int kColumns = 260;
+  constexpr int kStepColumns = 260;
   double log_ratio = 0.0;
-  constexpr int kSeeds = 100;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  constexpr int kStepSeeds = 100;
+  for (std::uint64_t seed = 0; seed < kStepSeeds; ++seed) {
     Rng rng(seed);
     std::vector<float> flat(1024, kNone);
     // Residuals of a surface: each is like its neighbors.
     double residual = 0.0;
-    for (int i = 0; i < kColumns; ++i) {
+    for (int i = 0; i < kStepColumns; ++i) {
       residual = 0.8 * residual + 0.6 * rng.Normal();
       flat[static_cast<std::size_t>(400 + i)] = static_cast<float>(0.1e-3 * residual);
     }
     auto stepped = flat;
-    for (std::size_t i = 400 + kColumns / 2; i < 1024; ++i) stepped[i] += 0.3e-3F;
-    const std::size_t edge = (400 + kColumns / 2) / 3;
+    for (std::size_t i = 400 + kStepColumns / 2; i < 1024; ++i) stepped[i] += 0.3e-3F;
+    const std::size_t edge = (400 + kStepColumns / 2) / 3;
     log_ratio += std::log(FitLocalSteps(stepped)[edge].surest_precision_m2 /
                           FitLocalSteps(flat)[edge].surest_precision_m2);
   }
   // How well the height of a step is known hangs on the residuals, not on the step. Profiles beyond
   // doubt keep what the step makes worse, so that the mean is not quite 0.
-  EXPECT_NEAR(log_ratio / kSeeds, 0.0, std::log(1.5));
+  EXPECT_NEAR(log_ratio / kStepSeeds, 0.0, std::log(1.5));
 }
 
 TEST(LocalStep, EvidenceDoesNotGrowWithTheNoise) {

@@ -167,11 +167,12 @@ TEST(HeightAboveSurface, TakesEmptyAndShortProfiles) {
 }
 
 TEST(RisingColumns, AreThoseOfBruteForce) {
-  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kNoEdgeSeen = std::numeric_limits<float>::quiet_NaN();
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     Rng rng(seed);
     std::vector<float> above(40);
-    for (float& z : above) z = rng.Uniform() < 0.2 ? kNone : (rng.Uniform() < 0.85 ? 4.0F : 2.0F);
+    for (float& z : above)
+      z = rng.Uniform() < 0.2 ? kNoEdgeSeen : (rng.Uniform() < 0.85 ? 4.0F : 2.0F);
     const std::size_t width = 1 + rng.Index(8);
     std::vector<bool> expected(above.size(), false);
     for (std::size_t begin = 0; begin + width <= above.size(); ++begin) {

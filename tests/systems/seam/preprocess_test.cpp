@@ -20,7 +20,7 @@ using base::Rng;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::uint64_t kSeeds = 100;
+constexpr std::uint64_t kPreprocessSeeds = 100;
 
 // Stated here, since the defaults may be tuned.
 PreprocessOptions Options() {
@@ -37,7 +37,7 @@ bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
   });
 }
 
-std::vector<float> RandomProfile(std::size_t m, Rng& rng) {
+std::vector<float> PreprocessRandomProfile(std::size_t m, Rng& rng) {
   const double missing = 0.4 * rng.Uniform();
   std::vector<float> z(m);
   for (float& height : z) {
@@ -79,9 +79,9 @@ std::vector<float> DirectFilter(const std::vector<float>& z, const FilterOptions
 }
 
 TEST(GeometricFilter, CountsTheNeighboursInTheRectangle) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
-    auto z = RandomProfile(rng.Index(150), rng);
+    auto z = PreprocessRandomProfile(rng.Index(150), rng);
     FilterOptions options{static_cast<int>(1 + rng.Index(40)), 3e-4 * rng.Uniform() + 1e-6,
                           static_cast<int>(rng.Index(20))};
     if (seed % 2 == 0) {  // a grid, so that heights lie on the rectangle's border, which counts
@@ -94,7 +94,7 @@ TEST(GeometricFilter, CountsTheNeighboursInTheRectangle) {
 
 TEST(GeometricFilter, AWindowWiderThanTheProfileIsTheWholeProfile) {
   Rng rng(1);
-  const auto z = RandomProfile(50, rng);
+  const auto z = PreprocessRandomProfile(50, rng);
   FilterOptions options;
   options.half_width_columns = std::numeric_limits<int>::max();
   EXPECT_TRUE(SameBits(FilterGeometric(z, options), DirectFilter(z, options)));
@@ -131,11 +131,11 @@ std::array<double, 3> DirectQuadratic(const std::vector<float>& z) {
 }
 
 TEST(QuadraticFit, IsTheLeastSquaresFitOfAnotherSolver) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     const std::size_t m = 40 + rng.Index(1000);
     auto z = Parabola(m, {rng.Normal(), rng.Normal(), rng.Normal()});
-    const auto noise = RandomProfile(m, rng);
+    const auto noise = PreprocessRandomProfile(m, rng);
     for (std::size_t i = 0; i < m; ++i) z[i] += noise[i];
     // A hole at one end, of up to half of the profile.
     std::fill_n(z.begin(), rng.Index(m / 2), kNaN);
@@ -148,7 +148,7 @@ TEST(QuadraticFit, IsTheLeastSquaresFitOfAnotherSolver) {
 }
 
 TEST(QuadraticFit, GivesBackAParabola) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     const std::array<double, 3> truth{rng.Normal(), rng.Normal(), rng.Normal()};
     const auto c = FitQuadratic(Parabola(3 + rng.Index(1000), truth));
@@ -162,7 +162,7 @@ TEST(QuadraticFit, FewPointsGiveTheCurveOfLeastOrderThroughThem) {
   EXPECT_EQ(FitQuadratic({}), (std::array<double, 3>{}));
   EXPECT_EQ(FitQuadratic(std::vector<float>(20, kNaN)), (std::array<double, 3>{}));
   EXPECT_EQ(FitQuadratic(std::vector<float>{0.5F}), (std::array<double, 3>{0.5, 0.0, 0.0}));
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     const std::size_t m = 8 + rng.Index(1000);
     std::vector<float> z(m, kNaN);
@@ -195,10 +195,10 @@ TEST(Holes, EndHalfwayBetweenTheirNeighbours) {
 }
 
 TEST(Holes, AreFilledWithTheNearestHeightsAndNothingElseChanges) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     const auto m = static_cast<int>(1 + rng.Index(120));
-    const auto z = RandomProfile(static_cast<std::size_t>(m), rng);
+    const auto z = PreprocessRandomProfile(static_cast<std::size_t>(m), rng);
     auto filled = z;
     FillHoles(filled);
     if (std::none_of(z.begin(), z.end(), [](float height) { return std::isfinite(height); })) {
@@ -223,9 +223,9 @@ TEST(Holes, AreFilledWithTheNearestHeightsAndNothingElseChanges) {
 }
 
 TEST(Prepare, KeepsTheOriginalToTheLastBit) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
-    const Profile profile{RandomProfile(300, rng), 1.5};
+    const Profile profile{PreprocessRandomProfile(300, rng), 1.5};
     const auto prepared = Prepare(profile, Options());
     EXPECT_TRUE(SameBits(prepared.original_m, profile.height_m)) << seed;
     EXPECT_EQ(prepared.time_s, 1.5);
@@ -233,10 +233,10 @@ TEST(Prepare, KeepsTheOriginalToTheLastBit) {
 }
 
 TEST(Prepare, IsFilterThenNormalisationThenFilling) {
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     Profile profile{Parabola(400, {1e-2, 1e-3 * rng.Normal(), 1e-3 * rng.Normal()}), 0.0};
-    const auto noise = RandomProfile(400, rng);
+    const auto noise = PreprocessRandomProfile(400, rng);
     for (std::size_t i = 0; i < noise.size(); ++i) profile.height_m[i] += noise[i];
     // Of a profile with holes, as many fewer neighbours are asked for.
     FilterOptions filter = Options().filter;

@@ -30,7 +30,7 @@ using testing_support::TempFolder;
 using testing_support::TiffPage;
 using testing_support::WriteTiff;
 
-constexpr int kColumns = 512;
+constexpr int kProfileFormatsColumns = 512;
 constexpr int kProfiles = 20;
 constexpr double kColumnsPerMm = 12.0;
 
@@ -52,16 +52,16 @@ using Points = std::vector<Point>;
 
 // A mat of 0.8 mm with a wavy surface, noise of 20 um and 3 % of the points missing, whose edge
 // wanders; at x as far apart as columns, by up to 20 % off.
-std::vector<Points> Recording(double jitter = 0.0) {
+std::vector<Points> FormatRecording(double jitter = 0.0) {
   std::vector<Points> profiles;
   for (int k = 0; k < kProfiles; ++k) {
     Rng noise(static_cast<std::uint64_t>(k));
     Rng place(1000 + static_cast<std::uint64_t>(k));
     Points points;
     const double edge_mm = 3.0 + 0.1 * k;
-    for (int i = 0; i < kColumns; ++i) {
+    for (int i = 0; i < kProfileFormatsColumns; ++i) {
       const double off = jitter * place.Uniform(-1.0, 1.0);
-      const double x_mm = (i - 0.5 * (kColumns - 1) + off) / kColumnsPerMm;
+      const double x_mm = (i - 0.5 * (kProfileFormatsColumns - 1) + off) / kColumnsPerMm;
       const double step_mm = x_mm >= edge_mm ? 0.8 : 0.0;
       const double noise_mm = noise.Uniform(-0.035, 0.035);
       const bool missing = noise.Uniform() < 0.03;
@@ -121,7 +121,7 @@ class ProfileFormats : public testing::Test {
   void ExpectSameEdges(const std::string& name, const ProfileFileOptions& options,
                        double offset_mm = 0.0) {
     const auto plain = Edges(ReadProfileFile(
-        folder_.Write("plain.csv", Rows(Recording(), ",",
+        folder_.Write("plain.csv", Rows(FormatRecording(), ",",
                                         [](const Point& p) { return Number(p.height_mm, "nan"); })),
         {}));
     ASSERT_EQ(plain.size(), kProfiles - 1U);  // the first one is not confirmed
@@ -135,8 +135,9 @@ class ProfileFormats : public testing::Test {
   // Rows of an image, of any pixels.
   template <typename Pixel>
   std::vector<TiffPage<Pixel>> Pages(const std::function<double(double)>& level, int pages) {
-    std::vector<TiffPage<Pixel>> made(static_cast<std::size_t>(pages), {kColumns, {}});
-    const auto recording = Recording();
+    std::vector<TiffPage<Pixel>> made(static_cast<std::size_t>(pages),
+                                      {kProfileFormatsColumns, {}});
+    const auto recording = FormatRecording();
     for (std::size_t k = 0; k < recording.size(); ++k) {
       auto& page = made[k * static_cast<std::size_t>(pages) / recording.size()];
       for (const Point& p : recording[k]) {
@@ -151,7 +152,7 @@ class ProfileFormats : public testing::Test {
 TEST_F(ProfileFormats, DecimalCommasHeaderAndTimesOfAText) {
   folder_.Write("p.csv", "Sensor 7;;\n\"Zeit\";Weg;Werte\n" +
                              Rows(
-                                 Recording(), ";",
+                                 FormatRecording(), ";",
                                  [](const Point& p) { return Number(p.height_mm, "", true); },
                                  [](int k) { return fmt::format("{},5;{};", 1000 + 16 * k, k); }));
   const auto options = OptionsOf(
@@ -165,7 +166,7 @@ TEST_F(ProfileFormats, DecimalCommasHeaderAndTimesOfAText) {
 }
 
 TEST_F(ProfileFormats, PairsOnUnevenXWithSentinels) {
-  folder_.Write("p.txt", Rows(Recording(0.2), "\t", [](const Point& p) {
+  folder_.Write("p.txt", Rows(FormatRecording(0.2), "\t", [](const Point& p) {
                   return Number(p.x_mm, "") + "\t" + Number(p.height_mm, "-999.9999");
                 }));
   ExpectSameEdges("p.txt", OptionsOf("{layout: pairs, no_values: [-999.9999]}"));
@@ -175,7 +176,7 @@ TEST_F(ProfileFormats, PointsOneALine) {
   std::string blank;
   std::string numbered = "profile;x;z\n";
   int k = 0;
-  for (const Points& points : Recording(0.2)) {
+  for (const Points& points : FormatRecording(0.2)) {
     ++k;
     for (const Point& p : points) {
       // Where nothing was measured some sensors tell no x either.
@@ -195,7 +196,7 @@ TEST_F(ProfileFormats, PointsOneALine) {
 }
 
 TEST_F(ProfileFormats, HeightsFarBeyondTwoHundredAndAwayFromTheSensor) {
-  folder_.Write("p.csv", Rows(Recording(), ",",
+  folder_.Write("p.csv", Rows(FormatRecording(), ",",
                               [](const Point& p) { return Number(350.0 - p.height_mm, "nan"); }));
   ExpectSameEdges("p.csv", OptionsOf("{away: true, min_height_mm: 300, max_height_mm: 400}"));
 }
@@ -205,9 +206,10 @@ std::string Gocator(const std::vector<Points>& profiles, bool raw) {
   std::string text =
       "Info\nCSV Version,Sensor Count,Trigger Mode\n2,1,0\nEnd\nRanges\nFrame Count\n0\nEnd\n";
   text += raw ? "RawProfile\n" : "Profile\n";
-  text += fmt::format("Frame Count,Column Count,X Offset\n{},{},0\n", profiles.size(), kColumns);
+  text += fmt::format("Frame Count,Column Count,X Offset\n{},{},0\n", profiles.size(),
+                      kProfileFormatsColumns);
   text += "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis";
-  for (int i = 0; i < kColumns; ++i) {
+  for (int i = 0; i < kProfileFormatsColumns; ++i) {
     text += raw ? fmt::format(",{}", i)
                 : "," + Number(profiles[0][static_cast<std::size_t>(i)].x_mm, "");
   }
@@ -226,19 +228,19 @@ std::string Gocator(const std::vector<Points>& profiles, bool raw) {
 }
 
 TEST_F(ProfileFormats, GocatorsExport) {
-  folder_.Write("u.csv", Gocator(Recording(), false));
+  folder_.Write("u.csv", Gocator(FormatRecording(), false));
   ExpectSameEdges("u.csv", OptionsOf("{}", "gocator"));
   EXPECT_NEAR(ReadProfileFile(folder_ / "u.csv", OptionsOf("{}", "gocator")).rows[2].profile.time_s,
               0.032, 1e-9);
-  folder_.Write("r.csv", Gocator(Recording(0.2), true));
+  folder_.Write("r.csv", Gocator(FormatRecording(0.2), true));
   ExpectSameEdges("r.csv", OptionsOf("{}", "gocator"));
 }
 
 TEST_F(ProfileFormats, KeyencesText) {
-  const auto profiles = Recording();
+  const auto profiles = FormatRecording();
   std::string text;
   const auto whole = [](double mm) { return fmt::format("{:.0f}", 1e5 * mm); };
-  for (std::size_t i = 0; i < kColumns; ++i) {
+  for (std::size_t i = 0; i < kProfileFormatsColumns; ++i) {
     text += whole(profiles[0][i].x_mm);
     for (const Points& points : profiles) {
       const double height = points[i].height_mm;

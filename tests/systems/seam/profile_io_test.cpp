@@ -20,7 +20,7 @@ using base::Rng;
 using testing::HasSubstr;
 using testing_support::TempFolder;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr float kProfileIoNone = std::numeric_limits<float>::quiet_NaN();
 
 std::vector<ProfileRow> Stream(const std::string& text, const ProfileFileOptions& options = {}) {
   std::istringstream in(text);
@@ -39,7 +39,8 @@ std::vector<Profile> RandomProfiles(std::uint64_t seed) {
     for (std::size_t i = 0; i < columns; ++i) {
       // Whole micrometres, what both files hold.
       const double height = std::round(rng.Uniform(-30'000.0, 30'000.0)) * 1e-6;
-      profiles[row].height_m.push_back(rng.Uniform() < 0.1 ? kNone : static_cast<float>(height));
+      profiles[row].height_m.push_back(rng.Uniform() < 0.1 ? kProfileIoNone
+                                                           : static_cast<float>(height));
     }
   }
   return profiles;

@@ -11,10 +11,11 @@ namespace {
 
 using base::Rng;
 
-constexpr double kSigma_m = 0.1e-3;
+constexpr double kStepTestSigma_m = 0.1e-3;
 
 // A bent and tilted surface with a step.
-PreparedProfile Scan(double step_m, double edge_column, double sigma_m, double time_s, Rng& rng) {
+PreparedProfile StepTestScan(double step_m, double edge_column, double sigma_m, double time_s,
+                             Rng& rng) {
   PreparedProfile profile;
   profile.time_s = time_s;
   profile.last_column = 1023;
@@ -30,7 +31,7 @@ TEST(StepTest, MeasuresAStepOnABentSurfaceAndFindsIt) {
   Rng rng(1);
   for (const double step : {0.3e-3, 1.1e-3}) {
     StepTest test({});
-    test.Take(Scan(step, 480.0, 0.0, 0.0, rng));
+    test.Take(StepTestScan(step, 480.0, 0.0, 0.0, rng));
     EXPECT_NEAR(test.HeightAt(480.0).value(), step, 1e-8);
     EXPECT_NEAR(test.HeightAt(200.0).value(), 0.0, 1e-8);
     EXPECT_NEAR(test.Locate(470.0, 24.0).value(), 480.0, 1.0);
@@ -44,7 +45,8 @@ TEST(StepTest, AveragesTheNoiseOfAPeriodAway) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Rng rng(seed);
     StepTest test({});
-    for (int i = 0; i < 5; ++i) test.Take(Scan(0.3e-3, 480.0, kSigma_m, 0.02 * i, rng));
+    for (int i = 0; i < 5; ++i)
+      test.Take(StepTestScan(0.3e-3, 480.0, kStepTestSigma_m, 0.02 * i, rng));
     EXPECT_NEAR(test.HeightAt(480.0).value(), 0.3e-3, kTolerance_m) << seed;
     EXPECT_LT(test.HeightAt(200.0).value(), kTolerance_m) << seed;
   }
@@ -53,8 +55,8 @@ TEST(StepTest, AveragesTheNoiseOfAPeriodAway) {
 TEST(StepTest, ForgetsWhatIsOlderThanAPeriodButForThreeProfiles) {
   Rng rng(2);
   StepTest test({});
-  for (int i = 0; i < 8; ++i) test.Take(Scan(0.8e-3, 480.0, 0.0, 0.01 * i, rng));
-  for (int i = 0; i < 3; ++i) test.Take(Scan(0.0, 480.0, 0.0, 1.0 + 0.1 * i, rng));
+  for (int i = 0; i < 8; ++i) test.Take(StepTestScan(0.8e-3, 480.0, 0.0, 0.01 * i, rng));
+  for (int i = 0; i < 3; ++i) test.Take(StepTestScan(0.0, 480.0, 0.0, 1.0 + 0.1 * i, rng));
   EXPECT_NEAR(test.HeightAt(480.0).value(), 0.0, 1e-8);
 }
 
@@ -62,7 +64,7 @@ TEST(StepTest, TellsNothingNearTheEndsOfWhatWasMeasured) {
   Rng rng(3);
   StepTest test({});
   EXPECT_FALSE(test.HeightAt(480.0));
-  auto profile = Scan(0.5e-3, 480.0, 0.0, 0.0, rng);
+  auto profile = StepTestScan(0.5e-3, 480.0, 0.0, 0.0, rng);
   profile.first_column = 470;
   test.Take(profile);
   EXPECT_FALSE(test.HeightAt(480.0));

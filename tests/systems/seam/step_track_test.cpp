@@ -16,9 +16,9 @@ namespace {
 
 using base::Rng;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr float kStepTrackNone = std::numeric_limits<float>::quiet_NaN();
 constexpr double kPeriod_s = 1.0 / 62.0;
-constexpr int kColumns = 1024;
+constexpr int kStepTrackColumns = 1024;
 constexpr double kColumns_1_mm = 12.0;
 
 // A line over two mats, heights in millimetres.
@@ -45,10 +45,10 @@ struct Seam {
   double EdgeAt(double t) const { return edge + speed * t; }
 };
 
-std::vector<float> Scan(const Surface& surface, const Seam& seam, double t, Rng& rng) {
+std::vector<float> StepTrackScan(const Surface& surface, const Seam& seam, double t, Rng& rng) {
   std::vector<float> z;
-  for (int i = 0; i < kColumns; ++i) {
-    const double x = (i - 0.5 * (kColumns - 1)) / kColumns_1_mm;
+  for (int i = 0; i < kStepTrackColumns; ++i) {
+    const double x = (i - 0.5 * (kStepTrackColumns - 1)) / kColumns_1_mm;
     const double rise = (i - seam.EdgeAt(t)) / kColumns_1_mm / surface.slant + 0.5;
     double height = seam.tilt * x + seam.bend * (x / 42.0) * (x / 42.0);
     height += surface.step * std::clamp(rise, 0.0, 1.0);
@@ -56,7 +56,7 @@ std::vector<float> Scan(const Surface& surface, const Seam& seam, double t, Rng&
         surface.wave *
         std::sin(2.0 * base::kPi * (x / seam.length + 30.0 * t / seam.length_ahead) + seam.phase);
     height += surface.noise * rng.Normal();
-    z.push_back(rng.Uniform() < surface.lost ? kNone : static_cast<float>(1e-3 * height));
+    z.push_back(rng.Uniform() < surface.lost ? kStepTrackNone : static_cast<float>(1e-3 * height));
   }
   return z;
 }
@@ -73,7 +73,7 @@ Score ScoreOn(const Surface& surface, int seams, int profiles) {
     StepTrack track({});
     for (int k = 0; k < profiles; ++k) {
       const double t = k * kPeriod_s;
-      const auto found = track.Update(Scan(surface, seam, t, rng), t);
+      const auto found = track.Update(StepTrackScan(surface, seam, t, rng), t);
       ++score.profiles;
       score.edges += found.column ? 1 : 0;
       score.within += found.column && std::abs(*found.column - seam.EdgeAt(t)) <= kColumns_1_mm;
@@ -82,8 +82,8 @@ Score ScoreOn(const Surface& surface, int seams, int profiles) {
   return score;
 }
 
-class Edges : public testing::TestWithParam<Surface> {};
-INSTANTIATE_TEST_SUITE_P(Surfaces, Edges,
+class StepTrackEdges : public testing::TestWithParam<Surface> {};
+INSTANTIATE_TEST_SUITE_P(Surfaces, StepTrackEdges,
                          testing::Values(Surface{.name = "slant", .slant = 2.0},
                                          Surface{.name = "low_slant", .step = 0.3, .slant = 2.0},
                                          Surface{.name = "low_step", .step = 0.25},
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, Edges,
                                          Surface{.name = "waves", .wave = 0.3, .wanted = 0.9}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST_P(Edges, AreFoundWithinAMillimetre) {
+TEST_P(StepTrackEdges, AreFoundWithinAMillimetre) {
   const Score score = ScoreOn(GetParam(), 12, 60);
   EXPECT_GE(score.within, GetParam().wanted * score.profiles);
 }
@@ -118,7 +118,7 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
   StepTrack track({});
   for (int k = 0; k < 70; ++k) {
     const double t = k * kPeriod_s;
-    const auto found = track.Update(Scan({.name = ""}, seam, t, rng), t);
+    const auto found = track.Update(StepTrackScan({.name = ""}, seam, t, rng), t);
     ASSERT_TRUE(found.column) << k;
     EXPECT_NEAR(*found.column, seam.EdgeAt(t), 6.0) << k;
     EXPECT_NEAR(found.step_m, 0.6e-3, 0.1e-3) << k;
@@ -137,7 +137,7 @@ TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
         const double step = k < 30 ? 0.6 : 0.0;
         const double t = k * kPeriod_s;
         const Surface mats{.name = "", .step = step, .noise = noise};
-        const auto found = track.Update(Scan(mats, seam, t, rng), t);
+        const auto found = track.Update(StepTrackScan(mats, seam, t, rng), t);
         if (k >= 5 && k < 30) {
           EXPECT_TRUE(found.goes_on) << seed << ", " << noise << ", " << k;
         }
@@ -157,7 +157,7 @@ TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
     for (int k = 0; k < 70; ++k) {
       const double t = k * kPeriod_s;
       const Surface mats{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = 0.2};
-      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      const bool sure = track.Update(StepTrackScan(mats, seam, t, rng), t).sure;
       if (k < 9) {
         EXPECT_FALSE(sure) << seed << ", " << k;
       }
@@ -187,7 +187,7 @@ TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
         const double t = k * kPeriod_s;
         Surface here = mats;
         if (k >= kEnd) here.step = 0.0;
-        const bool sure = track.Update(Scan(here, seam, t, rng), t).sure;
+        const bool sure = track.Update(StepTrackScan(here, seam, t, rng), t).sure;
         unsure = sure ? 0 : unsure + 1;
         if (k >= kFrom && k < kEnd) {
           EXPECT_LT(unsure, kLong) << seed << ", " << k;
@@ -209,7 +209,7 @@ TEST(StepTrack, AnEdgeThatWasGoneTakesLongerToBeSureAgain) {
     for (int k = 0; k < 90; ++k) {
       const double t = k * kPeriod_s;
       const Surface mats{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
-      const bool sure = track.Update(Scan(mats, seam, t, rng), t).sure;
+      const bool sure = track.Update(StepTrackScan(mats, seam, t, rng), t).sure;
       if (k >= 12 && k < 20) {
         EXPECT_TRUE(sure) << seed << ", " << k;
       }
@@ -235,7 +235,7 @@ TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
     for (int k = 0; k < kBefore + kAfter; ++k) {
       const double t = k * kPeriod_s;
       const Surface mats{.name = "", .step = k < kBefore ? 0.5 : 0.0, .noise = 0.4, .lost = 0.5};
-      const bool goes_on = track.Update(Scan(mats, seam, t, rng), t).goes_on;
+      const bool goes_on = track.Update(StepTrackScan(mats, seam, t, rng), t).goes_on;
       if (k >= kTold && k < kBefore) before += goes_on;
       if (k >= kBefore + kTold) after += goes_on;
     }
@@ -254,7 +254,7 @@ TEST(StepTrack, ALineThatMovesKeepsItsEdge) {
   int kept = 0;
   for (int k = 0; k < 40; ++k) {
     const double t = k * kPeriod_s;
-    const auto z = Scan({.name = "", .noise = 0.2}, seam, t, rng);
+    const auto z = StepTrackScan({.name = "", .noise = 0.2}, seam, t, rng);
     const auto found = told.Update(z, t, k > 0 ? -seam.speed * kPeriod_s : 0.0);
     kept += untold.Update(z, t).goes_on;
     ASSERT_TRUE(found.column) << k;
@@ -273,7 +273,8 @@ TEST(StepTrack, AnEdgeThatJumpsIsToldAtOnce) {
   StepTrack track({});
   for (int k = 0; k < 34; ++k) {
     if (k == 30) seam.edge = 430.0;  // 11 mm
-    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    const auto found =
+        track.Update(StepTrackScan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
     if (k == 30) {
       EXPECT_FALSE(found.at_once);
     } else if (k >= 2) {
@@ -293,7 +294,8 @@ TEST(StepTrack, AStepThatIsTooLowIsNoEdge) {
   Rng rng(6);
   const Seam seam(rng);
   for (int k = 0; k < 20; ++k) {
-    const auto found = track.Update(Scan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
+    const auto found =
+        track.Update(StepTrackScan({.name = ""}, seam, k * kPeriod_s, rng), k * kPeriod_s);
     EXPECT_FALSE(found.column);
     EXPECT_TRUE(found.strongest);
   }
@@ -305,8 +307,9 @@ TEST(StepTrack, AfterALongGapNothingIsKnown) {
   const Surface noisy{.name = "", .noise = 0.4};
   StepTrack once({});
   StepTrack twice({});
-  for (int k = 0; k < 5; ++k) twice.Update(Scan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
-  const auto z = Scan(noisy, seam, 9.0, rng);
+  for (int k = 0; k < 5; ++k)
+    twice.Update(StepTrackScan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
+  const auto z = StepTrackScan(noisy, seam, 9.0, rng);
   EXPECT_EQ(once.Update(z, 9.0).evidence, twice.Update(z, 9.0).evidence);
 }
 

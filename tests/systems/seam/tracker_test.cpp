@@ -19,8 +19,8 @@ using base::Rng;
 using testing::HasSubstr;
 using testing_support::TempFolder;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-constexpr double kPeriod_s = 0.016;
+constexpr float kTrackerNone = std::numeric_limits<float>::quiet_NaN();
+constexpr double kTrackerPeriod_s = 0.016;
 
 struct Line {
   double step_m = 0.6e-3;
@@ -30,13 +30,13 @@ struct Line {
   double lost = 0.02;
 };
 
-Profile Scan(const Line& line, double time_s, Rng& rng) {
+Profile TrackerScan(const Line& line, double time_s, Rng& rng) {
   Profile profile;
   profile.time_s = time_s;
   for (int i = 0; i < 1024; ++i) {
     const double z = 1e-3 + line.tilt * i / 12'000.0 + (i >= line.edge ? line.step_m : 0.0) +
                      line.noise_m * rng.Normal();
-    profile.height_m.push_back(rng.Uniform() < line.lost ? kNone : static_cast<float>(z));
+    profile.height_m.push_back(rng.Uniform() < line.lost ? kTrackerNone : static_cast<float>(z));
   }
   return profile;
 }
@@ -60,7 +60,7 @@ TEST_P(EveryDecision, FollowsAnEdgeThatWanders) {
     for (int i = 0; i < 60; ++i) {
       Line line;
       line.edge = std::round(500.0 + 60.0 * std::sin(0.05 * i));
-      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
       if (i < 3) continue;  // a first step alone is not believed
       ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed << " " << i;
       // Of 12 px a mm; the accumulated weights lag behind what moves.
@@ -80,7 +80,7 @@ TEST_P(EveryDecision, TellsNoEdgeOnAMatWithoutOne) {
     Line line;
     line.step_m = 0.0;
     for (int i = 0; i < 60; ++i) {
-      const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+      const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
       EXPECT_EQ(reading.status, ProfileStatus::kNoEdge);
       EXPECT_FALSE(reading.column);
     }
@@ -97,7 +97,8 @@ TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
     line.step_m = 0.0;
     line.noise_m = 0.2e-3;
     for (int i = 0; i < 60; ++i) {
-      told += tracker.Update(Scan(line, kPeriod_s * i, rng)).status == ProfileStatus::kNoEdge;
+      told += tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng)).status ==
+              ProfileStatus::kNoEdge;
     }
   }
   EXPECT_GE(told, 1188);  // 99 % of 1200
@@ -110,10 +111,10 @@ TEST(EdgeTracker, ALowStepCountsOnlyWhereTheLastOnesWere) {
     EdgeTracker alone(With(method));
     EdgeTracker after(With(method));
     for (int i = 0; i < 40; ++i) {
-      const Profile low = Scan({.step_m = kLow_m}, kPeriod_s * i, rng);
+      const Profile low = TrackerScan({.step_m = kLow_m}, kTrackerPeriod_s * i, rng);
       EXPECT_EQ(alone.Update(low).status, ProfileStatus::kNoEdge) << i;
       const bool begins = i < 20;
-      const Profile high = Scan({.step_m = 0.5e-3}, kPeriod_s * i, rng);
+      const Profile high = TrackerScan({.step_m = 0.5e-3}, kTrackerPeriod_s * i, rng);
       const Reading reading = after.Update(begins ? high : low);
       EXPECT_EQ(reading.status == ProfileStatus::kEdge, i >= 1)
           << i;  // a first one is not believed
@@ -126,7 +127,7 @@ TEST_P(EveryDecision, OneDisturbedProfileMovesNothing) {
   EdgeTracker tracker(With(GetParam()));
   const Line line;
   for (int i = 0; i < 20; ++i) {
-    Profile profile = Scan(line, kPeriod_s * i, rng);
+    Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
     if (i == 12) {
       for (std::size_t k = 200; k < 500; ++k) profile.height_m[k] += 2e-3F;
     }
@@ -147,7 +148,7 @@ TEST_P(EveryDecision, AMirroredProfileHasItsEdgeMirrored) {
   EdgeTracker other(mirrored);
   Rng rng(2);
   for (int i = 0; i < 30; ++i) {
-    Profile profile = Scan({}, kPeriod_s * i, rng);
+    Profile profile = TrackerScan({}, kTrackerPeriod_s * i, rng);
     const Reading reading = tracker.Update(profile);
     std::reverse(profile.height_m.begin(), profile.height_m.end());
     const Reading back = other.Update(profile);
@@ -171,7 +172,7 @@ TEST_P(EveryDecision, SendsAPacketEveryPeriodWithAPositionOfIt) {
   std::vector<EdgePacket> packets;
   std::vector<Reading> readings;
   for (int i = 0; i <= 100; ++i) {
-    readings.push_back(tracker.Update(Scan({}, 0.01 * i, rng)));
+    readings.push_back(tracker.Update(TrackerScan({}, 0.01 * i, rng)));
     if (auto packet = tracker.TakePacket()) packets.push_back(*packet);
     EXPECT_FALSE(tracker.TakePacket());  // taken
   }
@@ -189,9 +190,9 @@ TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
   Rng rng(4);
   EdgeTracker tracker(With(GetParam()));
   for (int i = 0; i < 40; ++i) {
-    Profile profile = Scan({}, kPeriod_s * i, rng);
+    Profile profile = TrackerScan({}, kTrackerPeriod_s * i, rng);
     const bool empty = i % 4 == 3;
-    if (empty) profile.height_m.assign(1024, kNone);
+    if (empty) profile.height_m.assign(1024, kTrackerNone);
     const Reading reading = tracker.Update(profile);
     if (empty) {
       EXPECT_EQ(reading.status, ProfileStatus::kUnusable);
@@ -206,11 +207,11 @@ TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
 TEST_P(EveryDecision, ResetForgetsEverything) {
   Rng rng(5);
   EdgeTracker used(With(GetParam()));
-  for (int i = 0; i < 30; ++i) used.Update(Scan({.edge = 300.0}, kPeriod_s * i, rng));
+  for (int i = 0; i < 30; ++i) used.Update(TrackerScan({.edge = 300.0}, kTrackerPeriod_s * i, rng));
   used.Reset();
   EdgeTracker fresh(With(GetParam()));
   for (int i = 0; i < 30; ++i) {
-    const Profile profile = Scan({.edge = 700.0}, kPeriod_s * i, rng);
+    const Profile profile = TrackerScan({.edge = 700.0}, kTrackerPeriod_s * i, rng);
     const Reading a = used.Update(profile);
     const Reading b = fresh.Update(profile);
     EXPECT_EQ(a.status, b.status);
@@ -226,7 +227,7 @@ TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
   for (int i = 0; i < 6; ++i) {  // within one period: nothing was sent yet
     Line line;
     line.edge = 500.0 + i;
-    const Reading reading = tracker.Update(Scan(line, kPeriod_s * i, rng));
+    const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
     const auto vote = VoteTwoOfThree(reading.detected, 12.0);
     ASSERT_TRUE(vote);
     votes.push_back({reading.time_s, *vote});
@@ -243,7 +244,8 @@ TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
   std::vector<double> history;
   for (int i = 0; i < 30; ++i) {
     // The edge moves: of equal positions the mean does not tell how many they are.
-    const Reading reading = tracker.Update(Scan({.edge = 500.0 + i}, kPeriod_s * i, rng));
+    const Reading reading =
+        tracker.Update(TrackerScan({.edge = 500.0 + i}, kTrackerPeriod_s * i, rng));
     auto expected = SumOfWeights(tracker.results());
     WeightByHistory(expected, history, options.history.sigma_columns);
     EXPECT_EQ(tracker.weight(), expected);
@@ -265,7 +267,7 @@ TEST(EdgeTracker, SendsThePositionOfTheLargestWeightOfAPeriod) {
     double max_time_s = 0.0;
     int packets = 0;
     for (int i = 0; i <= 100; ++i) {
-      const Reading reading = tracker.Update(Scan({}, 0.01 * i, rng));
+      const Reading reading = tracker.Update(TrackerScan({}, 0.01 * i, rng));
       if (reading.column) {
         const double weight = tracker.weight()[static_cast<std::size_t>(*reading.column)];
         if (weight >= max_weight) {
@@ -286,11 +288,11 @@ TEST(EdgeTracker, SendsThePositionOfTheLargestWeightOfAPeriod) {
 TEST_P(EveryDecision, APeriodWithoutAnEdgeSendsNone) {
   Rng rng(9);
   EdgeTracker tracker(With(GetParam()));
-  for (int i = 0; i <= 20; ++i) tracker.Update(Scan({}, 0.01 * i, rng));
+  for (int i = 0; i <= 20; ++i) tracker.Update(TrackerScan({}, 0.01 * i, rng));
   ASSERT_TRUE(tracker.TakePacket()->column);
   std::optional<EdgePacket> packet;
   for (int i = 21; i <= 30; ++i) {
-    tracker.Update({.height_m = std::vector<float>(1024, kNone), .time_s = 0.01 * i});
+    tracker.Update({.height_m = std::vector<float>(1024, kTrackerNone), .time_s = 0.01 * i});
     if (auto one = tracker.TakePacket()) packet = one;
   }
   ASSERT_TRUE(packet);
@@ -304,7 +306,7 @@ TEST_P(EveryDecision, OnePositionAloneIsNoEdge) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     EdgeTracker tracker(With(GetParam()));
-    EXPECT_FALSE(tracker.Update(Scan({}, 0.0, rng)).column) << seed;
+    EXPECT_FALSE(tracker.Update(TrackerScan({}, 0.0, rng)).column) << seed;
   }
 }
 
@@ -313,8 +315,8 @@ TEST_P(EveryDecision, ColumnsAreThoseOfTheLineThoughItsBeginningIsMissing) {
   Rng rng(10);
   EdgeTracker tracker(With(GetParam()));
   for (int i = 0; i < 10; ++i) {
-    Profile profile = Scan({}, kPeriod_s * i, rng);
-    std::fill_n(profile.height_m.begin(), 200, kNone);
+    Profile profile = TrackerScan({}, kTrackerPeriod_s * i, rng);
+    std::fill_n(profile.height_m.begin(), 200, kTrackerNone);
     const Reading reading = tracker.Update(profile);
     std::vector<std::optional<int>> detected(reading.detected.begin(), reading.detected.end());
     if (GetParam() == DecisionMethod::kSteps) detected = {reading.local_step};
@@ -334,7 +336,8 @@ TEST_P(EveryDecision, NothingIsFoundWhereNoStepCanBeMeasured) {
     Rng rng(11);
     EdgeTracker tracker(With(GetParam()));
     for (int i = 0; i < 5; ++i) {
-      const Reading reading = tracker.Update(Scan({.edge = edge, .lost = 0.0}, kPeriod_s * i, rng));
+      const Reading reading =
+          tracker.Update(TrackerScan({.edge = edge, .lost = 0.0}, kTrackerPeriod_s * i, rng));
       for (const auto& column : reading.detected) {
         if (column) {
           EXPECT_GE(*column, 20);
@@ -356,9 +359,9 @@ TEST_P(EveryDecision, PacketsKeepTheirPeriodOnTheAverage) {
   Rng rng(1);
   EdgeTracker tracker(With(GetParam()));
   int packets = 0;
-  constexpr int kProfiles = 625;  // 10 s
-  for (int i = 0; i < kProfiles; ++i) {
-    tracker.Update(Scan({}, kPeriod_s * i, rng));
+  constexpr int kTrackedProfiles = 625;  // 10 s
+  for (int i = 0; i < kTrackedProfiles; ++i) {
+    tracker.Update(TrackerScan({}, kTrackerPeriod_s * i, rng));
     packets += tracker.TakePacket() ? 1 : 0;
   }
   EXPECT_EQ(packets, 99);
@@ -369,7 +372,7 @@ TEST_P(EveryDecision, ASlowSensorFindsTheEdgeToo) {
     Rng rng(1);
     EdgeTracker tracker(With(GetParam()));
     for (int i = 0; i < 12; ++i) {
-      const Reading reading = tracker.Update(Scan({}, i / rate_hz, rng));
+      const Reading reading = tracker.Update(TrackerScan({}, i / rate_hz, rng));
       if (i < 3) continue;
       ASSERT_EQ(reading.status, ProfileStatus::kEdge) << rate_hz << " " << i;
       EXPECT_NEAR(*reading.column, 500.0, 12.0);
@@ -384,7 +387,7 @@ TEST_P(EveryDecision, AFastSensorFindsTheEdgeToo) {
   Rng rng(1);
   EdgeTracker tracker(With(GetParam()));
   for (int i = 0; i < 400; ++i) {
-    const Reading reading = tracker.Update(Scan({}, i / 2000.0, rng));
+    const Reading reading = tracker.Update(TrackerScan({}, i / 2000.0, rng));
     if (i < 3) continue;
     ASSERT_EQ(reading.status, ProfileStatus::kEdge) << i;
     EXPECT_NEAR(*reading.column, 500.0, 12.0);
@@ -396,12 +399,13 @@ TEST_P(EveryDecision, ASingleProfileAnswersIfItNeedsNoOther) {
     Rng rng(seed);
     TrackerOptions options = With(GetParam());
     options.confirm = false;
-    const Reading reading = EdgeTracker(options).Update(Scan({}, 0.0, rng));
+    const Reading reading = EdgeTracker(options).Update(TrackerScan({}, 0.0, rng));
     ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed;
     EXPECT_NEAR(*reading.column, 500.0, 12.0);
     Line flat;
     flat.step_m = 0.0;
-    EXPECT_EQ(EdgeTracker(options).Update(Scan(flat, 0.0, rng)).status, ProfileStatus::kNoEdge);
+    EXPECT_EQ(EdgeTracker(options).Update(TrackerScan(flat, 0.0, rng)).status,
+              ProfileStatus::kNoEdge);
   }
 }
 
@@ -418,7 +422,7 @@ TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
     line.tilt = 0.0;
     line.edge = 860.0;
     for (int i = 0; i < 20; ++i) {
-      Profile profile = Scan(line, kPeriod_s * i, rng);
+      Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
       for (float& z : profile.height_m) z -= 16e-3F;  // -15 mm with the line's own millimetre
       if (!positive) std::reverse(profile.height_m.begin(), profile.height_m.end());
       const Reading reading = tracker.Update(profile);
@@ -445,10 +449,10 @@ TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
                     .columns_per_m = 1000.0 * columns_per_mm};
     EdgeTracker tracker(options);
     int found = 0;
-    constexpr int kProfiles = 40;
-    for (int i = 0; i < kProfiles; ++i) {
+    constexpr int kTrackedProfiles = 40;
+    for (int i = 0; i < kTrackedProfiles; ++i) {
       Profile profile;
-      profile.time_s = kPeriod_s * i;
+      profile.time_s = kTrackerPeriod_s * i;
       for (int c = 0; c < options.line.columns; ++c) {
         const double x_mm = c / columns_per_mm - 30.0;
         const double share = std::clamp(0.5 + x_mm / 2.0, 0.0, 1.0);
@@ -460,7 +464,7 @@ TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
     // The sum of weights follows the candidates of local weighted voting, which are single columns
     // of noise where columns are many.
     const bool weak = GetParam() == DecisionMethod::kWeights;
-    EXPECT_GE(found, weak ? kProfiles / 2 : kProfiles - 4) << columns_per_mm;
+    EXPECT_GE(found, weak ? kTrackedProfiles / 2 : kTrackedProfiles - 4) << columns_per_mm;
   }
 }
 
@@ -482,7 +486,7 @@ TEST(EdgeTracker, AnyFiniteOrInfiniteHeightsAreTaken) {
     EdgeTracker tracker(With(method));
     for (std::uint64_t seed = 0; seed < 300; ++seed) {
       Rng rng(seed);
-      Profile profile = Scan({}, static_cast<double>(seed), rng);
+      Profile profile = TrackerScan({}, static_cast<double>(seed), rng);
       for (float& z : profile.height_m) {
         const double kind = rng.Uniform();
         if (kind < 0.1) z = std::numeric_limits<float>::infinity();

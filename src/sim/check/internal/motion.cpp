@@ -25,9 +25,9 @@ namespace {
 constexpr double kGrasp_m = 0.06;
 constexpr double kApproach_m = 0.2;
 constexpr int kYaws = 8;
-constexpr double kAside = 0.8;       // of the workspace's radius: places beside its middle
-constexpr double kLoad_kg = 1.0;     // that the drives carry beside the hand
-constexpr double kMargin_m = 0.003;  // as the planner's
+constexpr double kAside = 0.8;             // of the workspace's radius: places beside its middle
+constexpr double kLoad_kg = 1.0;           // that the drives carry beside the hand
+constexpr double kMotionMargin_m = 0.003;  // as the planner's
 constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
 // Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
@@ -102,7 +102,7 @@ std::string Reason(const Reached& reached) {
 
 /// Joint positions above the places that are reached.
 std::vector<Eigen::VectorXd> CheckReach(Model& model, const robot::Robot& robot) {
-  collision::RobotCollider collider(robot, kMargin_m);
+  collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
   base::Rng rng(1);
   std::vector<Eigen::VectorXd> positions;
@@ -221,7 +221,7 @@ bool CheckHold(Model& model, sim::World& world) {
 /// From home a little to the side of more room, and back; less far, or to the other side, where
 /// something is in the way. Empty where something always is.
 base::JointTrajectory Swing(const robot::Robot& robot) {
-  collision::RobotCollider collider(robot, kMargin_m);
+  collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
   for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
     Eigen::VectorXd aside = robot.home;

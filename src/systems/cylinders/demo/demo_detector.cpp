@@ -25,7 +25,7 @@ constexpr int kSides = 36;
 constexpr double kRing_m = 0.005;
 
 /// Rings of points on the barrel, from end to end.
-geometry::Points Barrel(const Cylinder& c) {
+geometry::Points BarrelPoints(const Cylinder& c) {
   const Vector3d u = c.axis.unitOrthogonal();
   const Vector3d v = c.axis.cross(u);
   const int steps = std::max(1, static_cast<int>(std::ceil(c.height_m / kRing_m)));
@@ -62,7 +62,7 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
                                          .rim_fraction = 1.0,
                                          .body_fraction = 1.0,
                                          .length_m = lies ? c.height_m : 0.0};
-  object.completed_C = Barrel(c);
+  object.completed_C = BarrelPoints(c);
   object.surface_C = geometry::ConvexHull(object.completed_C);
   const auto [low, high] = std::minmax_element(
       object.completed_C.begin(), object.completed_C.end(),

@@ -21,7 +21,7 @@ enum class Delivery {
 };
 constexpr std::array<std::string_view, 2> WordsOf(Delivery) { return {"hand_over", "place"}; }
 
-/// What the demo does beyond chapter 4 and src/cylinders because it is known what is on the
+/// What the demo does beyond chapter 4 because it is known what is on the
 /// table (core/additions.h).
 struct DemoAdditions {
   bool thorough = true;
@@ -33,7 +33,7 @@ constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdd
   using A = DemoAdditions;
   return {{
       {"thorough", &A::thorough,
-       "more draws and more candidates than for a quick look; off: those of src/cylinders"},
+       "more draws and more candidates than for a quick look; off: as the command `cylinders`"},
       {"purity", &A::purity,
        "of several that may be the wanted one, the one that is most of what it is part of; off: "
        "the one with the most points"},

@@ -5,9 +5,7 @@
 #include "cylinders/fit_least_squares.h"
 #include "cylinders/fit_rcf.h"
 #include "cylinders/fit_refined.h"
-#ifdef RANGEGRASP_WITH_PCL
 #include "pcl_bridge/ransac.h"
-#endif
 
 namespace rangegrasp::cylinder_task {
 namespace {
@@ -63,7 +61,6 @@ ComparedFit Refined(const FitInput& input, const ComparedFit& rcf) {
           rcf.preparation_seconds};
 }
 
-#ifdef RANGEGRASP_WITH_PCL
 void AddPcl(const FitInput& input, const Options& options, std::vector<ComparedFit>& fits) {
   const base::Stopwatch watch;
   const pcl_bridge::Cloud cloud(input.points, input.eye);
@@ -81,19 +78,8 @@ void AddPcl(const FitInput& input, const Options& options, std::vector<ComparedF
     fits.push_back({Method::kPcl, iterations, barrel, preparation + own.Seconds(), preparation});
   }
 }
-#else
-void AddPcl(const FitInput&, const Options&, std::vector<ComparedFit>&) {}
-#endif
 
 }  // namespace
-
-bool HasPcl() {
-#ifdef RANGEGRASP_WITH_PCL
-  return true;
-#else
-  return false;
-#endif
-}
 
 std::vector<ComparedFit> CompareFits(const FitInput& input, const Options& options,
                                      std::uint64_t seed) {

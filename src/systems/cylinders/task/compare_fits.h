@@ -10,9 +10,6 @@
 
 namespace rangegrasp::cylinder_task {
 
-/// Whether this build has the Point Cloud Library, a peer that only tests and benchmarks need.
-bool HasPcl();
-
 /// One method's fit of one cloud.
 struct ComparedFit {
   Method method = Method::kLsf;

@@ -24,7 +24,7 @@ using experiment::PercentText;
 using experiment::Record;
 
 /// A fit this near to the truth serves to grasp the cylinder: what detection is held to
-/// (docs/cylinder-fits.md).
+/// (docs/cylinders.md).
 constexpr double kGoodRadius_mm = 0.5;
 constexpr double kGoodAxis_deg = 1.0;
 /// The published tables are of so many iterations.
@@ -417,10 +417,6 @@ experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Re
                   kGoodRadius_mm, kGoodAxis_deg, noise == stamp.data.end() ? "?" : noise->second));
   report.notes.push_back(
       "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature");
-  const auto pcl = stamp.identity.find("pcl");
-  if (pcl != stamp.identity.end() && pcl->second != "yes") {
-    report.notes.push_back("this build has no PCL: its fits are left out");
-  }
   report.csv = MeansOf(all);
   report.files.emplace_back("fits.csv", experiment::CsvOf(report.csv));
   AddFigures(all, report);

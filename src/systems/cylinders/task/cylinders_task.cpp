@@ -92,7 +92,6 @@ class CylindersExperiment : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["pcl"] = HasPcl() ? "yes" : "not in this build";
     stamp.data[kShown] = base::Word(options_.shown);
     stamp.data[kNoise] = fmt::format("{:.3f}", options_.noise_m * base::kMmPerM);
     ordered_json rows = ordered_json::array();

@@ -12,7 +12,7 @@ namespace rangegrasp::cylinder_task {
 namespace {
 
 /// As SyntheticScan's.
-constexpr double kSpare = 1.01;
+constexpr double kScanSpare = 1.01;
 constexpr int kScans = 10;
 /// Edges of the mesh round the axis: their middle lies r (1 - cos(pi / n)) within the circle, half
 /// a micrometre at r = 25 mm.
@@ -54,7 +54,7 @@ geometry::TriangleMesh TableOf(double x, double side_m) {
           {{0, 1, 2}, {0, 2, 3}}};
 }
 
-// S: x right, y down, z forward (core/frames.h), turned by less than a sample.
+// S: x right, y down, z forward (base/frames.h), turned by less than a sample.
 base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double turn_y_rad) {
   const Eigen::Vector3d forward = -eye.normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitX()).normalized();
@@ -113,7 +113,7 @@ CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int
       KeepEvenly(points, found);
       return found;
     }
-    pitch /= std::sqrt(kSpare * points / static_cast<double>(found.points.size()));
+    pitch /= std::sqrt(kScanSpare * points / static_cast<double>(found.points.size()));
   }
   throw base::InputError("the scanner cannot see so many points of the cylinder");
 }

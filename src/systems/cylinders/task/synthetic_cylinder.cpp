@@ -34,8 +34,8 @@ double RangeToEnd(const CylinderShape& shape, const Eigen::Vector3d& eye,
 }
 
 // Rays through a square grid on the plane square to the line of sight, `pitch` apart at distance 1.
-CylinderView Grid(const CylinderShape& shape, const Eigen::Vector3d& eye, double pitch,
-                  const Eigen::Vector2d& phase, double noise_m, base::Rng rng) {
+CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, double pitch,
+                        const Eigen::Vector2d& phase, double noise_m, base::Rng rng) {
   const Eigen::Vector3d forward = -eye.normalized();
   const Eigen::Vector3d right = Eigen::Vector3d::UnitX().cross(forward).normalized();
   const Eigen::Vector3d down = forward.cross(right);
@@ -85,7 +85,7 @@ CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, in
   // The outline's area is about its box's.
   double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
   for (int i = 0; i < kGrids; ++i) {
-    CylinderView found = Grid(shape, eye, pitch, {phase_x, phase_y}, noise_m, noise);
+    CylinderView found = GridOfRays(shape, eye, pitch, {phase_x, phase_y}, noise_m, noise);
     if (static_cast<int>(found.points.size()) >= points) {
       KeepEvenly(points, found);
       return found;

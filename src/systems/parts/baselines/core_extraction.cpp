@@ -13,16 +13,16 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Faces = std::vector<std::uint32_t>;
+using CoreFaces = std::vector<std::uint32_t>;
 
 /// Some faces of a mesh as a shape of its own.
-struct Piece {
+struct CorePiece {
   Shape shape;
   std::vector<bool> cut;  ///< a vertex: on an edge where it was cut from the rest
 };
 
-Piece Extract(const Shape& mesh, const FaceGraph& graph, const Faces& faces) {
-  Piece piece;
+CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const CoreFaces& faces) {
+  CorePiece piece;
   std::vector<bool> within(mesh.faces.size(), false);
   std::vector<bool> used(mesh.points.size(), false);
   std::vector<bool> cut(mesh.points.size(), false);
@@ -62,12 +62,12 @@ std::vector<std::int32_t> LabelFaces(const Shape& mesh, const std::vector<std::u
 }
 
 /// The faces of a part as its core and segments; empty if it stays whole.
-std::vector<Faces> Split(const Shape& shape, const FaceGraph& shape_graph, const Faces& part,
-                         const CoreExtractionOptions& options) {
+std::vector<CoreFaces> Split(const Shape& shape, const FaceGraph& shape_graph,
+                             const CoreFaces& part, const CoreExtractionOptions& options) {
   const double share = static_cast<double>(part.size()) / static_cast<double>(shape.faces.size());
   const int landmarks = static_cast<int>(options.landmarks * std::sqrt(share));
   if (landmarks < options.min_landmarks) return {};
-  const Piece piece = Extract(shape, shape_graph, part);
+  const CorePiece piece = Extract(shape, shape_graph, part);
   const VertexGraph graph = GeodesicGraph(piece.shape);
   const LandmarkForm form = MakeLandmarkForm(graph, piece.cut, landmarks);
   if (form.size() < static_cast<std::uint32_t>(options.min_landmarks)) return {};
@@ -84,17 +84,17 @@ std::vector<Faces> Split(const Shape& shape, const FaceGraph& shape_graph, const
                    options.boundary_reach * form.spread.spacing, label);
   }
   JoinCrumbs(faces, label);
-  std::map<std::int32_t, Faces> by_label;
+  std::map<std::int32_t, CoreFaces> by_label;
   for (std::size_t i = 0; i < label.size(); ++i) by_label[label[i]].push_back(part[i]);
-  std::vector<Faces> split;
+  std::vector<CoreFaces> split;
   for (auto& [unused, some] : by_label) split.push_back(std::move(some));
   return split;
 }
 
-std::vector<Faces> ConnectedPieces(const Shape& mesh, const FaceGraph& graph) {
+std::vector<CoreFaces> ConnectedPieces(const Shape& mesh, const FaceGraph& graph) {
   std::vector<std::int32_t> piece;
   const std::int32_t pieces = LabelPieces(graph, std::vector<bool>(mesh.faces.size(), true), piece);
-  std::vector<Faces> result(static_cast<std::size_t>(pieces));
+  std::vector<CoreFaces> result(static_cast<std::size_t>(pieces));
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     result[static_cast<std::size_t>(piece[f])].push_back(f);
   }
@@ -102,7 +102,7 @@ std::vector<Faces> ConnectedPieces(const Shape& mesh, const FaceGraph& graph) {
 }
 
 struct Part {
-  Faces faces;
+  CoreFaces faces;
   bool whole;  ///< was looked at and cannot be split
 };
 
@@ -121,18 +121,18 @@ Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOpt
   const FaceGraph graph = BuildFaceGraph(shape);
   Segmentation result;
   std::vector<Part> parts;
-  for (Faces& faces : ConnectedPieces(shape, graph)) parts.push_back({std::move(faces), false});
+  for (CoreFaces& faces : ConnectedPieces(shape, graph)) parts.push_back({std::move(faces), false});
   for (int level = 0; level < options.levels; ++level) {
     std::vector<Part> finer;
     for (Part& part : parts) {
-      const std::vector<Faces> split =
-          part.whole ? std::vector<Faces>{} : Split(shape, graph, part.faces, options);
+      const std::vector<CoreFaces> split =
+          part.whole ? std::vector<CoreFaces>{} : Split(shape, graph, part.faces, options);
       if (split.size() < 2) {
         finer.push_back({std::move(part.faces), true});
         continue;
       }
       result.has_core = result.has_core || finer.empty();
-      for (const Faces& faces : split) finer.push_back({faces, false});
+      for (const CoreFaces& faces : split) finer.push_back({faces, false});
     }
     parts = std::move(finer);
   }

@@ -14,7 +14,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Seeds = std::vector<std::uint32_t>;
+using KMeansSeeds = std::vector<std::uint32_t>;
 
 /// The faces with their centroids, and what it costs to go from one to the next.
 struct DualGraph {
@@ -59,7 +59,7 @@ struct Nearest {
 using geometry::ShortestPaths;
 
 /// Takes the faces that are nearer to the seeds from `first` on than to those before.
-void Grow(const DualGraph& graph, const Seeds& seeds, std::size_t first, Nearest& nearest) {
+void Grow(const DualGraph& graph, const KMeansSeeds& seeds, std::size_t first, Nearest& nearest) {
   for (std::size_t s = first; s < seeds.size(); ++s) {
     nearest.seed[seeds[s]] = static_cast<std::int32_t>(s);
   }
@@ -81,7 +81,7 @@ Nearest Unreached(const DualGraph& graph) {
 }
 
 /// Faces in pieces of the mesh without a seed go with the seed nearest in a straight line.
-std::vector<std::int32_t> Assign(const DualGraph& graph, const Seeds& seeds) {
+std::vector<std::int32_t> Assign(const DualGraph& graph, const KMeansSeeds& seeds) {
   Nearest nearest = Unreached(graph);
   Grow(graph, seeds, 0, nearest);
   for (std::size_t f = 0; f < graph.frames.center.size(); ++f) {
@@ -112,10 +112,10 @@ geometry::Points ClusterCenters(const DualGraph& graph, const std::vector<std::i
 }
 
 /// The face of each cluster that is nearest to the cluster's center.
-Seeds MiddleFaces(const DualGraph& graph, const std::vector<std::int32_t>& label,
-                  std::size_t clusters) {
+KMeansSeeds MiddleFaces(const DualGraph& graph, const std::vector<std::int32_t>& label,
+                        std::size_t clusters) {
   const geometry::Points centers = ClusterCenters(graph, label, clusters);
-  Seeds seeds(clusters, 0);
+  KMeansSeeds seeds(clusters, 0);
   std::vector<double> best(clusters, ShortestPaths::kFar);
   for (std::uint32_t f = 0; f < label.size(); ++f) {
     const auto cluster = static_cast<std::size_t>(label[f]);
@@ -129,14 +129,14 @@ Seeds MiddleFaces(const DualGraph& graph, const std::vector<std::int32_t>& label
 
 /// The face farthest from the center of the surface, then again and again the one farthest along
 /// the graph from all before; pieces that no seed reaches come first, by index.
-Seeds FarApart(const DualGraph& graph, int count) {
+KMeansSeeds FarApart(const DualGraph& graph, int count) {
   const Eigen::Vector3d center =
       ClusterCenters(graph, std::vector<std::int32_t>(graph.frames.center.size(), 0), 1).front();
   const auto farthest = std::max_element(
       graph.frames.center.begin(), graph.frames.center.end(), [&](const auto& a, const auto& b) {
         return (a - center).squaredNorm() < (b - center).squaredNorm();
       });
-  Seeds seeds{static_cast<std::uint32_t>(farthest - graph.frames.center.begin())};
+  KMeansSeeds seeds{static_cast<std::uint32_t>(farthest - graph.frames.center.begin())};
   Nearest nearest = Unreached(graph);
   for (Grow(graph, seeds, 0, nearest); seeds.size() < static_cast<std::size_t>(count);
        Grow(graph, seeds, seeds.size() - 1, nearest)) {
@@ -155,7 +155,7 @@ Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
     throw std::invalid_argument("SegmentByKMeans: clusters, iterations >= 1, dihedral_weight >= 0");
   }
   const DualGraph graph = MakeDualGraph(shape, options.dihedral_weight);
-  Seeds seeds = FarApart(graph, options.clusters);
+  KMeansSeeds seeds = FarApart(graph, options.clusters);
   Segmentation result;
   result.label = Assign(graph, seeds);
   for (int i = 1; i < options.iterations; ++i) {

@@ -20,14 +20,14 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Face = Mesh::Face_index;
-using Diameters = Mesh::Property_map<Face, double>;
-using Faces = std::vector<std::array<std::size_t, 3>>;
+using SdfFace = Mesh::Face_index;
+using Diameters = Mesh::Property_map<SdfFace, double>;
+using SdfFaces = std::vector<std::array<std::size_t, 3>>;
 
-Faces FacesOf(const Shape& shape) {
+SdfFaces FacesOf(const Shape& shape) {
   // The diameter is measured against the normals: a mesh that is inside out is turned.
   const bool turn = geometry::Volume({shape.points, shape.faces}) < 0.0;
-  Faces faces;
+  SdfFaces faces;
   for (const auto& [a, b, c] : shape.faces) {
     faces.push_back(turn ? std::array<std::size_t, 3>{a, c, b}
                          : std::array<std::size_t, 3>{a, b, c});
@@ -41,7 +41,7 @@ Faces FacesOf(const Shape& shape) {
 Mesh ToMesh(const Shape& shape) {
   std::vector<Kernel::Point_3> points;
   for (const Eigen::Vector3d& p : shape.points) points.emplace_back(p.x(), p.y(), p.z());
-  Faces faces = FacesOf(shape);
+  SdfFaces faces = FacesOf(shape);
   namespace processing = CGAL::Polygon_mesh_processing;
   if (!processing::is_polygon_soup_a_polygon_mesh(faces)) {
     processing::orient_polygon_soup(points, faces);
@@ -63,7 +63,7 @@ void Check(const SdfOptions& options) {
 /// draw from nothing.
 std::size_t DifferentValues(const Mesh& mesh, const Diameters& diameter) {
   std::vector<double> values;
-  for (const Face face : mesh.faces()) values.push_back(diameter[face]);
+  for (const SdfFace face : mesh.faces()) values.push_back(diameter[face]);
   std::sort(values.begin(), values.end());
   constexpr double kApart = 1e-9;  // of values from 0 to 1: far above rounding, far below noise
   std::size_t different = 1;
@@ -93,7 +93,7 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
   Check(options);
   const std::size_t faces = shape.faces.size();
   Mesh mesh = ToMesh(shape);
-  Diameters diameter = mesh.add_property_map<Face, double>("f:diameter").first;
+  Diameters diameter = mesh.add_property_map<SdfFace, double>("f:diameter").first;
   const auto [min, max] =
       CGAL::sdf_values(mesh, diameter, options.cone_rad, static_cast<std::size_t>(options.rays),
                        /*postprocess=*/true);
@@ -104,13 +104,13 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
   const bool apart =
       std::all_of(edges.begin(), edges.end(), [&](const auto e) { return mesh.is_border(e); });
   if (apart) return EachFaceAPart(faces);
-  auto segment = mesh.add_property_map<Face, std::size_t>("f:segment").first;
+  auto segment = mesh.add_property_map<SdfFace, std::size_t>("f:segment").first;
   const auto clusters = std::min(static_cast<std::size_t>(options.clusters), different);
   CGAL::segmentation_from_sdf_values(mesh, diameter, segment, clusters, options.smoothing);
 
   Segmentation result;
   result.label.assign(faces, 0);
-  for (const Face face : mesh.faces()) {
+  for (const SdfFace face : mesh.faces()) {
     result.label[face.idx()] = static_cast<std::int32_t>(segment[face]);
     result.parts = std::max(result.parts, result.label[face.idx()] + 1);
   }

@@ -18,7 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geometry::KdTree;
 using geometry::Points;
-using Neighbors = std::vector<KdTree::Neighbor>;
+using SampleNeighbors = std::vector<KdTree::Neighbor>;
 
 /// Points looked at: their median is known to about 4 %.
 constexpr std::size_t kSamples = 1000;
@@ -30,10 +30,11 @@ constexpr double kBallSpacings = 2.5;
 /// residual is a share of the radius. From 4 on it is less than a quarter of it.
 constexpr double kBallNoises = 5.0;
 /// Rounds in which the ball's radius settles.
-constexpr int kRounds = 6;
+constexpr int kSamplingRounds = 6;
 
 /// Root mean square distance, along the normal, from the quadric through the points of a ball.
-std::optional<double> QuadricResidual(const Points& points, const Neighbors& near, double radius) {
+std::optional<double> QuadricResidual(const Points& points, const SampleNeighbors& near,
+                                      double radius) {
   constexpr Eigen::Index kParameters = 6;
   const auto count = static_cast<Eigen::Index>(near.size());
   if (count < 2 * kParameters) return std::nullopt;
@@ -69,7 +70,7 @@ CloudSampling MeasureSampling(const Points& points, const KdTree& tree) {
   Points sample;
   const std::size_t step = std::max<std::size_t>(1, points.size() / kSamples);
   for (std::size_t i = 0; i < points.size(); i += step) sample.push_back(points[i]);
-  Neighbors near;
+  SampleNeighbors near;
   std::vector<double> reach;
   for (const Vector3d& p : sample) {
     tree.Nearest(p, kFirstNeighbors, near);
@@ -77,7 +78,7 @@ CloudSampling MeasureSampling(const Points& points, const KdTree& tree) {
   }
   double radius = base::UpperMedianOf(reach);
   CloudSampling sampling;
-  for (int round = 0; round < kRounds && radius > 0.0; ++round) {
+  for (int round = 0; round < kSamplingRounds && radius > 0.0; ++round) {
     std::vector<double> residuals, spacings;
     for (const Vector3d& p : sample) {
       tree.Within(p, radius, near);

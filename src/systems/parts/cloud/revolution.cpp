@@ -22,7 +22,7 @@ struct Rotation {
 };
 
 /// The sums of the least squares, about the surface's middle and in units of its size.
-struct Sums {
+struct RingSums {
   Matrix3d aa = Matrix3d::Zero(), am = Matrix3d::Zero(), mm = Matrix3d::Zero();
 
   void Add(double weight, const Vector3d& p, const Vector3d& n) {
@@ -34,13 +34,13 @@ struct Sums {
 };
 
 /// The surface in a frame of its own.
-struct Faces {
+struct RingFaces {
   Vector3d middle = Vector3d::Zero();
   double size = 0.0;
   geometry::Points center;
   const FaceFrames& frames;
 
-  explicit Faces(const FaceFrames& of) : frames(of) {
+  explicit RingFaces(const FaceFrames& of) : frames(of) {
     for (std::size_t f = 0; f < of.center.size(); ++f) {
       middle += of.area[f] / of.total_area * of.center[f];
     }
@@ -58,13 +58,13 @@ struct Faces {
 constexpr double kRidge = 1e-4;
 
 /// m for a, such that the squares are least, without a pitch along a.
-Rotation WithAxis(const Sums& sums, const Vector3d& a) {
+Rotation WithAxis(const RingSums& sums, const Vector3d& a) {
   const Matrix3d mm = sums.mm + kRidge * sums.mm.trace() * Matrix3d::Identity();
   const Vector3d m = -mm.ldlt().solve(sums.am.transpose() * a);
   return {a, m - a.dot(m) * a};
 }
 
-Rotation BestOf(const Sums& sums) {
+Rotation BestOf(const RingSums& sums) {
   const Matrix3d mm = sums.mm + kRidge * sums.mm.trace() * Matrix3d::Identity();
   const Matrix3d left = sums.aa - sums.am * mm.ldlt().solve(sums.am.transpose());
   return WithAxis(sums, Eigen::SelfAdjointEigenSolver<Matrix3d>(left).eigenvectors().col(0));
@@ -72,14 +72,14 @@ Rotation BestOf(const Sums& sums) {
 
 double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
   // Near to the axis its place is not known well enough for a direction round it.
-  constexpr double kNear = 0.1;
+  constexpr double kNearRing = 0.1;
   const Vector3d velocity = rotation.VelocityAt(p);
-  return velocity.dot(n) / std::max(velocity.norm(), kNear);
+  return velocity.dot(n) / std::max(velocity.norm(), kNearRing);
 }
 
-Rotation Refine(const Faces& faces, Rotation rotation, const RevolutionOptions& options) {
+Rotation Refine(const RingFaces& faces, Rotation rotation, const RevolutionOptions& options) {
   for (int round = 0; round < options.rounds; ++round) {
-    Sums sums;
+    RingSums sums;
     for (std::size_t f = 0; f < faces.center.size(); ++f) {
       const Vector3d& p = faces.center[f];
       const Vector3d& n = faces.frames.normal[f];
@@ -92,7 +92,7 @@ Rotation Refine(const Faces& faces, Rotation rotation, const RevolutionOptions& 
   return rotation;
 }
 
-double ShareOf(const Faces& faces, const Rotation& rotation, double max_twist) {
+double ShareOf(const RingFaces& faces, const Rotation& rotation, double max_twist) {
   double area = 0.0;
   for (std::size_t f = 0; f < faces.center.size(); ++f) {
     if (std::abs(TwistOf(rotation, faces.center[f], faces.frames.normal[f])) <= max_twist) {
@@ -118,8 +118,8 @@ double RevolutionAxis::Twist(const Vector3d& p, const Vector3d& normal) const {
 std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames,
                                              const RevolutionOptions& options) {
   if (!(frames.total_area > 0.0)) return std::nullopt;
-  const Faces faces(frames);
-  Sums all;
+  const RingFaces faces(frames);
+  RingSums all;
   for (std::size_t f = 0; f < faces.center.size(); ++f) {
     all.Add(frames.area[f], faces.center[f], frames.normal[f]);
   }

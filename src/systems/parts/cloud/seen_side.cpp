@@ -64,7 +64,7 @@ double CoveredArea(const Vector3d& view, const FaceFrames& frames) {
 }
 
 /// What is known of a part.
-struct Part {
+struct SeenPart {
   double area = 0.0;
   double turned = 0.0;  ///< area that turns about the axis
   double near = 0.0;    ///< area near to the body's profile
@@ -74,7 +74,7 @@ struct Part {
 
 /// Sums over the faces of each part.
 template <class Add>
-void OverFaces(const Segmentation& found, std::vector<Part>& parts, const Add& add) {
+void OverFaces(const Segmentation& found, std::vector<SeenPart>& parts, const Add& add) {
   for (std::size_t f = 0; f < found.label.size(); ++f) {
     add(parts[static_cast<std::size_t>(found.label[f])], f);
   }
@@ -87,9 +87,9 @@ Vector3d InProfile(const RevolutionAxis& axis, const Vector3d& p) {
 }
 
 void MeasureProfile(const FaceFrames& frames, const RevolutionAxis& axis, const Segmentation& found,
-                    const SeenSideOptions& options, std::vector<Part>& parts) {
+                    const SeenSideOptions& options, std::vector<SeenPart>& parts) {
   geometry::Points profile;
-  OverFaces(found, parts, [&](const Part& part, std::size_t f) {
+  OverFaces(found, parts, [&](const SeenPart& part, std::size_t f) {
     if (part.turned < options.sure_turned * part.area) return;
     if (part.area < options.sure_area * frames.total_area) return;
     profile.push_back(InProfile(axis, frames.center[f]));
@@ -98,23 +98,23 @@ void MeasureProfile(const FaceFrames& frames, const RevolutionAxis& axis, const 
   const double reach = options.profile_reach * EdgeOf(frames);
   const geometry::KdTree tree(profile);
   std::vector<geometry::KdTree::Neighbor> nearest;
-  OverFaces(found, parts, [&](Part& part, std::size_t f) {
+  OverFaces(found, parts, [&](SeenPart& part, std::size_t f) {
     tree.Nearest(InProfile(axis, frames.center[f]), 1, nearest);
     if (nearest.front().squared_distance <= reach * reach) part.near += frames.area[f];
   });
 }
 
-std::vector<Part> MeasureParts(const FaceFrames& frames, const RevolutionAxis& axis,
-                               const Segmentation& found, const SeenSideOptions& options) {
-  std::vector<Part> parts(static_cast<std::size_t>(found.parts));
-  OverFaces(found, parts, [&](Part& part, std::size_t f) {
+std::vector<SeenPart> MeasureParts(const FaceFrames& frames, const RevolutionAxis& axis,
+                                   const Segmentation& found, const SeenSideOptions& options) {
+  std::vector<SeenPart> parts(static_cast<std::size_t>(found.parts));
+  OverFaces(found, parts, [&](SeenPart& part, std::size_t f) {
     part.area += frames.area[f];
     part.middle += frames.area[f] * frames.center[f];
     const bool turns = axis.Twist(frames.center[f], frames.normal[f]) <= options.max_twist;
     if (turns) part.turned += frames.area[f];
   });
   MeasureProfile(frames, axis, found, options, parts);
-  for (Part& part : parts) {
+  for (SeenPart& part : parts) {
     part.middle /= part.area;
     part.is_body = part.turned >= options.min_turned * part.area && part.near >= 0.5 * part.area;
   }
@@ -159,14 +159,14 @@ void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
   }
 }
 
-bool OnOneSide(const RevolutionAxis& axis, const Part& a, const Part& b, double angle) {
+bool OnOneSide(const RevolutionAxis& axis, const SeenPart& a, const SeenPart& b, double angle) {
   const Vector3d of_a = axis.direction.cross(a.middle - axis.point);
   const Vector3d of_b = axis.direction.cross(b.middle - axis.point);
   return of_a.dot(of_b) >= std::cos(angle) * of_a.norm() * of_b.norm();
 }
 
 /// Parts of the body, parts on one side of it, and with the body what is too little to stand off.
-geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<Part>& parts,
+geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<SeenPart>& parts,
                                const SeenSideOptions& options) {
   geometry::UnionFind sets(parts.size());
   double total = 0.0;
@@ -225,14 +225,14 @@ std::optional<RevolutionAxis> FindSeenBody(const Shape& mesh, const SeenSideOpti
 Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Segmentation& found,
                         const SeenSideOptions& options) {
   const FaceFrames frames = SmoothFrames(mesh);
-  const std::vector<Part> parts = MeasureParts(frames, axis, found, options);
+  const std::vector<SeenPart> parts = MeasureParts(frames, axis, found, options);
   std::vector<bool> is_body;
-  for (const Part& part : parts) is_body.push_back(part.is_body);
+  for (const SeenPart& part : parts) is_body.push_back(part.is_body);
   geometry::UnionFind sets = JoinedSets(axis, parts, options);
   Segmentation joined = found;
   MoveBordersOfBody(frames, axis, is_body, options, joined.label);
   std::vector<double> area;
-  for (const Part& part : parts) area.push_back(part.area);
+  for (const SeenPart& part : parts) area.push_back(part.area);
   return JoinParts(joined, area, sets);
 }
 

@@ -11,7 +11,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Face = std::array<std::uint32_t, 3>;
+using InsideFace = std::array<std::uint32_t, 3>;
 
 // The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983), positive if
 // it is seen from behind.
@@ -26,7 +26,7 @@ double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
 
 bool IsInsideMesh(const Shape& mesh, const Eigen::Vector3d& p) {
   double angle = 0.0;
-  for (const Face& f : TurnedOutwards(mesh)) {
+  for (const InsideFace& f : TurnedOutwards(mesh)) {
     angle += SolidAngle(mesh.points[f[0]] - p, mesh.points[f[1]] - p, mesh.points[f[2]] - p);
   }
   return angle >= 0.5 * 4.0 * base::kPi;

@@ -23,8 +23,8 @@ Points Farthest(const Points& images, const Eigen::Vector3d& center) {
   // Cells along a side of the cube of directions: the hull of more costs more to make, that of
   // fewer holds less. The core does not depend on it.
   constexpr int kSide = 8;
-  constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
-  std::vector<std::uint32_t> best(static_cast<std::size_t>(6 * kSide * kSide), kNone);
+  constexpr std::uint32_t kNoFace = static_cast<std::uint32_t>(-1);
+  std::vector<std::uint32_t> best(static_cast<std::size_t>(6 * kSide * kSide), kNoFace);
   std::vector<double> distance(best.size(), -1.0);
   for (std::uint32_t i = 0; i < images.size(); ++i) {
     const Eigen::Vector3d d = images[i] - center;
@@ -35,7 +35,7 @@ Points Farthest(const Points& images, const Eigen::Vector3d& center) {
   }
   Points farthest;
   for (const std::uint32_t i : best) {
-    if (i != kNone) farthest.push_back(images[i]);
+    if (i != kNoFace) farthest.push_back(images[i]);
   }
   return farthest;
 }
@@ -103,8 +103,8 @@ std::vector<double> CloudOffsets(const Shape& cloud, const std::vector<std::uint
   std::vector<std::uint32_t> neighbors;
   for (const std::uint32_t i : points) {
     // A little more than d_max, so that the pair that it comes from finds each other.
-    constexpr double kSlack = 1.0 + 1e-9;
-    tree.Within(cloud.points[i], d_max * kSlack, found);
+    constexpr double kCoreSlack = 1.0 + 1e-9;
+    tree.Within(cloud.points[i], d_max * kCoreSlack, found);
     neighbors.clear();
     for (const auto& n : found) {
       if (order[n.index] != i) neighbors.push_back(order[n.index]);

@@ -93,7 +93,7 @@ std::vector<std::uint32_t> InOrder(const std::vector<std::uint32_t>& values,
 // Flood filling of points at d < d_a (eq. 6.8): the pieces, numbered by falling size.
 std::vector<std::int32_t> FloodFill(const Points& points) {
   // A little more than the mean, so that rounding does not part points as far apart as it.
-  constexpr double kSlack = 1.0 + 1e-9;
+  constexpr double kMirrorSlack = 1.0 + 1e-9;
   const KdTree tree(points);
   struct Link {
     std::uint32_t a, b;
@@ -111,7 +111,7 @@ std::vector<std::int32_t> FloodFill(const Points& points) {
     reach.push_back(found.back().squared_distance);
     sum += std::sqrt(reach.back());
   }
-  const double d_a = sum / static_cast<double>(points.size()) * kSlack;
+  const double d_a = sum / static_cast<double>(points.size()) * kMirrorSlack;
   geometry::UnionFind sets(points.size());
   for (const Link& link : links) {
     if (link.squared <= std::max(d_a * d_a, reach[link.b])) sets.Unite(link.a, link.b);

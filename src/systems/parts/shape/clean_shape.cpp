@@ -15,7 +15,7 @@ namespace {
 
 using geometry::Points;
 using geometry::TriangleMesh;
-using Face = std::array<std::uint32_t, 3>;
+using CleanFace = std::array<std::uint32_t, 3>;
 
 constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
 /// Of a tetrahedron: fewer have no inside.
@@ -42,16 +42,16 @@ std::vector<std::uint32_t> FirstAtPlace(const Points& points) {
   return first;
 }
 
-bool HasArea(const Points& points, const Face& face) {
+bool HasArea(const Points& points, const CleanFace& face) {
   const Eigen::Vector3d u = points[face[1]] - points[face[0]];
   const Eigen::Vector3d v = points[face[2]] - points[face[0]];
   return u.cross(v).norm() > kMinSine * std::max(u.squaredNorm(), v.squaredNorm());
 }
 
 // The face with equal points joined; nullopt if that leaves no triangle.
-std::optional<Face> Joined(const TriangleMesh& mesh, const Face& face,
-                           const std::vector<std::uint32_t>& first) {
-  Face joined;
+std::optional<CleanFace> Joined(const TriangleMesh& mesh, const CleanFace& face,
+                                const std::vector<std::uint32_t>& first) {
+  CleanFace joined;
   for (std::size_t i = 0; i < 3; ++i) {
     if (face[i] >= first.size() || first[face[i]] == kNone) return std::nullopt;
     joined[i] = first[face[i]];
@@ -64,7 +64,7 @@ std::optional<Face> Joined(const TriangleMesh& mesh, const Face& face,
 }
 
 void KeepFaces(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first, Shape& shape) {
-  for (const Face& face : mesh.triangles) {
+  for (const CleanFace& face : mesh.triangles) {
     const auto joined = Joined(mesh, face, first);
     shape.element_of_input.push_back(joined ? static_cast<std::int32_t>(shape.faces.size()) : -1);
     if (joined) shape.faces.push_back(*joined);
@@ -76,7 +76,7 @@ void KeepFaces(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first
   }
   // Only vertices that a face uses stay, in their order.
   std::vector<std::uint32_t> position(mesh.vertices.size(), kNone);
-  for (const Face& face : shape.faces) {
+  for (const CleanFace& face : shape.faces) {
     for (const std::uint32_t v : face) position[v] = 0;
   }
   for (std::size_t i = 0; i < position.size(); ++i) {
@@ -84,7 +84,7 @@ void KeepFaces(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first
     position[i] = static_cast<std::uint32_t>(shape.points.size());
     shape.points.push_back(mesh.vertices[i]);
   }
-  for (Face& face : shape.faces) {
+  for (CleanFace& face : shape.faces) {
     for (std::uint32_t& v : face) v = position[v];
   }
 }

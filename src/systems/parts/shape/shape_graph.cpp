@@ -11,7 +11,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Face = std::array<std::uint32_t, 3>;
+using GraphFace = std::array<std::uint32_t, 3>;
 
 // Faces round one edge beyond which each is joined with the next only, not all with all: links
 // would grow with the square.
@@ -41,7 +41,7 @@ void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number
 }
 
 std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
-  const std::vector<Face>& faces = mesh.faces;
+  const std::vector<GraphFace>& faces = mesh.faces;
   std::vector<EdgeOfFace> edges;
   edges.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -73,7 +73,7 @@ void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) 
 
 std::vector<std::array<std::uint32_t, 2>> MeshLinks(const Shape& shape) {
   std::vector<std::array<std::uint32_t, 2>> links;
-  for (const Face& face : shape.faces) {
+  for (const GraphFace& face : shape.faces) {
     for (std::size_t i = 0; i < 3; ++i) {
       links.push_back({face[i], face[(i + 1) % 3]});
       links.push_back({face[(i + 1) % 3], face[i]});

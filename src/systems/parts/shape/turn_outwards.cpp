@@ -8,9 +8,9 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Face = std::array<std::uint32_t, 3>;
+using TurnedFace = std::array<std::uint32_t, 3>;
 
-bool RunsAlong(const Face& face, const std::array<std::uint32_t, 2>& edge) {
+bool RunsAlong(const TurnedFace& face, const std::array<std::uint32_t, 2>& edge) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (face[i] == edge[0] && face[(i + 1) % 3] == edge[1]) return true;
   }
@@ -19,9 +19,9 @@ bool RunsAlong(const Face& face, const std::array<std::uint32_t, 2>& edge) {
 
 }  // namespace
 
-std::vector<Face> TurnedOutwards(const Shape& mesh) {
+std::vector<TurnedFace> TurnedOutwards(const Shape& mesh) {
   const FaceGraph graph = BuildFaceGraph(mesh);
-  std::vector<Face> faces = mesh.faces;
+  std::vector<TurnedFace> faces = mesh.faces;
   std::vector<bool> seen(faces.size(), false);
   std::vector<std::uint32_t> piece;
   for (std::uint32_t first = 0; first < faces.size(); ++first) {

@@ -96,9 +96,9 @@ MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, 
 }
 
 std::string MeansCsv(const MetricMeans& means, Metric metric) {
-  constexpr int kDigits = 6;  // more than the number of models supports
+  constexpr int kMeanDigits = 6;  // more than the number of models supports
   const auto cell = [](const std::optional<double>& value) {
-    return value ? experiment::Fixed(*value, kDigits) : std::string();
+    return value ? experiment::Fixed(*value, kMeanDigits) : std::string();
   };
   std::string text = base::CsvLine(
       {"class", "method", metric == Metric::kRandError ? "one_minus_rand_index" : "cut_discrepancy",

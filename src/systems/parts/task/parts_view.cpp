@@ -17,7 +17,7 @@ namespace {
 using experiment::View;
 using Labels = std::vector<std::int32_t>;
 
-constexpr int kAxisUp = 2;
+constexpr int kViewAxisUp = 2;
 
 geometry::TriangleMesh InUnitBox(geometry::TriangleMesh mesh) {
   Eigen::AlignedBox3d box;
@@ -84,7 +84,7 @@ View PartsView(const parts::HumanModel& model, const std::string& name, const La
     view.painted.push_back(PaintedBy(mesh, fmt::format("person {}", h + 1),
                                      found.empty() ? human : MatchedLabels(human, found)));
   }
-  const draw::View look = draw::LookAtShape(mesh.vertices, kAxisUp);
+  const draw::View look = draw::LookAtShape(mesh.vertices, kViewAxisUp);
   view.eye_W = look.eye;
   view.target_W = look.target;
   return view;

@@ -442,7 +442,7 @@ class Run {
   int idle_ = 0;  // attempts in vain at the wanted object, as the table is now
 };
 
-/// Truth: what a run came to (docs/bring.md).
+/// Truth: what a run came to (docs/known-objects.md).
 std::string Judge(const Bring& run, std::optional<int> target, const sim::World& world) {
   switch (run.said) {
     case Said::kBroken: {

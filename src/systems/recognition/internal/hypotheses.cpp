@@ -16,8 +16,8 @@ using geometry::Points;
 /// A segment that is so much longer or higher than the object cannot be it alone [m].
 constexpr double kTooLarge_m = 0.015;
 /// Poses are no nearer than this to each other, symmetry aside.
-constexpr double kSame_m = 0.010;
-constexpr double kSame_rad = 0.2;
+constexpr double kSameGuess_m = 0.010;
+constexpr double kSameGuess_rad = 0.2;
 /// Every so many samples of the surface tell how far it reaches.
 constexpr std::size_t kStride = 8;
 
@@ -47,7 +47,7 @@ base::Pose AlongSight(const Segment& segment) {
 bool IsNew(const base::Pose& pose, const std::vector<base::Pose>& poses, const Symmetry& symmetry) {
   return std::ranges::none_of(poses, [&](const base::Pose& other) {
     const PoseDifference d = Difference(pose, other, symmetry);
-    return d.distance_m < kSame_m && d.angle_rad < kSame_rad;
+    return d.distance_m < kSameGuess_m && d.angle_rad < kSameGuess_rad;
   });
 }
 

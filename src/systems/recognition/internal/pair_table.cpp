@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 /// Steps of the feature's angles and of the turn about a normal (12 deg, as in the paper).
 constexpr double kAngleStep = kPi / 15.0;
-constexpr int kTurns = 30;
+constexpr int kPairTurns = 30;
 /// Of pairs of one feature so many vote, evenly: those of a plane with itself are thousands, and
 /// say little.
 constexpr std::size_t kMaxPairs = 100;
@@ -82,7 +82,7 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
   const Vector3d& n = scene_C.normals[reference];
   const base::Pose to_axis = ToAxis(p, n);
   thread_local std::vector<float> votes;
-  votes.assign(points_B_.size() * kTurns, 0.0f);
+  votes.assign(points_B_.size() * kPairTurns, 0.0f);
   for (std::uint32_t j = 0; j < scene_C.size(); ++j) {
     const Vector3d& q = scene_C.points[j];
     const double distance = (q - p).norm();
@@ -97,17 +97,17 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
       double turn = angle - static_cast<double>(pair.angle);
       if (turn < 0.0) turn += 2.0 * kPi;
       if (turn < 0.0) turn += 2.0 * kPi;
-      const auto slot = std::min(static_cast<int>(turn / (2.0 * kPi) * kTurns), kTurns - 1);
-      votes[pair.reference * static_cast<std::size_t>(kTurns) + static_cast<std::size_t>(slot)] +=
-          weight;
+      const auto slot = std::min(static_cast<int>(turn / (2.0 * kPi) * kPairTurns), kPairTurns - 1);
+      votes[pair.reference * static_cast<std::size_t>(kPairTurns) +
+            static_cast<std::size_t>(slot)] += weight;
     }
   }
   for (std::size_t peak = 0; peak < peaks; ++peak) {
     const auto best = std::ranges::max_element(votes);
     if (best == votes.end() || *best <= 0.0f) return;
     const auto at = static_cast<std::size_t>(best - votes.begin());
-    const std::size_t i = at / kTurns;
-    const double turn = (static_cast<double>(at % kTurns) + 0.5) * 2.0 * kPi / kTurns;
+    const std::size_t i = at / kPairTurns;
+    const double turn = (static_cast<double>(at % kPairTurns) + 0.5) * 2.0 * kPi / kPairTurns;
     const base::Pose spin = base::MakePose(
         Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero());
     const base::Pose X_CB =
@@ -116,7 +116,7 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     // The next peak is of another place of the model.
     for (std::size_t k = 0; k < points_B_.size(); ++k) {
       if ((points_B_.points[k] - points_B_.points[i]).norm() > 2.0 * spacing_m_) continue;
-      std::fill_n(votes.begin() + static_cast<std::ptrdiff_t>(k * kTurns), kTurns, 0.0f);
+      std::fill_n(votes.begin() + static_cast<std::ptrdiff_t>(k * kPairTurns), kPairTurns, 0.0f);
     }
   }
 }

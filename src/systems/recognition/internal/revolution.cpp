@@ -10,7 +10,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kIterations = 20;
+constexpr int kAxisIterations = 20;
 /// A point that turns off its surface by more than this for each radian is of another part: a
 /// scan's noise for each of the steps that poses are turned in.
 constexpr double kOff_m = 0.002;
@@ -51,7 +51,7 @@ std::optional<Axis> AxisOfRevolution(const geometry::PointCloud& surface_B) {
   std::vector<double> weights(points.size(), 1.0);
   Motion motion;
   std::size_t staying = 0;
-  for (int k = 0; k < kIterations; ++k) {
+  for (int k = 0; k < kAxisIterations; ++k) {
     motion = LeastLeaving(points, surface_B.normals, weights);
     staying = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {

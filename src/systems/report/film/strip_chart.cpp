@@ -16,7 +16,7 @@ constexpr int kLeft = 46;
 constexpr int kRight = 12;
 constexpr int kTitle = 24;
 constexpr int kBottom = 22;
-constexpr double kLetters = 0.45;
+constexpr double kChartLetters = 0.45;
 /// The axis of time is at least so long, so that a film's first second does not fill it [s].
 constexpr double kMinTime_s = 10.0;
 
@@ -53,7 +53,7 @@ void DrawMarks(const Axes& axes, const std::vector<Mark>& marks, bool named, ima
     const cv::Point foot = axes.At(mark.time_s, 0.0);
     // In turn on two lines: stages may be short.
     const int y = axes.area.y + 12 + 12 * (line++ % 2);
-    internal::Write(mark.name, foot.x + 3, y, kLetters * 0.9, into, kAxis);
+    internal::Write(mark.name, foot.x + 3, y, kChartLetters * 0.9, into, kAxis);
   }
 }
 
@@ -65,10 +65,11 @@ void DrawTrace(const Axes& axes, const std::vector<double>& time_s, const Trace&
   cv::polylines(mat, line, /*isClosed=*/false, RgbOf(trace.color), 2, cv::LINE_AA);
   cv::line(mat, axes.At(0.0, 0.0), axes.At(axes.end_s, 0.0), kAxis);
   cv::line(mat, axes.At(0.0, 0.0), axes.At(0.0, axes.top), kAxis);
-  internal::Write(fmt::format("{:.3g}", axes.top), 4, axes.area.y + 10, kLetters, into, kAxis);
-  internal::Write("0", kLeft - 14, axes.area.y + axes.area.height, kLetters, into, kAxis);
+  internal::Write(fmt::format("{:.3g}", axes.top), 4, axes.area.y + 10, kChartLetters, into, kAxis);
+  internal::Write("0", kLeft - 14, axes.area.y + axes.area.height, kChartLetters, into, kAxis);
   const std::string now = trace.y.empty() ? "" : fmt::format("  {:.3g}", trace.y.back());
-  internal::Write(trace.label + now, kLeft, axes.area.y - 8, kLetters, into, RgbOf(trace.color));
+  internal::Write(trace.label + now, kLeft, axes.area.y - 8, kChartLetters, into,
+                  RgbOf(trace.color));
 }
 
 }  // namespace
@@ -85,8 +86,9 @@ image::Image DrawStrips(const std::vector<double>& time_s, const std::vector<Tra
     DrawMarks(axes, marks, i == 0, picture);
     DrawTrace(axes, time_s, traces[i], picture);
   }
-  internal::Write("0 s", kLeft, height - 6, kLetters, picture, kAxis);
-  internal::Write(fmt::format("{:.1f} s", end_s), width - 60, height - 6, kLetters, picture, kAxis);
+  internal::Write("0 s", kLeft, height - 6, kChartLetters, picture, kAxis);
+  internal::Write(fmt::format("{:.1f} s", end_s), width - 60, height - 6, kChartLetters, picture,
+                  kAxis);
   return picture;
 }
 

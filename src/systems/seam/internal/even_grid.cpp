@@ -18,28 +18,28 @@ constexpr double kGap = 1.5;
 // A column takes the height of a point up to half the distance of two away, and what rounding adds.
 constexpr double kNear = 0.5 * (1.0 + 1e-9);
 // A line with more is a mistake in the unit or an outlier in x.
-constexpr double kMaxColumns = 65536.0;
+constexpr double kMaxGridColumns = 65536.0;
 
-struct Point {
+struct GridPoint {
   double x_m;
   float height_m;
 };
 
 // Those with a height, by x.
-std::vector<Point> PointsOf(const RawRow& row) {
-  std::vector<Point> points;
+std::vector<GridPoint> PointsOf(const RawRow& row) {
+  std::vector<GridPoint> points;
   for (std::size_t i = 0; i < row.x_m.size(); ++i) {
     if (std::isfinite(row.x_m[i]) && std::isfinite(row.height_m[i])) {
       points.push_back({row.x_m[i], row.height_m[i]});
     }
   }
-  std::ranges::stable_sort(points, {}, &Point::x_m);
+  std::ranges::stable_sort(points, {}, &GridPoint::x_m);
   return points;
 }
 
 // Of neighbours: the mean of the distances that are no gap, which numbers that were rounded to a
 // few digits do not shift along the line as a median would. 0 if there are fewer than two places.
-double UsualDistance(const std::vector<Point>& points) {
+double UsualDistance(const std::vector<GridPoint>& points) {
   std::vector<double> distances;
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double distance = points[i].x_m - points[i - 1].x_m;
@@ -69,11 +69,11 @@ std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_
   }
   if (!(pitch > 0.0) || !(high > low)) return std::nullopt;
   const double columns = std::round((high - low) / pitch) + 1.0;
-  if (columns > kMaxColumns) {
+  if (columns > kMaxGridColumns) {
     throw base::InputError(fmt::format(
         "x from {:.6g} to {:.6g} m with {:.6g} columns a metre are {:.0f} columns; at most {:.0f} "
         "are a line (a wrong unit, or a no-value among x?)",
-        low, high, 1.0 / pitch, columns, kMaxColumns));
+        low, high, 1.0 / pitch, columns, kMaxGridColumns));
   }
   return EvenGrid{low, pitch, static_cast<std::size_t>(columns)};
 }
@@ -87,8 +87,8 @@ std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   for (std::size_t column = 0; column < grid.columns; ++column) {
     const double x = grid.first_m + static_cast<double>(column) * grid.pitch_m;
     while (next < points.size() && points[next].x_m < x) ++next;
-    const Point* right = next < points.size() ? &points[next] : nullptr;
-    const Point* left = next > 0 ? &points[next - 1] : nullptr;
+    const GridPoint* right = next < points.size() ? &points[next] : nullptr;
+    const GridPoint* left = next > 0 ? &points[next - 1] : nullptr;
     if (left != nullptr && right != nullptr && right->x_m - left->x_m <= kGap * typical) {
       const double share = (x - left->x_m) / (right->x_m - left->x_m);
       heights[column] = static_cast<float>((1.0 - share) * static_cast<double>(left->height_m) +

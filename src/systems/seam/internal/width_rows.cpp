@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kRowsOfWidth = 3;
 // Damaged rows before them are not held back for ever.
-constexpr std::size_t kMaxHeld = 16;
+constexpr std::size_t kMaxRowsHeld = 16;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::optional<RawRow> WidthRows::Next() {
 
 void WidthRows::FixWidth() {
   std::vector<std::size_t> widths;
-  while (!settled_ && held_.size() < kMaxHeld) {
+  while (!settled_ && held_.size() < kMaxRowsHeld) {
     auto row = rows_.Next();
     if (!row) break;
     held_.push_back(std::move(*row));

@@ -17,7 +17,7 @@ using draw::Panel;
 using draw::Series;
 using experiment::View;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoEdge = std::numeric_limits<double>::quiet_NaN();
 // Pages of a view: so many from end to end, and so many that went most wrong. Their number is the
 // view's size, 25 kB a page.
 constexpr std::size_t kEvenPages = 8;
@@ -34,9 +34,9 @@ const char* ColorOf(std::size_t method) {
   return method == kLocalStep ? kLocalStepColor : kDetectorColors[method];
 }
 
-double Value(const std::optional<double>& column) { return column.value_or(kNone); }
+double Value(const std::optional<double>& column) { return column.value_or(kNoEdge); }
 double Value(const std::optional<int>& column) {
-  return column ? static_cast<double>(*column) : kNone;
+  return column ? static_cast<double>(*column) : kNoEdge;
 }
 
 // What all methods told of a seam's profiles.

@@ -34,9 +34,9 @@ sensing::StereoCameraOptions Unprinted(sensing::StereoCameraOptions options) {
 }
 
 /// The board, the arm and the camera.
-class Cell {
+class CalibrationCell {
  public:
-  explicit Cell(const HandEyeSetup& setup)
+  explicit CalibrationCell(const HandEyeSetup& setup)
       : setup_(setup),
         robot_(robot::Robot::Load(setup.scene)),
         world_(setup.scene, {{"chessboard", ChessboardModel()}}, {}),
@@ -165,7 +165,7 @@ class Cell {
 
 HandEyeSimulation SimulateHandEye(const HandEyeSetup& setup,
                                   const std::function<bool(const image::Image&)>& is_good) {
-  return Cell(setup).Run(is_good);
+  return CalibrationCell(setup).Run(is_good);
 }
 
 }  // namespace rangegrasp::trial

@@ -152,7 +152,7 @@ image::Image StereoCamera::Picture(const sim::World& world, sim::Renderer& rende
 std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const base::Pose& X_WC,
                                       std::span<const Eigen::Vector2d> pixels) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoRange = std::numeric_limits<double>::quiet_NaN();
   const internal::RayCaster caster(meshes);
   std::vector<internal::Ray> rays;
   std::vector<std::size_t> traced;
@@ -165,7 +165,7 @@ std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
   }
   std::vector<internal::Hit> hits;
   caster.FirstHits(rays, hits);
-  std::vector<PixelTruth> truth(pixels.size(), PixelTruth{0, kNaN});
+  std::vector<PixelTruth> truth(pixels.size(), PixelTruth{0, kNoRange});
   for (std::size_t k = 0; k < traced.size(); ++k) {
     if (!hits[k].found()) continue;
     const double along_axis = rays[k].direction_W.cast<double>().dot(X_WC.linear().col(2));

@@ -12,7 +12,7 @@ namespace rangegrasp::sensing {
 /// (-37 deg) is that of the scene's site. Turned by 0 the camera stands `ahead_m` before the axis
 /// along S's z and looks along it: only ahead of the axis does a turn move it sideways, which is
 /// the baseline b = ahead * 2 sin(turn / 2). The dissertation names neither its place nor its
-/// lens; the defaults are those of docs/stereo.md.
+/// lens; the defaults are those of docs/results.md.
 ///
 /// These are the truth of what is simulated. Who looks at the pictures knows of them what a
 /// calibration found.

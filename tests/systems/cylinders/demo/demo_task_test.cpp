@@ -12,7 +12,7 @@
 namespace rangegrasp::demo {
 namespace {
 
-experiment::Experiment Open(const std::vector<std::string>& set = {}) {
+experiment::Experiment DemoTaskOpen(const std::vector<std::string>& set = {}) {
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
                                     experiment::AllKinds(), {.set = set, .seed = 11});
 }
@@ -23,7 +23,7 @@ nlohmann::json DataOf(const experiment::Result& result) {
 
 // Run 0 of seed 11, in which nothing stands in the way.
 TEST(DemoTask, FindsGraspsCarriesAndHandsOver) {
-  const auto experiment = Open();
+  const auto experiment = DemoTaskOpen();
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "handed_over") << result.detail;
   const auto data = DataOf(result);
@@ -40,21 +40,21 @@ TEST(DemoTask, FindsGraspsCarriesAndHandsOver) {
 }
 
 TEST(DemoTask, PutsItDownWhereNobodyTakesIt) {
-  const auto experiment = Open({"demo.delivery=place"});
+  const auto experiment = DemoTaskOpen({"demo.delivery=place"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "delivered") << result.detail;
   EXPECT_FALSE(DataOf(result)["log"].contains("hand_over"));
 }
 
 TEST(DemoTask, APersonWhoHardlyPullsGetsNothing) {
-  const auto experiment = Open({"demo.user.force_n=0.5"});
+  const auto experiment = DemoTaskOpen({"demo.user.force_n=0.5"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "not_felt");
   EXPECT_FALSE(DataOf(result)["log"]["hand_over"]["taken"]);
 }
 
 TEST(DemoTask, ACylinderOfAnotherShapeIsNotFound) {
-  const auto experiment = Open({"cylinders=[30x220, 26.75x134]", "demo.max_tries=2"});
+  const auto experiment = DemoTaskOpen({"cylinders=[30x220, 26.75x134]", "demo.max_tries=2"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "not_segmented");
   // It looks again, as often as it may, and says what came of it.
@@ -81,7 +81,7 @@ TEST(DemoTask, OnlyWhatTheRobotNoticesIsTriedAgain) {
 
 TEST(DemoTask, ReplayShowsWhatWasDetectedAndEndsAsTheRun) {
   const testing_support::TempFolder folder;
-  const auto experiment = Open();
+  const auto experiment = DemoTaskOpen();
   experiment::ReplayOptions options;
   options.folder = folder.path();
   options.snapshots = true;

@@ -36,7 +36,7 @@ TEST(CylindersTask, RunsBothExperimentsEndToEnd) {
     }
     const auto report = CylindersTask().report(experiment.stamp, records);
     EXPECT_EQ(report.sections.size(), 3u);
-    EXPECT_EQ(report.csv.rows.size(), HasPcl() ? 15u : 12u);
+    EXPECT_EQ(report.csv.rows.size(), 15u);
   }
 }
 

@@ -22,7 +22,7 @@ using Labels = std::vector<std::int32_t>;
 // Two balls joined by a thin neck: thick, thin, thick; faces in rings along x.
 constexpr std::uint32_t kRings = 61, kAround = 24;
 Shape Dumbbell() {
-  return testing::Tube(
+  return samples::Tube(
       kRings, kAround, [](double t) { return Eigen::Vector3d(10.0 * t, 0.0, 0.0); },
       [](double t) {
         const double from_ball = std::min(std::abs(10.0 * t - 2.0), std::abs(10.0 * t - 8.0));
@@ -116,7 +116,7 @@ Eigen::MatrixXd DualDistances(const Shape& shape) {
 
 TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
   // A lopsided ball: no two distances are the same.
-  const Shape ball = testing::Ball(4, [](const Eigen::Vector3d& p) {
+  const Shape ball = samples::Ball(4, [](const Eigen::Vector3d& p) {
     return 1.0 + 0.5 * std::sin(3.0 * p.x() + 0.3) + 0.3 * p.y() * p.z() + 0.2 * p.z();
   });
   const Eigen::MatrixXd distance = DualDistances(ball);
@@ -165,7 +165,7 @@ TEST(KMeans, GivesAsManyPartsAsAsked) {
 }
 
 TEST(KMeans, MoreClustersThanFacesAreOneFaceEach) {
-  const Shape ball = testing::Ball(1, [](const auto&) { return 1.0; });
+  const Shape ball = samples::Ball(1, [](const auto&) { return 1.0; });
   const Segmentation found = SegmentByKMeans(ball, Clusters(1000));
   ExpectValid(ball, found);
   EXPECT_EQ(found.parts, static_cast<int>(ball.faces.size()));

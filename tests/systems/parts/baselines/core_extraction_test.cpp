@@ -30,7 +30,7 @@ const std::vector<Vector3d> kLimbs = {
 
 /// A unit ball with five limbs, each 2 long and some 0.5 wide.
 Shape FiveLimbs() {
-  return testing::Ball(40, [](const Vector3d& n) {
+  return samples::Ball(40, [](const Vector3d& n) {
     double radius = 1.0;
     for (const Vector3d& limb : kLimbs) {
       const double angle = std::acos(std::clamp(n.dot(limb), -1.0, 1.0));
@@ -99,14 +99,14 @@ TEST(CoreExtraction, KnowsNoTurnShiftAndScaleAndIsTheSameEachTime) {
 
 TEST(CoreExtraction, ABallStaysWhole) {
   const Segmentation result =
-      SegmentByCoreExtraction(testing::Ball(12, [](const Vector3d&) { return 1.0; }), {});
+      SegmentByCoreExtraction(samples::Ball(12, [](const Vector3d&) { return 1.0; }), {});
   EXPECT_EQ(result.parts, 1);
   EXPECT_FALSE(result.has_core);
   EXPECT_FALSE(result.note.empty());
 }
 
 TEST(CoreExtraction, PiecesThatAreNotJoinedAreParts) {
-  const Shape two = testing::Twice(testing::Ball(3, [](const Vector3d&) { return 1.0; }));
+  const Shape two = samples::Twice(samples::Ball(3, [](const Vector3d&) { return 1.0; }));
   const std::size_t faces = two.faces.size() / 2;
   const Segmentation result = SegmentByCoreExtraction(two, {});
   EXPECT_EQ(result.parts, 2);
@@ -159,11 +159,11 @@ TEST(MinCut, RefusesNodesThatAreNotThere) {
 }
 
 TEST(CutRefinement, ABoundaryMovesIntoTheGrooveWithinReach) {
-  constexpr std::uint32_t kRings = 41;
-  constexpr std::uint32_t kAround = 12;
+  constexpr std::uint32_t kTubeRings = 41;
+  constexpr std::uint32_t kTubeAround = 12;
   // A rod of length 4 with a groove at 2.
-  const Shape rod = testing::Tube(
-      kRings, kAround, [](double t) { return Vector3d(4.0 * t, 0.0, 0.0); },
+  const Shape rod = samples::Tube(
+      kTubeRings, kTubeAround, [](double t) { return Vector3d(4.0 * t, 0.0, 0.0); },
       [](double t) { return 0.5 - 0.2 * std::exp(-std::pow(40.0 * (t - 0.5), 2)); });
   const FaceGraph faces = BuildFaceGraph(rod);
   const auto x = [&](std::uint32_t f) {
@@ -204,7 +204,7 @@ TEST(CutRefinement, AConcaveEdgeIsCheaperThanAConvexOneAndThanAFlatOne) {
 }
 
 TEST(CutRefinement, CrumbsJoinTheLabelTheyTouchMost) {
-  const Shape rod = testing::Tube(
+  const Shape rod = samples::Tube(
       20, 8, [](double t) { return Vector3d(t, 0.0, 0.0); }, [](double) { return 0.1; });
   const FaceGraph faces = BuildFaceGraph(rod);
   std::vector<std::int32_t> whole;

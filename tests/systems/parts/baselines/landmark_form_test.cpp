@@ -21,7 +21,7 @@ VertexGraph Star(std::uint32_t length) {
     join(0, first);
     for (std::uint32_t k = 1; k < length; ++k) join(first + k - 1, first + k);
   }
-  return testing::GraphOf(links);
+  return samples::GraphOf(links);
 }
 
 bool IsTip(std::uint32_t node, std::uint32_t length) { return node > 0 && node % length == 0; }

@@ -53,7 +53,7 @@ geometry::Points HalfBall() {
   base::Rng rng(3);
   geometry::Points points;
   while (points.size() < 2'000) {
-    points.push_back(testing::BallPoint(rng));
+    points.push_back(samples::BallPoint(rng));
     if (points.back().z() < 0.0) points.pop_back();
   }
   return points;

@@ -17,8 +17,8 @@ namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
-using testing::BallPoint;
-using testing::Noisy;
+using samples::BallPoint;
+using samples::Noisy;
 
 /// A cloud with the part of each point.
 struct Labelled {
@@ -32,7 +32,7 @@ struct Labelled {
 };
 
 /// Two unit balls round x = -1.2 and 1.2 with a rod of radius 0.3 between them.
-Labelled Dumbbell(int count, double noise, std::uint64_t seed) {
+Labelled CloudHierarchyDumbbell(int count, double noise, std::uint64_t seed) {
   base::Rng rng(seed);
   Labelled result;
   while (result.cloud.points.size() < static_cast<std::size_t>(count)) {
@@ -114,7 +114,7 @@ class CloudGrades : public ::testing::TestWithParam<std::pair<int, double>> {};
 
 TEST_P(CloudGrades, ADumbbellComesApartAtItsRod) {
   const auto [count, noise] = GetParam();
-  const Labelled dumbbell = Dumbbell(count, noise, 1);
+  const Labelled dumbbell = CloudHierarchyDumbbell(count, noise, 1);
   const Segmentation found = SegmentHierarchy(dumbbell.cloud, {});
   // The rod may go with either ball, or be a part: 2 % of the area, and twice that of the pairs.
   EXPECT_LE(RandError(found.label, dumbbell.part), 0.05);

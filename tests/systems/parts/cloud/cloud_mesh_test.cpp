@@ -14,8 +14,8 @@ namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
-using testing::BallPoint;
-using testing::Noisy;
+using samples::BallPoint;
+using samples::Noisy;
 
 /// So many points of the unit ball.
 geometry::Points BallCloud(int count, double noise, std::uint64_t seed) {

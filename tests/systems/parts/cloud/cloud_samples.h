@@ -6,7 +6,7 @@
 #include "base/rng.h"
 #include "geometry/point_cloud.h"
 
-namespace rangegrasp::parts::testing {
+namespace rangegrasp::parts::samples {
 
 /// Evenly drawn from the unit ball's surface (Archimedes: heights are uniform).
 inline Eigen::Vector3d BallPoint(base::Rng& rng) {
@@ -23,4 +23,4 @@ inline Eigen::Vector3d Noisy(const Eigen::Vector3d& p, double noise, base::Rng& 
   return p + off;
 }
 
-}  // namespace rangegrasp::parts::testing
+}  // namespace rangegrasp::parts::samples

@@ -31,7 +31,7 @@ FaceFrames HalfConeWithFin(const Eigen::Isometry3d& move, double noise) {
       n = (out + 0.25 * Vector3d::UnitZ()).normalized();
     }
     frames.center.push_back(move * p);
-    frames.normal.push_back((move.linear() * testing::Noisy(n, noise, rng)).normalized());
+    frames.normal.push_back((move.linear() * samples::Noisy(n, noise, rng)).normalized());
     frames.area.push_back(1.0);
     frames.total_area += 1.0;
   }

@@ -100,7 +100,7 @@ TEST(SeenSide, AClosedSurfaceHasTwoLayersAndWhatOneViewShowsOne) {
   base::Rng rng(3);
   geometry::Points ball, half;
   while (half.size() < 3'000) {
-    ball.push_back(testing::BallPoint(rng));
+    ball.push_back(samples::BallPoint(rng));
     if (ball.back().z() > 0.0) half.push_back(ball.back());
   }
   // A cell counts as covered if any of the surface is in it, so that a disc of radius 1 covers up

@@ -27,9 +27,9 @@ struct Lollipop {
   std::vector<std::array<std::size_t, 3>> faces;
 
   Lollipop() {
-    constexpr std::size_t kRings = 40, kAround = 16;
-    for (std::size_t r = 0; r < kRings; ++r) {
-      const double x = -0.99 + 4.0 * static_cast<double>(r) / (kRings - 1);
+    constexpr std::size_t kRodRings = 40, kAround = 16;
+    for (std::size_t r = 0; r < kRodRings; ++r) {
+      const double x = -0.99 + 4.0 * static_cast<double>(r) / (kRodRings - 1);
       const double radius = std::max(0.15, std::sqrt(std::max(0.0, 1.0 - x * x)));
       for (std::size_t k = 0; k < kAround; ++k) {
         const double angle = 2.0 * M_PI * static_cast<double>(k) / kAround;
@@ -39,8 +39,8 @@ struct Lollipop {
     points.push_back({-1.0, 0, 0});
     points.push_back({3.02, 0, 0});
     for (std::size_t k = 0; k < kAround; ++k) {
-      const std::size_t next = (k + 1) % kAround, last = (kRings - 1) * kAround;
-      for (std::size_t r = 0; r + 1 < kRings; ++r) {
+      const std::size_t next = (k + 1) % kAround, last = (kRodRings - 1) * kAround;
+      for (std::size_t r = 0; r + 1 < kRodRings; ++r) {
         const std::size_t base = r * kAround;
         faces.push_back({base + k, base + kAround + next, base + next});
         faces.push_back({base + k, base + kAround + k, base + kAround + next});

@@ -14,23 +14,25 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInner = 0.8, kOuter = 0.9, kFloor = 0.15, kTall = 2.0;
+constexpr double kDescriptionInner = 0.8, kDescriptionOuter = 0.9, kDescriptionFloor = 0.15,
+                 kDescriptionTall = 2.0;
 
 /// A cup about z, and half a ring of a handle at its side.
-double ToCup(const Vector3d& p) {
+double DescriptionToCup(const Vector3d& p) {
   const double r = p.head<2>().norm();
-  const double solid = std::max({r - kOuter, -p.z(), p.z() - kTall});
-  const double hollow = std::max(r - kInner, kFloor - p.z());
+  const double solid = std::max({r - kDescriptionOuter, -p.z(), p.z() - kDescriptionTall});
+  const double hollow = std::max(r - kDescriptionInner, kDescriptionFloor - p.z());
   return std::max(solid, -hollow);
 }
-double ToHandle(const Vector3d& p) {
-  const Vector3d q = p - Vector3d(kOuter - 0.05, 0.0, 1.0);
+double DescriptionToHandle(const Vector3d& p) {
+  const Vector3d q = p - Vector3d(kDescriptionOuter - 0.05, 0.0, 1.0);
   const double ring = std::hypot(std::hypot(q.x(), q.z()) - 0.55, q.y()) - 0.12;
   return std::max(ring, -q.x());
 }
-Shape Mug() {
-  return testing::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.8, 1.1, 2.2), 0.06,
-                             [](const Vector3d& p) { return std::min(ToCup(p), ToHandle(p)); });
+Shape DescriptionMug() {
+  return samples::Isosurface(
+      Vector3d(-1.1, -1.1, -0.2), Vector3d(1.8, 1.1, 2.2), 0.06,
+      [](const Vector3d& p) { return std::min(DescriptionToCup(p), DescriptionToHandle(p)); });
 }
 /// The true parts: 0 the cup, 1 the handle.
 Segmentation CupAndHandle(const Shape& mug) {
@@ -40,7 +42,7 @@ Segmentation CupAndHandle(const Shape& mug) {
     if (mug.IsMesh()) {
       for (const std::uint32_t v : mug.faces[i]) center += mug.points[v] / 3.0;
     }
-    found.label.push_back(center.head<2>().norm() > kOuter + 0.05 ? 1 : 0);
+    found.label.push_back(center.head<2>().norm() > kDescriptionOuter + 0.05 ? 1 : 0);
   }
   found.parts = 2;
   found.has_core = true;
@@ -48,11 +50,13 @@ Segmentation CupAndHandle(const Shape& mug) {
 }
 
 TEST(HeldWater, ACupHoldsItsHollowUprightAndNothingUpsideDown) {
-  const Shape cup =
-      testing::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.1, 1.1, 2.2), 0.05, ToCup);
-  const double hollow = std::numbers::pi * kInner * kInner * (kTall - kFloor);
+  const Shape cup = samples::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.1, 1.1, 2.2), 0.05,
+                                        DescriptionToCup);
+  const double hollow = std::numbers::pi * kDescriptionInner * kDescriptionInner *
+                        (kDescriptionTall - kDescriptionFloor);
   // A cell that the wall touches counts as wall: up to a cell of 1.8 / 24 less all round.
-  const double wall_cells = 2.0 * std::numbers::pi * kInner * (kTall - kFloor) * 1.8 / 24.0;
+  const double wall_cells = 2.0 * std::numbers::pi * kDescriptionInner *
+                            (kDescriptionTall - kDescriptionFloor) * 1.8 / 24.0;
   EXPECT_NEAR(HeldWater(cup.points, Vector3d::UnitZ()), hollow, wall_cells);
   EXPECT_LT(HeldWater(cup.points, -Vector3d::UnitZ()), 0.01 * hollow);
   EXPECT_LT(HeldWater(cup.points, Vector3d::UnitX()), 0.05 * hollow);
@@ -60,7 +64,7 @@ TEST(HeldWater, ACupHoldsItsHollowUprightAndNothingUpsideDown) {
 }
 
 TEST(DescribeParts, AMugIsAContainerWithAHandle) {
-  Shape mug = Mug();
+  Shape mug = DescriptionMug();
   const auto parts = DescribeParts(mug, CupAndHandle(mug));
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_EQ(parts[0].function, PartFunction::kContainer);
@@ -78,7 +82,7 @@ TEST(DescribeParts, AMugIsAContainerWithAHandle) {
 }
 
 TEST(DescribeParts, WhatTheHierarchyFindsOfAMugHasItsFunctionsToo) {
-  const Shape mug = Mug();
+  const Shape mug = DescriptionMug();
   const auto parts = DescribeParts(mug, SegmentHierarchy(mug, {}));
   int containers = 0, handles = 0;
   for (const auto& part : parts) {
@@ -115,14 +119,14 @@ TEST(DescribeParts, OfOneViewTheBodyNeedHaveNoInsideAndTheHandleNoJoint) {
 }
 
 TEST(DescribeParts, AHandHoldsNoWaterAndHasNoHandle) {
-  const testing::Hand hand = testing::BentHand();
+  const samples::Hand hand = samples::BentHand();
   for (const auto& part : DescribeParts(hand.shape, SegmentHierarchy(hand.shape, {}))) {
     EXPECT_EQ(part.function, PartFunction::kOther) << part.label;
   }
 }
 
 TEST(DescribeParts, ABallIsMeasured) {
-  const Shape ball = testing::Ball(12, [](const Vector3d&) { return 2.0; });
+  const Shape ball = samples::Ball(12, [](const Vector3d&) { return 2.0; });
   Segmentation whole;
   whole.label.assign(ball.faces.size(), 0);
   whole.parts = 1;

@@ -56,7 +56,7 @@ Shape Lathe(const std::vector<std::pair<double, double>>& profile, std::uint32_t
     return std::pair((1.0 - u) * profile[k].first + u * profile[k + 1].first,
                      (1.0 - u) * profile[k].second + u * profile[k + 1].second);
   };
-  Shape lathe = testing::Tube(
+  Shape lathe = samples::Tube(
       static_cast<std::uint32_t>(profile.size()), around,
       [&](double t) { return Vector3d(at(t).first + 1e-6 * t, 0.0, 0.0); },
       [&](double t) { return at(t).second; });
@@ -64,7 +64,7 @@ Shape Lathe(const std::vector<std::pair<double, double>>& profile, std::uint32_t
 }
 
 /// Two unit balls round x = -1.3 and 1.3, joined by a neck about as wide as a third of them.
-Shape Dumbbell() {
+Shape HierarchyDumbbell() {
   std::vector<std::pair<double, double>> profile;
   for (int k = 0; k <= 120; ++k) {
     const double x = 2.295 * (k / 60.0 - 1.0);
@@ -77,14 +77,14 @@ Shape Dumbbell() {
 
 /// A box round the origin.
 Shape Box(const Vector3d& size, std::uint32_t cells) {
-  Shape box = testing::Ball(cells, [](const Vector3d& n) { return 1.0 / n.cwiseAbs().maxCoeff(); });
+  Shape box = samples::Ball(cells, [](const Vector3d& n) { return 1.0 / n.cwiseAbs().maxCoeff(); });
   for (Vector3d& p : box.points) p = p.cwiseProduct(0.5 * size);
   return box;
 }
 
 /// A ball and a ring through its skin: a pot with one handle.
 Shape PotWithHandle() {
-  return testing::Isosurface(
+  return samples::Isosurface(
       Vector3d(-1.2, -1.2, -1.2), Vector3d(2.2, 1.2, 1.2), 0.075, [](const Vector3d& p) {
         const Vector3d q = p - Vector3d(1.2, 0.0, 0.0);
         const double ring = std::hypot(std::hypot(q.x(), q.z()) - 0.65, q.y()) - 0.17;
@@ -94,8 +94,8 @@ Shape PotWithHandle() {
 
 TEST(Hierarchy, ABallABoxAndAnEggAreOnePart) {
   for (const Shape& shape :
-       {testing::Ball(20, [](const Vector3d&) { return 1.0; }), Box(Vector3d(1, 2, 3), 20),
-        testing::Ball(20, [](const Vector3d& n) { return 1.0 + 0.5 * n.x() * n.x(); })}) {
+       {samples::Ball(20, [](const Vector3d&) { return 1.0; }), Box(Vector3d(1, 2, 3), 20),
+        samples::Ball(20, [](const Vector3d& n) { return 1.0 + 0.5 * n.x() * n.x(); })}) {
     const Segmentation result = SegmentHierarchy(shape, {});
     EXPECT_EQ(result.parts, 1);
     EXPECT_FALSE(result.has_core);
@@ -105,7 +105,7 @@ TEST(Hierarchy, ABallABoxAndAnEggAreOnePart) {
 }
 
 TEST(Hierarchy, TwoBallsComeApartAtTheirNeck) {
-  const Shape shape = Dumbbell();
+  const Shape shape = HierarchyDumbbell();
   const Segmentation result = SegmentHierarchy(shape, {});
   ASSERT_GE(result.parts, 2);
   ASSERT_LE(result.parts, 3);  // the neck may be a part
@@ -140,7 +140,7 @@ TEST(Hierarchy, EachStepOfAShaftIsAPart) {
 }
 
 TEST(Hierarchy, BentFingersComeOffThePalm) {
-  const testing::Hand hand = testing::BentHand();
+  const samples::Hand hand = samples::BentHand();
   const Segmentation result = SegmentHierarchy(hand.shape, {});
   const std::int32_t palm = result.label[FaceNear(hand.shape, Vector3d(0, 0, -1))];
   std::set<std::int32_t> roots;
@@ -170,11 +170,11 @@ TEST(Hierarchy, AHandleComesOffAtBothOfItsEnds) {
 }
 
 TEST(Hierarchy, PartsAreTheSameHoweverTheMeshLiesAndIsWrittenDown) {
-  for (const Shape& shape : {testing::BentHand().shape, Dumbbell(), PotWithHandle()}) {
+  for (const Shape& shape : {samples::BentHand().shape, HierarchyDumbbell(), PotWithHandle()}) {
     const Segmentation first = SegmentHierarchy(shape, {});
     std::vector<std::uint32_t> face;
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
-      const Segmentation second = SegmentHierarchy(testing::Rewritten(shape, seed, face), {});
+      const Segmentation second = SegmentHierarchy(samples::Rewritten(shape, seed, face), {});
       ASSERT_EQ(second.parts, first.parts);
       std::vector<std::int32_t> label;
       for (const std::uint32_t f : face) label.push_back(second.label[f]);
@@ -184,9 +184,9 @@ TEST(Hierarchy, PartsAreTheSameHoweverTheMeshLiesAndIsWrittenDown) {
 }
 
 TEST(Hierarchy, PartsAreTheSameHoweverFlatPiecesAreCut) {
-  for (const Shape& shape : {testing::BentHand().shape, PotWithHandle()}) {
+  for (const Shape& shape : {samples::BentHand().shape, PotWithHandle()}) {
     const Segmentation first = SegmentHierarchy(shape, {});
-    const Segmentation second = SegmentHierarchy(testing::Subdivided(shape), {});
+    const Segmentation second = SegmentHierarchy(samples::Subdivided(shape), {});
     ASSERT_EQ(second.parts, first.parts);
     std::vector<std::int32_t> label;
     for (const std::int32_t l : first.label) label.insert(label.end(), 4, l);
@@ -195,7 +195,7 @@ TEST(Hierarchy, PartsAreTheSameHoweverFlatPiecesAreCut) {
 }
 
 TEST(Hierarchy, LevelsOfTheTreeAreCoarserParts) {
-  const Segmentation all = SegmentHierarchy(testing::BentHand().shape, {});
+  const Segmentation all = SegmentHierarchy(samples::BentHand().shape, {});
   int deepest = 0;
   for (const PartNode& node : all.tree) deepest = std::max(deepest, node.level);
   ASSERT_GE(deepest, 2);
@@ -214,7 +214,7 @@ TEST(Hierarchy, LevelsOfTheTreeAreCoarserParts) {
 }
 
 TEST(Hierarchy, GivesAsManyPartsAsAsked) {
-  const Shape shape = testing::BentHand().shape;
+  const Shape shape = samples::BentHand().shape;
   for (const int parts : {1, 2, 4, 6}) {
     HierarchyOptions options;
     options.parts = parts;
@@ -237,7 +237,7 @@ TEST(Hierarchy, TakesWhatIsBarelyAMeshOrACloud) {
 }
 
 TEST(Hierarchy, PiecesThatAreNotJoinedAreParts) {
-  const Shape two = testing::Twice(testing::Ball(8, [](const Vector3d&) { return 1.0; }));
+  const Shape two = samples::Twice(samples::Ball(8, [](const Vector3d&) { return 1.0; }));
   const std::size_t faces = two.faces.size() / 2;
   const Segmentation result = SegmentHierarchy(two, {});
   EXPECT_EQ(result.parts, 2);
@@ -338,7 +338,7 @@ struct CellsOf {
 };
 
 TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
-  const CellsOf ball(testing::Ball(20, [](const Vector3d&) { return 2.0; }));
+  const CellsOf ball(samples::Ball(20, [](const Vector3d&) { return 2.0; }));
   // About 300: as many as cubes of the grid hold a large patch of it.
   ASSERT_GT(ball.cells.size(), 200u);
   ASSERT_LT(ball.cells.size(), 450u);
@@ -359,7 +359,7 @@ TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
 }
 
 TEST(Split, SolidityTellsBallsFromPatchesAndDents) {
-  const CellsOf ball(testing::Ball(20, [](const Vector3d&) { return 2.0; }));
+  const CellsOf ball(samples::Ball(20, [](const Vector3d&) { return 2.0; }));
   std::vector<bool> all(ball.cells.size(), true);
   EXPECT_NEAR(Solidity(ball.cells, all, true), 1.0 / std::sqrt(4.0 * std::numbers::pi), 0.01);
   Cells dent = ball.cells;
@@ -383,7 +383,7 @@ TEST(Split, OnlyAHandleHasTwoLoops) {
 }
 
 TEST(Borders, MoveIntoTheGrooveWithinReach) {
-  const Shape rod = testing::Tube(
+  const Shape rod = samples::Tube(
       81, 24, [](double t) { return Vector3d(4.0 * t, 0.0, 0.0); },
       [](double t) { return 0.5 - 0.2 * std::exp(-std::pow(40.0 * (t - 0.5), 2)); });
   const FaceGraph faces = BuildFaceGraph(rod);

@@ -14,10 +14,10 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Labels = std::vector<std::int32_t>;
+using MetricsLabels = std::vector<std::int32_t>;
 
-Labels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
-  Labels labels(n);
+MetricsLabels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
+  MetricsLabels labels(n);
   for (auto& label : labels) {
     label = static_cast<std::int32_t>(rng.Index(static_cast<std::size_t>(kinds)));
   }
@@ -27,7 +27,7 @@ Labels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
 // ---- 1 - Rand index ----
 
 // The definition itself: the share of pairs of elements about which the two do not agree.
-double RandErrorOfPairs(const Labels& a, const Labels& b) {
+double RandErrorOfPairs(const MetricsLabels& a, const MetricsLabels& b) {
   std::size_t differ = 0;
   std::size_t pairs = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -42,38 +42,38 @@ TEST(RandError, IsTheShareOfPairsThatDoNotAgree) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     base::Rng rng(seed);
     const std::size_t n = 2 + rng.Index(40);
-    const Labels a = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
-    const Labels b = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    const MetricsLabels a = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    const MetricsLabels b = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
     EXPECT_NEAR(RandError(a, b), RandErrorOfPairs(a, b), 1e-12) << seed;
     EXPECT_EQ(RandError(a, b), RandError(b, a)) << seed;
   }
 }
 
 TEST(RandError, DependsOnTheSegmentsAndNotOnTheirNames) {
-  const Labels a = {0, 0, 1, 1, 2};
-  const Labels renamed = {7, 7, -3, -3, 1 << 30};
+  const MetricsLabels a = {0, 0, 1, 1, 2};
+  const MetricsLabels renamed = {7, 7, -3, -3, 1 << 30};
   EXPECT_EQ(RandError(a, renamed), 0.0);
-  EXPECT_EQ(RandError(a, Labels(5, 0)), RandError(renamed, Labels(5, 4)));
+  EXPECT_EQ(RandError(a, MetricsLabels(5, 0)), RandError(renamed, MetricsLabels(5, 4)));
 }
 
 TEST(RandError, OneSegmentAgainstOneEachIsEveryPair) {
-  Labels each(1000);
+  MetricsLabels each(1000);
   for (std::size_t i = 0; i < each.size(); ++i) each[i] = static_cast<std::int32_t>(i);
-  EXPECT_EQ(RandError(Labels(1000, 5), each), 1.0);
+  EXPECT_EQ(RandError(MetricsLabels(1000, 5), each), 1.0);
 }
 
 TEST(RandError, CountsOfLargeMeshesDoNotOverflow) {
   // Halves against one whole: of N (N - 1) / 2 pairs N^2 / 4 stand apart.
   const std::size_t n = 200000;
-  Labels halves(n, 0);
+  MetricsLabels halves(n, 0);
   std::fill(halves.begin() + n / 2, halves.end(), 1);
   const double expected = 0.5 * static_cast<double>(n) / static_cast<double>(n - 1);
-  EXPECT_NEAR(RandError(Labels(n, 0), halves), expected, 1e-12);
+  EXPECT_NEAR(RandError(MetricsLabels(n, 0), halves), expected, 1e-12);
 }
 
 TEST(RandError, RefusesOtherLengthsAndSinglePoints) {
-  EXPECT_THROW(RandError(Labels{0, 1}, Labels{0, 1, 2}), std::invalid_argument);
-  EXPECT_THROW(RandError(Labels{0}, Labels{0}), std::invalid_argument);
+  EXPECT_THROW(RandError(MetricsLabels{0, 1}, MetricsLabels{0, 1, 2}), std::invalid_argument);
+  EXPECT_THROW(RandError(MetricsLabels{0}, MetricsLabels{0}), std::invalid_argument);
 }
 
 // ---- cut discrepancy ----
@@ -102,8 +102,8 @@ Shape Strip(double unit = 1.0) {
 }
 
 // Cut across at column `x`.
-Labels CutAt(std::uint32_t x) {
-  Labels labels;
+MetricsLabels CutAt(std::uint32_t x) {
+  MetricsLabels labels;
   for (std::uint32_t f = 0; f < 2 * kRows * kColumns; ++f) {
     labels.push_back((f / 2) % kColumns < x ? 0 : 1);
   }
@@ -129,7 +129,7 @@ TEST(CutDiscrepancy, OfParallelCutsIsTheirDistanceOverTheRadius) {
 }
 
 TEST(CutDiscrepancy, IsZeroOfEqualCutsHoweverTheyAreNamed) {
-  Labels other = CutAt(4);
+  MetricsLabels other = CutAt(4);
   for (auto& label : other) label = 9 - label;
   EXPECT_EQ(CutDiscrepancy(Strip(), CutAt(4), other).value(), 0.0);
 }
@@ -140,7 +140,7 @@ TEST(CutDiscrepancy, DoesNotDependOnScale) {
 }
 
 TEST(CutDiscrepancy, IsUndefinedWithoutACut) {
-  const Labels whole(2 * kRows * kColumns, 0);
+  const MetricsLabels whole(2 * kRows * kColumns, 0);
   EXPECT_FALSE(CutDiscrepancy(Strip(), whole, CutAt(4)));
   EXPECT_FALSE(CutDiscrepancy(Strip(), CutAt(4), whole));
   EXPECT_FALSE(CutDiscrepancy(Strip(), whole, whole));
@@ -153,8 +153,8 @@ TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
   const Shape one = Strip();
   for (const auto& p : one.points) both.points.emplace_back(p + Eigen::Vector3d(0, 0, 5));
   for (const auto& [a, b, c] : one.faces) both.faces.push_back({a + n, b + n, c + n});
-  Labels below = CutAt(4), above(CutAt(4).size(), 0);
-  const Labels cut = CutAt(4);
+  MetricsLabels below = CutAt(4), above(CutAt(4).size(), 0);
+  const MetricsLabels cut = CutAt(4);
   below.insert(below.end(), cut.size(), 0);
   above.insert(above.end(), cut.begin(), cut.end());
   double sum = 0.0;
@@ -167,7 +167,8 @@ TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
 }
 
 // The definition with all distances between all vertices (Floyd and Warshall).
-std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const Labels& a, const Labels& b) {
+std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const MetricsLabels& a,
+                                            const MetricsLabels& b) {
   const std::size_t n = mesh.points.size();
   Eigen::MatrixXd distance =
       Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n), 1e30);
@@ -224,20 +225,20 @@ std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const Labels& a, 
 }
 
 TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
-  const Shape ball = testing::Ball(3, [](const Eigen::Vector3d& p) { return 1.0 + 0.5 * p.x(); });
+  const Shape ball = samples::Ball(3, [](const Eigen::Vector3d& p) { return 1.0 + 0.5 * p.x(); });
   const CutMeasure measure(ball);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     base::Rng rng(seed);
     // Few labels in stripes, so that cuts are sometimes far apart and sometimes missing.
     const auto Stripes = [&] {
-      Labels labels(ball.faces.size(), 0);
+      MetricsLabels labels(ball.faces.size(), 0);
       const std::size_t first = rng.Index(labels.size());
       const std::size_t length = rng.Index(12);
       for (std::size_t f = first; f < std::min(first + length, labels.size()); ++f) labels[f] = 1;
       return labels;
     };
-    const Labels a = Stripes();
-    const Labels b = Stripes();
+    const MetricsLabels a = Stripes();
+    const MetricsLabels b = Stripes();
     const auto fast = measure.Discrepancy(a, b);
     const auto slow = DiscrepancyOfAllPairs(ball, a, b);
     ASSERT_EQ(fast.has_value(), slow.has_value()) << seed;
@@ -248,7 +249,7 @@ TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
 
 TEST(CutDiscrepancy, RefusesOtherLengths) {
   const CutMeasure measure(Strip());
-  EXPECT_THROW(measure.Discrepancy(CutAt(3), Labels(5, 0)), std::invalid_argument);
+  EXPECT_THROW(measure.Discrepancy(CutAt(3), MetricsLabels(5, 0)), std::invalid_argument);
 }
 
 // ---- the benchmark's own numbers ----
@@ -271,12 +272,12 @@ TEST(Metrics, AreThoseOfTheBenchmarksEvaluator) {
     const Shape shape = ReadShape(folder / "off" / (name + ".off"));
     const CutMeasure measure(shape);
     const auto seg = folder / "seg" / name;
-    const Labels first = ReadLabels(seg / (name + "_0.seg"), shape.Elements());
+    const MetricsLabels first = ReadLabels(seg / (name + "_0.seg"), shape.Elements());
     double rand = 0.0;
     double cut = 0.0;
     for (int k = 1; k <= 4; ++k) {
       const auto file = seg / (name + "_" + std::to_string(k) + ".seg");
-      const Labels other = ReadLabels(file, shape.Elements());
+      const MetricsLabels other = ReadLabels(file, shape.Elements());
       rand += 0.25 * RandError(first, other);
       cut += 0.25 * measure.Discrepancy(first, other).value();
     }

@@ -117,7 +117,7 @@ TEST(IsInside, AgreesWithTheRadiusOfAStarShapedMesh) {
   const auto radius = [](const Eigen::Vector3d& d) {
     return 1.0 + 0.4 * std::sin(3.0 * d.x()) * std::cos(4.0 * d.z());
   };
-  Shape ball = testing::Ball(24, radius);
+  Shape ball = samples::Ball(24, radius);
   Rng rng(3);
   for (int variant = 0; variant < 3; ++variant) {
     // Whatever way the faces are turned, and with a hole.
@@ -207,7 +207,7 @@ Shape ArmedCloud(std::size_t n, std::uint64_t seed) {
 }
 
 TEST(SegmentByMirroring, TakesTheArmsOffABall) {
-  const Shape shape = testing::Ball(40, Armed);
+  const Shape shape = samples::Ball(40, Armed);
   const Segmentation parts = SegmentByMirroring(shape, {});
   EXPECT_TRUE(parts.has_core);
   EXPECT_EQ(parts.parts, 5);
@@ -281,7 +281,7 @@ TEST(SegmentByMirroring, TheCoreHasNoHoles) {
 
 TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
   for (const bool mesh : {true, false}) {
-    const Shape shape = mesh ? testing::Ball(20, Armed) : ArmedCloud(3000, 4);
+    const Shape shape = mesh ? samples::Ball(20, Armed) : ArmedCloud(3000, 4);
     const auto labels = SegmentByMirroring(shape, {}).label;
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
       Rng rng(seed);
@@ -313,7 +313,7 @@ TEST(SegmentByMirroring, StopsWhereNoCenterIsInsideUnlessToldToGoOn) {
     const double angle = std::numbers::pi * (0.1 + 1.8 * t);
     return Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
   };
-  const Shape shape = testing::Tube(60, 12, bow, [](double) { return 0.15; });
+  const Shape shape = samples::Tube(60, 12, bow, [](double) { return 0.15; });
   EXPECT_FALSE(ExtractCore(shape, {}));
   EXPECT_THROW(SegmentByMirroring(shape, {}), base::InputError);
   const Segmentation parts = SegmentByMirroring(shape, {.go_on_outside = true});
@@ -327,7 +327,7 @@ TEST(SegmentByMirroring, FallsBackToTheCenterOfGravity) {
   const auto bent = [](double t) {
     return Eigen::Vector3d(std::min(0.0, 0.9 - 6.0 * t) + 2.0 * t, 3.0 * t * t, 0.0);
   };
-  const Shape shape = testing::Tube(200, 16, bent, [](double t) {
+  const Shape shape = samples::Tube(200, 16, bent, [](double t) {
     return t < 0.2 ? 0.1 + 1.5 * std::sqrt(t * (0.2 - t)) * 5.0 : 0.05;
   });
   const auto core = ExtractCore(shape, {});
@@ -338,8 +338,8 @@ TEST(SegmentByMirroring, FallsBackToTheCenterOfGravity) {
 }
 
 TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
-  Shape two = testing::Ball(10, [](const Eigen::Vector3d&) { return 1.0; });
-  const Shape other = testing::Ball(6, [](const Eigen::Vector3d&) { return 0.3; });
+  Shape two = samples::Ball(10, [](const Eigen::Vector3d&) { return 1.0; });
+  const Shape other = samples::Ball(6, [](const Eigen::Vector3d&) { return 0.3; });
   const auto offset = static_cast<std::uint32_t>(two.points.size());
   for (const auto& p : other.points) two.points.push_back(p + Eigen::Vector3d(1.6, 0, 0));
   for (const auto& f : other.faces)
@@ -347,7 +347,7 @@ TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
   const Segmentation parts = SegmentByMirroring(two, {});
   EXPECT_EQ(parts.label.size(), two.faces.size());
   EXPECT_GE(parts.parts, 2);
-  Shape open = testing::Ball(10, Armed);
+  Shape open = samples::Ball(10, Armed);
   open.faces.resize(open.faces.size() * 9 / 10);
   EXPECT_NO_THROW(SegmentByMirroring(open, {.go_on_outside = true}));
 }

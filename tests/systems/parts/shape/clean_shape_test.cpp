@@ -150,7 +150,7 @@ TEST(FaceGraph, AFanOfManyFacesStaysInOnePieceWithFewLinks) {
 }
 
 TEST(VertexGraph, OfAMeshIsItsEdges) {
-  const Shape ball = testing::Ball(6, [](const Eigen::Vector3d&) { return 1.0; });
+  const Shape ball = samples::Ball(6, [](const Eigen::Vector3d&) { return 1.0; });
   const VertexGraph graph = BuildVertexGraph(ball);
   // Euler: E = V + F - 2, each way.
   EXPECT_EQ(graph.neighbor.size(), 2 * (ball.points.size() + ball.faces.size() - 2));
@@ -294,7 +294,7 @@ TEST(ReadShape, NamesTheFile) {
 // Files as they were written before something went wrong.
 std::vector<std::pair<std::string, std::string>> WholeFiles() {
   const Shape ball =
-      testing::Ball(2, [](const Eigen::Vector3d& d) { return 1.0 + 0.5 * std::max(0.0, d.x()); });
+      samples::Ball(2, [](const Eigen::Vector3d& d) { return 1.0 + 0.5 * std::max(0.0, d.x()); });
   std::string off = "OFF\n" + std::to_string(ball.points.size()) + " " +
                     std::to_string(ball.faces.size()) + " 0\n";
   std::string ply = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(ball.points.size()) +
@@ -335,7 +335,7 @@ std::vector<std::pair<std::string, std::string>> WholeFiles() {
           {"b.stl", stl + "endsolid ball\n"}};
 }
 
-std::string Damaged(std::string bytes, Rng& rng) {
+std::string CleanShapeDamaged(std::string bytes, Rng& rng) {
   if (rng.Uniform() < 0.2) bytes.resize(rng.Index(bytes.size()));
   const std::size_t changes = rng.Index(8);
   for (std::size_t k = 0; k < changes && !bytes.empty(); ++k) {
@@ -378,7 +378,7 @@ void ExpectEveryMethodToAnswer(const Shape& shape) {
 TEST(Robustness, OddShapesHaveAResultWithEveryMethod) {
   const auto round = [](const Eigen::Vector3d&) { return 1.0; };
   TriangleMesh ball;
-  const Shape shape = testing::Ball(6, round);
+  const Shape shape = samples::Ball(6, round);
   ball = {shape.points, shape.faces};
   ExpectEveryMethodToAnswer(MakeShape(ball));
   TriangleMesh open = ball;
@@ -415,7 +415,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
   for (const auto& [name, whole] : WholeFiles()) {
     for (std::uint64_t seed = 0; seed < 300; ++seed) {
       Rng rng(seed);
-      const auto file = folder.Write(name, Damaged(whole, rng));
+      const auto file = folder.Write(name, CleanShapeDamaged(whole, rng));
       Shape shape;
       try {
         shape = ReadShape(file);

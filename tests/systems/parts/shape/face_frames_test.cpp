@@ -42,7 +42,7 @@ TEST(FaceFrames, OfRandomTrianglesAreThoseOfTheirSides) {
 // A ball's surface, from below: the faces' corners lie on it.
 TEST(FaceFrames, AreasOfABallAddUpToItsSurface) {
   const FaceFrames frames =
-      BuildFaceFrames(testing::Ball(24, [](const Eigen::Vector3d&) { return 2.0; }));
+      BuildFaceFrames(samples::Ball(24, [](const Eigen::Vector3d&) { return 2.0; }));
   EXPECT_LT(frames.total_area, 16.0 * M_PI);
   // A spherical triangle is larger than the flat one by (a^2 + b^2 + c^2) / 24; on the unit ball no
   // side is longer than a cell's diagonal, sqrt(2) * 2 / 24.

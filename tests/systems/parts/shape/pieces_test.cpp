@@ -20,7 +20,7 @@ VertexGraph RandomGraph(std::uint32_t nodes, base::Rng& rng) {
     links[a].push_back(b);
     links[b].push_back(a);
   }
-  return testing::GraphOf(links);
+  return samples::GraphOf(links);
 }
 
 class SeededPieces : public ::testing::TestWithParam<std::uint64_t> {};

@@ -92,8 +92,8 @@ class Postures : public ::testing::TestWithParam<std::tuple<std::size_t, std::si
 
 TEST_P(Postures, HeadArmsAndLegsComeOffInEveryPosture) {
   const auto [build, posture] = GetParam();
-  testing::Figure figure =
-      testing::FigureMaker(testing::kBuilds[build], testing::kPostures[posture]).Make(0.035);
+  samples::Figure figure =
+      samples::FigureMaker(samples::kBuilds[build], samples::kPostures[posture]).Make(0.035);
   ExpectFiveLimbs(figure.shape, figure.tips);
   figure.shape.faces.clear();
   figure.shape.element_of_input.resize(figure.shape.points.size());

@@ -220,7 +220,7 @@ TEST_P(SeededEmbedding, PlacementStepsNeverRaiseThePointsStress) {
   }
 }
 
-VertexGraph RandomGraph(std::uint32_t n, std::size_t links, base::Rng& rng) {
+VertexGraph StretchedRandomGraph(std::uint32_t n, std::size_t links, base::Rng& rng) {
   MatrixXd length = MatrixXd::Zero(n, n);
   for (std::uint32_t i = 1; i < n; ++i) {  // a tree first
     const auto j = static_cast<Index>(rng.Index(i));
@@ -264,7 +264,7 @@ MatrixXd FloydWarshall(const VertexGraph& graph) {
 
 TEST_P(SeededEmbedding, EachNextPointIsTheFarthestFromThoseBefore) {
   base::Rng rng(GetParam());
-  const VertexGraph graph = RandomGraph(40, 60, rng);
+  const VertexGraph graph = StretchedRandomGraph(40, 60, rng);
   const MatrixXd all = FloydWarshall(graph);
   const LandmarkDistances spread = SpreadLandmarks(graph, 12);
   const std::vector<std::uint32_t>& points = spread.landmark;
@@ -296,7 +296,7 @@ TEST(Geodesic, AnUnfoldedDiagonalIsStraight) {
 }
 
 TEST(Geodesic, DistancesOnABallAreNearlyThoseAlongGreatCircles) {
-  const Shape ball = testing::Ball(24, [](const Vector3d&) { return 1.0; });
+  const Shape ball = samples::Ball(24, [](const Vector3d&) { return 1.0; });
   const std::vector<std::uint32_t> sources = {0, 100, 500};
   const VertexGraph graph = GeodesicGraph(ball);
   double sum = 0.0;
@@ -319,7 +319,7 @@ TEST(Geodesic, DistancesOnABallAreNearlyThoseAlongGreatCircles) {
 }
 
 TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
-  Shape two = testing::Ball(4, [](const Vector3d&) { return 1.0; });
+  Shape two = samples::Ball(4, [](const Vector3d&) { return 1.0; });
   const auto n = static_cast<std::uint32_t>(two.points.size());
   const Shape one = two;
   for (const Vector3d& p : one.points) two.points.emplace_back(p + Vector3d(5, 0, 0));
@@ -339,7 +339,7 @@ TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
   EXPECT_NEAR(*std::min_element(d.begin() + n, d.end()), d[end] + gap, 1e-12);
 }
 
-/// Middle of the ring of a tube made by testing::Tube.
+/// Middle of the ring of a tube made by samples::Tube.
 Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t k = 0; k < around; ++k) sum += tube.points[ring * around + k];
@@ -347,21 +347,21 @@ Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
 }
 
 TEST(PoseInvariant, ABentTubeBecomesStraight) {
-  constexpr std::size_t kRings = 81;
+  constexpr std::size_t kLimbRings = 81;
   constexpr std::size_t kAround = 16;
   // Half a circle of radius 1: its ends are 2 apart, along the tube they are pi apart.
   const auto arc = [](double t) {
     const double angle = std::numbers::pi * t;
     return Vector3d(std::cos(angle), std::sin(angle), 0.0);
   };
-  const Shape tube = testing::Tube(kRings, kAround, arc, [](double) { return 0.01; });
+  const Shape tube = samples::Tube(kLimbRings, kAround, arc, [](double) { return 0.01; });
   const Shape straight = PoseInvariant(tube, {});
   EXPECT_EQ(straight.faces, tube.faces);
   const Vector3d first = RingCenter(straight, 0, kAround);
-  const Vector3d last = RingCenter(straight, kRings - 1, kAround);
+  const Vector3d last = RingCenter(straight, kLimbRings - 1, kAround);
   EXPECT_NEAR((last - first).norm(), std::numbers::pi, 0.1 * std::numbers::pi);
   const Vector3d axis = (last - first).normalized();
-  for (std::size_t ring = 0; ring < kRings; ++ring) {
+  for (std::size_t ring = 0; ring < kLimbRings; ++ring) {
     const Vector3d p = RingCenter(straight, ring, kAround) - first;
     // Before, the middle is 1 off the line between the ends. What is left: the inner side of the
     // bend is shorter than the outer one, by pi * 0.02; a thick tube stays bent in part.
@@ -372,7 +372,7 @@ TEST(PoseInvariant, ABentTubeBecomesStraight) {
 
 TEST(PoseInvariant, KnowsNoTurnShiftAndScale) {
   const auto bump = [](const Vector3d& n) { return 1.0 + 0.5 * n.x() * n.x() + 0.2 * n.y(); };
-  const Shape shape = testing::Ball(10, bump);
+  const Shape shape = samples::Ball(10, bump);
   Shape moved = shape;
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
@@ -394,7 +394,7 @@ TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
     const double angle = std::numbers::pi * t;
     return Vector3d(std::cos(angle), std::sin(angle), 0.0);
   };
-  Shape cloud = testing::Tube(81, 16, arc, [](double) { return 0.08; });
+  Shape cloud = samples::Tube(81, 16, arc, [](double) { return 0.08; });
   cloud.faces.clear();
   const Shape straight = PoseInvariant(cloud, {});
   EXPECT_TRUE(straight.faces.empty());
@@ -403,10 +403,10 @@ TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
 }
 
 TEST(PoseInvariant, BentFingersComeOffThePalm) {
-  const testing::Hand hand = testing::BentHand();
+  const samples::Hand hand = samples::BentHand();
   const Segmentation result = SegmentPoseInvariant(hand.shape, {});
   EXPECT_TRUE(result.has_core);
-  EXPECT_EQ(testing::LargeParts(result).size(), 5u);
+  EXPECT_EQ(samples::LargeParts(result).size(), 5u);
   std::set<std::int32_t> tips;
   for (const auto& [root, bend, tip] : hand.fingers) {
     std::size_t nearest = 0;

@@ -43,7 +43,7 @@ class Peanuts {
 
  private:
   void AddModel(int id) {
-    const parts::Shape shape = parts::testing::Ball(
+    const parts::Shape shape = parts::samples::Ball(
         6, [&](const Eigen::Vector3d& p) { return 0.6 + (1.0 + 0.1 * id) * p.x() * p.x(); });
     std::vector<std::int32_t> halves, stripe;
     for (const auto& [a, b, c] : shape.faces) {

@@ -11,8 +11,8 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-const AlignedBox3d kBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
-const Vector3d kMiddle(0.0, 0.0, 0.06);
+const AlignedBox3d kNextViewBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
+const Vector3d kNextViewMiddle(0.0, 0.0, 0.06);
 
 const robot::Robot& Wrist() {
   static const auto robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop_wrist.xml");
@@ -32,15 +32,15 @@ ViewRequest RequestFor(const robot::Robot& robot) {
 geometry::Observation SeenFrom(const Vector3d& place) {
   base::Rng rng(1);
   geometry::Observation observation;
-  observation.views.push_back(ScanBox(LookFrom(place, kMiddle), kBox, 0.0003, rng));
+  observation.views.push_back(ScanBox(LookFrom(place, kNextViewMiddle), kNextViewBox, 0.0003, rng));
   return observation;
 }
 
 TEST(NextView, ASensorAtACandidateLooksAtTheMiddle) {
-  for (const base::Pose& X : PosesAbout(kMiddle, {})) {
-    EXPECT_TRUE(X.linear().col(2).isApprox((kMiddle - X.translation()).normalized(), 1e-9));
+  for (const base::Pose& X : PosesAbout(kNextViewMiddle, {})) {
+    EXPECT_TRUE(X.linear().col(2).isApprox((kNextViewMiddle - X.translation()).normalized(), 1e-9));
     EXPECT_NEAR(X.linear().determinant(), 1.0, 1e-9);
-    EXPECT_GT(X.translation().z(), kMiddle.z());
+    EXPECT_GT(X.translation().z(), kNextViewMiddle.z());
   }
 }
 
@@ -63,7 +63,7 @@ TEST(NextView, LooksAtTheFarSideOfABox) {
 
   // Once it has looked there is less to see.
   geometry::Observation both = so_far;
-  both.views.push_back(ScanBox(look->X_CS, kBox, 0.0003, rng));
+  both.views.push_back(ScanBox(look->X_CS, kNextViewBox, 0.0003, rng));
   const auto next = NextBestView(robot, both, request, {}, {}, rng);
   EXPECT_LT(next ? next->gain_m3 : 0.0, 0.6 * look->gain_m3);
 }

@@ -12,14 +12,14 @@
 namespace rangegrasp::views {
 namespace {
 
-const robot::Robot& Wrist() {
+const robot::Robot& WristHeadWrist() {
   static const auto robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop_wrist.xml");
   return robot;
 }
 
 std::vector<geometry::Shape> HeadShapes() {
   std::vector<geometry::Shape> shapes;
-  for (const geometry::Shape& shape : Wrist().links().back().shapes) {
+  for (const geometry::Shape& shape : WristHeadWrist().links().back().shapes) {
     if (shape.kind == geometry::Shape::Kind::kBox) shapes.push_back(shape);
   }
   return shapes;
@@ -28,13 +28,13 @@ std::vector<geometry::Shape> HeadShapes() {
 TEST(WristHead, KeepsFiveMillimetresClearOfTheHandFromOpenToClosed) {
   const auto heads = HeadShapes();
   ASSERT_EQ(heads.size(), 2u);  // the bracket and the head
-  for (const auto& state : Wrist().hand().states) {
+  for (const auto& state : WristHeadWrist().hand().states) {
     for (const geometry::Shape& of_hand : state.shapes) {
       const collision::Solid hand(of_hand);
       for (const geometry::Shape& of_head : heads) {
         const collision::Solid head(of_head, {.margin_m = 0.005});
         EXPECT_FALSE(collision::Hit(collision::Place(head, base::Pose::Identity()),
-                                    collision::Place(hand, Wrist().X_FH)))
+                                    collision::Place(hand, WristHeadWrist().X_FH)))
             << "closing " << state.closing;
       }
     }
@@ -43,8 +43,8 @@ TEST(WristHead, KeepsFiveMillimetresClearOfTheHandFromOpenToClosed) {
 
 // Of models/sensors/wrist_scanner.yaml: 40 deg of pan, 36 deg of fan.
 TEST(WristHead, DoesNotSeeTheFingers) {
-  const base::Pose X_SH = Wrist().X_HWristScanner->inverse();
-  for (const auto& state : Wrist().hand().states) {
+  const base::Pose X_SH = WristHeadWrist().X_HWristScanner->inverse();
+  for (const auto& state : WristHeadWrist().hand().states) {
     for (const Eigen::Vector3d& pad_H : {state.thumb_pad_H, state.finger_pad_H}) {
       const Eigen::Vector3d p = X_SH * pad_H;
       EXPECT_TRUE(std::abs(std::atan2(p.x(), p.z())) > base::Deg(20.0) ||

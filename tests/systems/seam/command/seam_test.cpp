@@ -19,8 +19,8 @@ using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
-const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
-const std::string kBase = (kSource / "experiments/seam_base.yaml").string();
+const std::filesystem::path kSeamSource = RANGEGRASP_SOURCE_DIR;
+const std::string kBase = (kSeamSource / "experiments/seam_base.yaml").string();
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;

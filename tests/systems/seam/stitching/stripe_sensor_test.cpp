@@ -295,14 +295,14 @@ TEST(StripeSensor, OptionsOutOfRangeAreRefused) {
                std::invalid_argument);
 }
 
-std::string ErrorOf(const std::string& text) {
+std::string StripeSensorErrorOf(const std::string& text) {
   const testing_support::TempFolder folder;
   const auto file = folder.Write("sensor.yaml", text);
   return testing_support::ErrorOf([&] { ReadStripeSensor(file); });
 }
 
 void ExpectError(const std::string& text, const std::vector<std::string>& parts) {
-  const std::string error = ErrorOf(text);
+  const std::string error = StripeSensorErrorOf(text);
   for (const std::string& part : parts) {
     EXPECT_NE(error.find(part), std::string::npos) << error << "\nlacks: " << part;
   }

@@ -161,16 +161,17 @@ TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
   const auto& series = view.panels[0].series;
   ASSERT_EQ(series.size(), 1 + kMethods);
   EXPECT_EQ(series[0].label, "truth");
-  constexpr double kColumnsPerMm = 12.0;
-  constexpr double kMarginToEnd_mm = 20.0 / kColumnsPerMm;  // edges nearer to it are not counted
-  const double end_mm = 0.5 * 1023 / kColumnsPerMm - kMarginToEnd_mm;
+  constexpr double kTaskColumnsPerMm = 12.0;
+  constexpr double kMarginToEnd_mm =
+      20.0 / kTaskColumnsPerMm;  // edges nearer to it are not counted
+  const double end_mm = 0.5 * 1023 / kTaskColumnsPerMm - kMarginToEnd_mm;
   const auto seam = SeamResultFrom(ParamsFrom(which.params), result.data);
   for (std::size_t m = 0; m < kMethods; ++m) {
     EXPECT_EQ(series[m + 1].label, MethodTitle(m));
     int within = 0;
     for (std::size_t i = 0; i < 40; ++i) {
       if (std::abs(series[0].y[i]) > end_mm) continue;
-      within += std::abs(series[m + 1].y[i] - series[0].y[i]) <= 10.0 / kColumnsPerMm ? 1 : 0;
+      within += std::abs(series[m + 1].y[i] - series[0].y[i]) <= 10.0 / kTaskColumnsPerMm ? 1 : 0;
     }
     EXPECT_EQ(within, seam.all[m].within[1]) << MethodTitle(m);
   }

@@ -1,5 +1,5 @@
 // How good a simulated calibration is, against the truth that the simulation knows: the table of
-// docs/calibrate-a-stereo-camera.md. Takes long, so only seeds that are asked for are run:
+// docs/results.md. Takes long, so only seeds that are asked for are run:
 //   RANGEGRASP_CALIBRATION_SEEDS="11 12 13" tasks_grasping_calibration_test
 //   --gtest_filter=Calibration.*
 

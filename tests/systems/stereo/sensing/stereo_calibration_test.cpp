@@ -14,13 +14,13 @@ namespace {
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
 
-const std::string kScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
+const std::string kStereoCalibrationScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
 
 /// A quarter of the default's pixels, the same view; a scanner whose own place is known, so that
 /// what is found can be compared with the truth.
 CalibrationSetup SmallSetup() {
   CalibrationSetup setup;
-  setup.scene = kScene;
+  setup.scene = kStereoCalibrationScene;
   setup.camera.width = 800;
   setup.camera.height = 600;
   setup.camera.focal_px = 1000.0;
@@ -41,7 +41,7 @@ TEST(CalibrateApart, FindsTheSimulatedCamera) {
   const stereo::Camera lens = sensing::LensOf(setup.camera);
   EXPECT_NEAR(found.camera.fx, lens.fx, 0.002 * lens.fx);
   EXPECT_NEAR(found.camera.k1, lens.k1, 0.02);
-  const base::Pose X_WS = sim::World(kScene, {}, {}).SitePose("scanner");
+  const base::Pose X_WS = sim::World(kStereoCalibrationScene, {}, {}).SitePose("scanner");
   const base::Pose X_WL = X_WS * sensing::CameraInHead(setup.camera, setup.camera.left_pan_rad);
   // The workspace lies 0.7 m ahead: what matters is where a point there comes to lie.
   const Eigen::Vector3d there(0.0, 0.0, 0.7);

@@ -60,7 +60,7 @@ TEST(StereoSensor, PutsThePrintOfABoxWhereItIs) {
   }
   ASSERT_GT(seen, 500);
   EXPECT_GT(static_cast<double>(errors_m.size()), 0.8 * seen);
-  // The pan's own error moves the whole cloud by a millimetre or two (docs/stereo.md).
+  // The pan's own error moves the whole cloud by a millimetre or two (docs/results.md).
   EXPECT_LT(base::MedianOf(errors_m), 0.005);
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 /// Eta of a convex edge (Katz and Tal 2003).
 constexpr double kConvexWeight = 0.2;
-constexpr double kFar = geometry::ShortestPaths::kFar;
+constexpr double kFarFromCut = geometry::ShortestPaths::kFar;
 
 /// The farthest that a vertex of the faces chosen is from the boundary.
 template <typename Chosen>
@@ -21,7 +21,7 @@ double Depth(const Shape& mesh, const std::vector<double>& distance, Chosen chos
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     if (!chosen(f)) continue;
     for (const std::uint32_t v : mesh.faces[f]) {
-      if (distance[v] < kFar) depth = std::max(depth, distance[v]);
+      if (distance[v] < kFarFromCut) depth = std::max(depth, distance[v]);
     }
   }
   return depth;

@@ -12,7 +12,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using FrontKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 /// A vertex or cell that CGAL compares by the order of creation, not by its address.
 template <class Base>
@@ -60,19 +60,20 @@ class QueuedByPoints : public Base {
   };
 };
 
-using Vertex =
-    QueuedByPoints<Stamped<CGAL::Advancing_front_surface_reconstruction_vertex_base_3<Kernel>>>;
-using Cell = Stamped<CGAL::Advancing_front_surface_reconstruction_cell_base_3<Kernel>>;
+using Vertex = QueuedByPoints<
+    Stamped<CGAL::Advancing_front_surface_reconstruction_vertex_base_3<FrontKernel>>>;
+using FrontCell = Stamped<CGAL::Advancing_front_surface_reconstruction_cell_base_3<FrontKernel>>;
 using Delaunay =
-    CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<Vertex, Cell>>;
+    CGAL::Delaunay_triangulation_3<FrontKernel,
+                                   CGAL::Triangulation_data_structure_3<Vertex, FrontCell>>;
 
 /// Which triangle comes first: that of the smallest ball, as CGAL's own; never one with a long
 /// edge.
 struct ShortEdgesOnly {
   double max_edge;
 
-  template <class Front, class Cell>
-  double operator()(const Front& front, Cell& cell, const int& index) const {
+  template <class Front, class FrontCell>
+  double operator()(const Front& front, FrontCell& cell, const int& index) const {
     const auto is_long = [&](int i, int j) {
       return CGAL::squared_distance(cell->vertex((index + i) % 4)->point(),
                                     cell->vertex((index + j) % 4)->point()) > max_edge * max_edge;
@@ -86,7 +87,7 @@ struct ShortEdgesOnly {
 
 std::vector<std::array<std::uint32_t, 3>> AdvancingFront(const geometry::Points& points,
                                                          double max_edge) {
-  std::vector<std::pair<Kernel::Point_3, std::size_t>> input;
+  std::vector<std::pair<FrontKernel::Point_3, std::size_t>> input;
   for (const Eigen::Vector3d& p : points) input.push_back({{p.x(), p.y(), p.z()}, input.size()});
   Delaunay delaunay(input.begin(), input.end());
   CGAL::Advancing_front_surface_reconstruction<Delaunay, ShortEdgesOnly> front(

@@ -20,9 +20,9 @@ using geometry::Points;
 /// Slope to which the local plane is to be known [rad]: bends of cuts are some tenths.
 constexpr double kSlope = 0.1;
 /// The ball of the local plane, in noises, at least: it must reach through the slab of points.
-constexpr double kBallNoises = 3.0;
+constexpr double kSmoothBallNoises = 3.0;
 /// The same in spacings: fewer than five neighbors make no plane.
-constexpr double kBallSpacings = 1.5;
+constexpr double kSmoothBallSpacings = 1.5;
 /// Below this ball, in spacings, the points are as exact as their planes would be.
 constexpr double kExact = 1.2;
 /// Side of the cubes that are averaged, in noises: a slab of points has few layers of them.
@@ -31,7 +31,7 @@ constexpr double kCubeNoises = 1.5;
 constexpr double kBell = 3.0;
 /// Steps towards the plane: each leaves about a third of a point's distance from the surface, so
 /// that one at three noises comes to a fiftieth of one.
-constexpr int kSteps = 5;
+constexpr int kSmoothSteps = 5;
 /// Noise, of the cubes' side, from which their means are nearer to the surface than one of their
 /// points. Below, a mean would join the sides of thin walls.
 constexpr double kMeans = 0.5;
@@ -74,7 +74,7 @@ Thinned ThinOut(const Points& points, double side, bool pick) {
 Vector3d OntoSurface(const Thinned& cloud, const std::vector<KdTree::Neighbor>& near,
                      const Vector3d& p, double radius) {
   Vector3d at = p;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kSmoothSteps; ++step) {
     double sum = 0.0;
     Vector3d mean = Vector3d::Zero();
     Matrix3d square = Matrix3d::Zero();
@@ -105,14 +105,14 @@ Points SmoothSurface(const Points& points, const CloudSampling& sampling, int ma
   const auto& [spacing, noise] = sampling;
   // A plane through points of a disc of radius r, one an area of spacing^2, has a slope of
   // 2 noise spacing / (sqrt(pi) r^2).
-  const double needed = std::max(kBallNoises * noise,
+  const double needed = std::max(kSmoothBallNoises * noise,
                                  std::sqrt(2.0 * noise * spacing / std::sqrt(base::kPi) / kSlope));
   const bool exact = needed <= kExact * spacing;
   const double side =
       std::max(ThinnedSpacing(points.size(), sampling, max_points), kCubeNoises * noise);
   Thinned thinned = ThinOut(points, side, noise < kMeans * side);
   if (exact) return std::move(thinned.points);
-  const double radius = std::max(needed, kBallSpacings * spacing);
+  const double radius = std::max(needed, kSmoothBallSpacings * spacing);
   const KdTree tree(thinned.points);
   std::vector<KdTree::Neighbor> near;
   Points smooth;

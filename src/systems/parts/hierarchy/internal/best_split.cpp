@@ -36,12 +36,12 @@ struct SidePieces {
 };
 
 SidePieces PiecesOf(const Cells& part, const std::vector<bool>& candidate) {
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kNoSplit = std::numeric_limits<std::uint32_t>::max();
   SidePieces pieces;
-  pieces.of_cell.assign(part.size(), kNone);
+  pieces.of_cell.assign(part.size(), kNoSplit);
   std::vector<Cell> front;
   for (Cell first = 0; first < part.size(); ++first) {
-    if (pieces.of_cell[first] != kNone) continue;
+    if (pieces.of_cell[first] != kNoSplit) continue;
     const auto piece = static_cast<std::uint32_t>(pieces.area.size());
     double area = 0.0;
     double cost = 0.0;
@@ -56,7 +56,7 @@ SidePieces PiecesOf(const Cells& part, const std::vector<bool>& candidate) {
         if (candidate[link.to] != candidate[c]) {
           cost += link.cost;
           length += link.length;
-        } else if (pieces.of_cell[link.to] == kNone) {
+        } else if (pieces.of_cell[link.to] == kNoSplit) {
           pieces.of_cell[link.to] = piece;
           front.push_back(link.to);
         }

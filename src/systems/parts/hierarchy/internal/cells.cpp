@@ -23,9 +23,9 @@ constexpr int kRounds = 2;
 /// Of each set of faces that has a center the face nearest to it; none where the center is absent.
 Seeds NearestFaces(const FaceFrames& frames, const std::vector<std::int32_t>& set_of_face,
                    const geometry::Points& center, const std::vector<bool>& wanted) {
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
   std::vector<double> nearest(center.size(), ShortestPaths::kFar);
-  Seeds face(center.size(), kNone);
+  Seeds face(center.size(), kNoCell);
   for (std::uint32_t f = 0; f < set_of_face.size(); ++f) {
     const auto set = static_cast<std::size_t>(set_of_face[f]);
     const double squared = (frames.center[f] - center[set]).squaredNorm();
@@ -33,7 +33,7 @@ Seeds NearestFaces(const FaceFrames& frames, const std::vector<std::int32_t>& se
     nearest[set] = squared;
     face[set] = f;
   }
-  std::erase(face, kNone);
+  std::erase(face, kNoCell);
   return face;
 }
 

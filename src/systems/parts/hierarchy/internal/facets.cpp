@@ -40,8 +40,8 @@ std::vector<bool> OfLargePieces(const FaceFrames& frames, std::int32_t pieces,
   return large;
 }
 
-FaceFrames Sums(const FaceFrames& faces, const std::vector<std::int32_t>& of_face,
-                std::size_t count) {
+FaceFrames FacetSums(const FaceFrames& faces, const std::vector<std::int32_t>& of_face,
+                     std::size_t count) {
   FaceFrames sums{geometry::Points(count, Eigen::Vector3d::Zero()),
                   geometry::Points(count, Eigen::Vector3d::Zero()), std::vector<double>(count, 0.0),
                   faces.total_area};
@@ -122,7 +122,7 @@ Facets MakeFacets(const Shape& mesh, double side) {
         return flat[from] == flat[facets.origin[g]] && (!large[from] || cube(f) == cube(g));
       },
       facets.of_face);
-  facets.frames = Sums(frames, facets.of_face, static_cast<std::size_t>(count));
+  facets.frames = FacetSums(frames, facets.of_face, static_cast<std::size_t>(count));
   NumberByCenter(facets.frames, facets.of_face);
   facets.graph = GraphOf(faces, facets.of_face, static_cast<std::size_t>(count));
   return facets;

@@ -11,7 +11,7 @@ namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
-using Face = std::array<std::uint32_t, 3>;
+using SliceFace = std::array<std::uint32_t, 3>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 /// What lies nearer to a plane lies in it, of the grid's side: far above the rounding of single
@@ -51,8 +51,8 @@ std::optional<Vector3d> CutOf(const Vector3d& a, const Vector3d& b, int axis, do
 }
 
 /// A face's parts where the edges opposite to its corners have a vertex of `cut`, if they do.
-void AddParts(const geometry::Points& points, const Face& face,
-              const std::array<std::int64_t, 3>& cut, std::vector<Face>& parts) {
+void AddParts(const geometry::Points& points, const SliceFace& face,
+              const std::array<std::int64_t, 3>& cut, std::vector<SliceFace>& parts) {
   const auto is_cut = [&](std::size_t i) { return cut[i % 3] >= 0; };
   const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cut[i % 3]); };
   const int count = is_cut(0) + is_cut(1) + is_cut(2);
@@ -100,7 +100,7 @@ bool CutOnce(double side, int axis, const std::vector<bool>& chosen, Shape& mesh
     const auto at = cuts.find(std::minmax(a, b));
     return at == cuts.end() ? -1 : static_cast<std::int64_t>(at->second);
   };
-  std::vector<Face> faces;
+  std::vector<SliceFace> faces;
   std::vector<std::uint32_t> origins;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const auto& [a, b, c] = mesh.faces[f];

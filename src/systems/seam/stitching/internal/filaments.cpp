@@ -16,7 +16,7 @@ namespace {
 constexpr double kCell_m = 4e-3;
 constexpr double kMinLength_m = 1e-3;
 constexpr double kMaxLength_m = 2.0 * kCell_m;
-constexpr double kMaxSlope = 0.9;  // dx/dy
+constexpr double kMaxFilamentSlope = 0.9;  // dx/dy
 // One to four columns of the base sensor.
 constexpr double kMinWidth_m = 0.1e-3;
 constexpr double kMaxWidth_m = 0.3e-3;
@@ -60,7 +60,7 @@ void RaiseFilament(std::uint64_t a, std::uint64_t b, double dx, double dy, doubl
   const double length = Mix(kMinLength_m, kMaxLength_m, u * u);  // most are short
   const double along = 2.0 * dy / length;
   if (along <= -1.0 || along >= 1.0) return;
-  const double slope = kMaxSlope * (2.0 * Unit(b, 0) - 1.0);
+  const double slope = kMaxFilamentSlope * (2.0 * Unit(b, 0) - 1.0);
   const double across = 2.0 * (dx - slope * dy) / Mix(kMinWidth_m, kMaxWidth_m, Unit(b, 1));
   if (across <= -1.0 || across >= 1.0) return;
   const double height = full_height_m * Mix(kMinHeight, 1.0, Unit(b, 2));
@@ -83,7 +83,8 @@ Filaments::Filaments(const MatTexture& texture, double edge_height_m, std::uint6
 MatPoint Filaments::NearEdge(double across_m, double y_m) const {
   MatPoint highest{0.0, 0.0};
   Detached(across_m, y_m, highest);
-  const double max_distance = kMaxDistance_reaches * reach_m_ + kMaxSlope * kCell_m + kMaxWidth_m;
+  const double max_distance =
+      kMaxDistance_reaches * reach_m_ + kMaxFilamentSlope * kCell_m + kMaxWidth_m;
   if (per_edge_cell_ <= 0.0 || std::abs(across_m) > max_distance) return highest;
   const Cell middle(y_m / kCell_m);
   for (std::int64_t j = middle.index - 1; j <= middle.index + 1; ++j) {
