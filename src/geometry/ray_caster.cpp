@@ -50,10 +50,11 @@ void FillGeometry(RTCGeometry geometry, const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) indices = std::ranges::copy(triangle, indices).out;
 }
 
-// A packet's slots beyond the last ray repeat nothing: their mask is 0 and Embree skips them.
+// A packet's slots beyond the last ray repeat it with a mask of 0: Embree skips them, but where it
+// takes a packet in halves, Debian's build asserts that no slot holds what is no ray.
 void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPacket>& valid) {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Ray& ray = rays[i];
+  for (std::size_t i = 0; i < kPacket; ++i) {
+    const Ray& ray = rays[std::min(i, rays.size() - 1)];
     packet.org_x[i] = ray.origin_W.x();
     packet.org_y[i] = ray.origin_W.y();
     packet.org_z[i] = ray.origin_W.z();
@@ -66,9 +67,8 @@ void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPa
     packet.mask[i] = ~0u;
     packet.id[i] = 0;
     packet.flags[i] = 0;
-    valid[i] = ray.far_m > ray.near_m ? -1 : 0;
+    valid[i] = i < rays.size() && ray.far_m > ray.near_m ? -1 : 0;
   }
-  for (std::size_t i = rays.size(); i < kPacket; ++i) valid[i] = 0;
 }
 
 /// Calls trace(index of the first, rays, which of 16 slots hold one, context) for one packet of

@@ -28,7 +28,9 @@ Cell::Cell(Options o)
 
 void Cell::Hide(const std::filesystem::path& folder) {
   const DetectorKind& kind = *FindDetector(options.detector);
-  if (kind.hide) kind.hide(std::filesystem::absolute(folder), options);
+  if (!kind.hide) return;
+  kind.hide(std::filesystem::absolute(folder), options);
+  detector = MakeDetector(options, robot);  // it keeps options of its own
 }
 
 geometry::Plane Cell::TablePlane() const {

@@ -51,18 +51,6 @@ TEST(PoissonSurface, OfABallIsItAndClosed) {
   }
 }
 
-TEST(PoissonSurface, TheSamePointsGiveTheSameTrianglesWhereverMemoryLies) {
-  const auto first = PoissonSurface(Ball(1), 0.002);
-  base::Rng rng(7);
-  std::vector<std::vector<char>> holes;  // so that the second one's cells lie elsewhere
-  for (int i = 0; i < 20000; ++i) holes.emplace_back(16 + rng.Index(400));
-  for (std::size_t i = 0; i < holes.size(); i += 2) std::vector<char>().swap(holes[i]);
-  const auto second = PoissonSurface(Ball(1), 0.002);
-  ASSERT_TRUE(first && second);
-  EXPECT_EQ(first->triangles, second->triangles);
-  EXPECT_EQ(first->vertices, second->vertices);
-}
-
 TEST(PoissonSurface, ClosesWhatIsOpen) {
   PointCloud bowl;
   const PointCloud ball = Ball(2);

@@ -176,7 +176,7 @@ TEST(FindBoard, SaysWhatIsWrongWithAPicture) {
   EXPECT_THAT(ErrorOf([&] { FindBoard(unscanned, options); }), HasSubstr("no plane of the board"));
 }
 
-TEST(CalibrateStereo, FindsTheLensTheTurnAndThePlace) {
+TEST(StereoCalibrator, FindsTheLensTheTurnAndThePlace) {
   // Without noise the parameters are those that made the pictures, to what single precision corners
   // (3e-5 px) leave.
   const CalibrationResult exact = CalibrateStereo(Sightings(12, 0.0), 640, 480, {});
@@ -190,7 +190,7 @@ TEST(CalibrateStereo, FindsTheLensTheTurnAndThePlace) {
 
 // The residual is what the corners' noise leaves: sigma sqrt(2) in the plane, less the share that
 // 9 + 6 n parameters take of 4 * 54 n coordinates.
-TEST(CalibrateStereo, ReportsTheNoiseOfTheCorners) {
+TEST(StereoCalibrator, ReportsTheNoiseOfTheCorners) {
   const CalibrationResult noisy = CalibrateStereo(Sightings(12, 0.1), 640, 480, {});
   EXPECT_NEAR(noisy.camera_px, 0.141, 0.01);
   EXPECT_NEAR(noisy.stereo_px, 0.141, 0.01);
@@ -201,7 +201,7 @@ TEST(CalibrateStereo, ReportsTheNoiseOfTheCorners) {
 }
 
 // Boards of 25 mm that are said to be of 25.5: all lengths are seen 2 % too large.
-TEST(CalibrateStereo, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
+TEST(StereoCalibrator, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
   const CalibrationResult right = CalibrateStereo(Sightings(12, 0.05), 640, 480, {});
   EXPECT_LT(std::abs(right.scale - 1.0), std::max(0.001, 4.0 * right.scale_error));
   ChessboardOptions said;
@@ -209,14 +209,14 @@ TEST(CalibrateStereo, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
   EXPECT_THAT(Refusal(Sightings(12, 0.05), said), ContainsRegex("would agree with 2(4.9|5.0). mm"));
 }
 
-TEST(CalibrateStereo, GivesTheSameTwice) {
+TEST(StereoCalibrator, GivesTheSameTwice) {
   const CalibrationResult a = CalibrateStereo(Sightings(8, 0.1), 640, 480, {});
   const CalibrationResult b = CalibrateStereo(Sightings(8, 0.1), 640, 480, {});
   EXPECT_EQ(a.calibration.camera, b.calibration.camera);
   EXPECT_EQ(a.calibration.X_WL.matrix(), b.calibration.X_WL.matrix());
 }
 
-TEST(CalibrateStereo, RefusesBoardsThatDoNotCalibrate) {
+TEST(StereoCalibrator, RefusesBoardsThatDoNotCalibrate) {
   EXPECT_THAT(Refusal(Sightings(5, 0.1)), HasSubstr("5 views of the chessboard"));
   auto alike = Sightings(8, 0.1);
   for (BoardSighting& board : alike) board.plane_W.normal = alike.front().plane_W.normal;
