@@ -14,12 +14,12 @@
 namespace rangegrasp::sim {
 namespace {
 
-using ::testing::HasSubstr;
 using samples::MakeObject;
 using samples::PlaneScene;
 using samples::RepositoryObject;
 using samples::Tabletop;
 using samples::WriteFile;
+using ::testing::HasSubstr;
 
 constexpr char kWorldBox[] = R"(<geom type="box" size="0.03 0.04 0.05" mass="0.3"/>)";
 

@@ -25,8 +25,8 @@ struct MatchOptions {
   int shrink = 2;
   /// Side of the window whose absolute differences are summed (SAD); odd. Larger: less noise and
   /// fewer holes, and edges that are rounder by half of it. The block's was chosen by the share of
-  /// the surface and its error on pictures of the scene (docs/results.md); for semi-global matching,
-  /// which has its neighbors to hold on to, a few pixels are enough.
+  /// the surface and its error on pictures of the scene (docs/results.md); for semi-global
+  /// matching, which has its neighbors to hold on to, a few pixels are enough.
   int block_window_px = 15;
   int semi_global_window_px = 5;
   /// Semi-global: what a change of the disparity by one, and by more, costs, in differences of grey

@@ -9,8 +9,8 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-using ::testing::HasSubstr;
 using samples::LoadHand;
+using ::testing::HasSubstr;
 
 TEST(HandFile, ADriveHasAnOpenAndAClosedEnd) {
   const auto model = LoadHand("parallel_jaw");
