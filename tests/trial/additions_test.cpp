@@ -29,12 +29,18 @@ std::map<std::string, bool> SwitchesOf(const Options& o) {
   return on;
 }
 
-Options Read(const std::string& file, const std::vector<std::string>& settings = {}) {
+/// A shipped file, with the keys of every kind of experiment read.
+base::YamlMap MapOf(const std::string& file, const std::vector<std::string>& settings = {}) {
   auto map = base::YamlMap::FromFile(kAdditionsSource / "experiments" / file, settings);
   std::string name;
   std::uint64_t seed = 0;
   map.Read("name", name);
   map.Read("seed", seed);
+  return map;
+}
+
+Options Read(const std::string& file, const std::vector<std::string>& settings = {}) {
+  auto map = MapOf(file, settings);
   return ReadOptions(map);
 }
 
@@ -48,11 +54,7 @@ TEST(Additions, AreAllOnInTheImprovedMethodAndAllOffInThePublishedOne) {
 
 // Every key of the file with the value that it has where the file is silent, after the method.
 std::map<std::string, std::string> DefaultsOf(const std::string& file) {
-  auto map = base::YamlMap::FromFile(kAdditionsSource / "experiments" / file, {});
-  std::string name;
-  std::uint64_t seed = 0;
-  map.Read("name", name);
-  map.Read("seed", seed);
+  auto map = MapOf(file);
   ReadOptions(map);
   std::map<std::string, std::string> defaults;
   for (const base::KeyDoc& key : map.Keys()) defaults[key.path] = key.default_value;
