@@ -24,7 +24,7 @@ if(EXISTS "${coacd}/lib_coacd.so")
   install(FILES "${coacd}/LICENSE" DESTINATION share/doc/rangegrasp/coacd COMPONENT Runtime)
 endif()
 
-# base/data_folder.h finds these; experiments name scenes and models relative to themselves.
+# base/installation.h finds these; experiments name scenes and models relative to themselves.
 install(DIRECTORY models scenes experiments examples DESTINATION share/rangegrasp COMPONENT Runtime)
 
 set(program_folder "${PROJECT_BINARY_DIR}/src")
@@ -50,7 +50,7 @@ foreach(module ${modules})
   file(RELATIVE_PATH name "${PROJECT_SOURCE_DIR}/src" "${folder}")
   string(REGEX REPLACE "^systems/" "" name "${name}")
   install(DIRECTORY "${folder}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/rangegrasp/${name}" COMPONENT Development
-    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE PATTERN command EXCLUDE)
+    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE PATTERN command EXCLUDE PATTERN task EXCLUDE)
 endforeach()
 install(EXPORT rangegraspTargets NAMESPACE rangegrasp:: DESTINATION "${RANGEGRASP_CMAKE_DIR}" COMPONENT Development)
 

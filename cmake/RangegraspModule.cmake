@@ -3,7 +3,7 @@
 #   rangegrasp_module(NAME base [SOURCES generated.cpp] PUBLIC Eigen3::Eigen PRIVATE foo SYSTEM_INCLUDES dir...)
 #
 # Warnings are errors in our code; third-party headers come in as SYSTEM. cmake/RangegraspInstall.cmake installs every module
-# with its public headers: all but those in internal/.
+# with its public headers: all but those in internal/, command/ and task/.
 include(CMakeParseArguments)
 
 function(rangegrasp_compile_options target)

@@ -68,7 +68,7 @@ function(rangegrasp_write_systems file)
       endforeach()
     endif()
   endforeach()
-  file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"base/systems.h\"
+  file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"base/installation.h\"
 
 namespace rangegrasp {
 

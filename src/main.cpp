@@ -1,5 +1,5 @@
 #include "cli/commands.h"
-#include "trial/register.h"
+#include "trial/registry.h"
 
 namespace rangegrasp {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "trial/register.h"
+#include "trial/registry.h"
 
 namespace rangegrasp {
 

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace rangegrasp::base {
 
@@ -17,5 +18,19 @@ class RunError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// What a check of a file found wrong, and how one edit cures it.
+struct Finding {
+  bool error = true;    ///< false: a warning
+  std::string where;    ///< "arm.xml:33", or the file alone
+  std::string element;  ///< "joint \"joint1\""
+  std::string what;     ///< a sentence without its full stop
+  std::string cure;     ///< the same; may hold lines to paste
+};
+
+/// "arm.xml:33: error: joint "joint1": WHAT" and "  cure: CURE", lines of the cure indented.
+std::string TextOf(const Finding& finding);
+
+bool HasError(const std::vector<Finding>& findings);
 
 }  // namespace rangegrasp::base

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace rangegrasp::base {
 
@@ -10,7 +13,7 @@ namespace rangegrasp::base {
 /// @throws InputError naming the file if it is missing, a folder or not readable.
 std::string ReadFile(const std::filesystem::path& file);
 
-/// The same, where a file without a byte is an error too.
+/// The same; an empty file is an error, too.
 std::string ReadNonEmptyFile(const std::filesystem::path& file);
 
 /// Writes the file whole, making its folder where there is none. A file of that name is replaced in
@@ -19,10 +22,53 @@ std::string ReadNonEmptyFile(const std::filesystem::path& file);
 /// cannot be made.
 void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 
-/// Makes the folder that a file is to stand in. @throws InputError naming the folder.
+/// Makes a file's folder. @throws InputError naming the folder.
 void MakeFolderOf(const std::filesystem::path& file);
 
 /// What a file's name ends with, in small letters: ".ply" of "Cup.PLY".
 std::string EndingOf(const std::filesystem::path& file);
+
+/// A table of comma-separated values (RFC 4180: cells with a comma, a quote or a line break stand
+/// in quotes, a quote in them is doubled) whose first line names the columns.
+class CsvTable {
+ public:
+  /// @param name  of the file, for messages
+  /// @throws InputError naming file and line if there is no header, a row has another number of
+  /// cells, or a quote is not closed.
+  static CsvTable Parse(std::string_view text, const std::string& name);
+  static CsvTable Read(const std::filesystem::path& file);
+
+  const std::vector<std::string>& header() const { return header_; }
+  std::size_t rows() const { return rows_.size(); }
+  const std::string& Cell(std::size_t row, std::size_t column) const {
+    return rows_[row].cells[column];
+  }
+  /// The position of a column. @throws InputError naming the file, its columns and the nearest one.
+  std::size_t Column(const std::string& name) const;
+  /// A finite number. @throws InputError naming file, line, column and the cell.
+  double Number(std::size_t row, std::size_t column) const;
+  /// The same; nothing for an empty cell.
+  std::optional<double> OptionalNumber(std::size_t row, std::size_t column) const;
+  /// Throws an InputError for a cell: "file:line: column 'x': 'cell' <must be ...>".
+  [[noreturn]] void Fail(std::size_t row, std::size_t column, const std::string& what) const;
+
+ private:
+  struct Row {
+    int line;
+    std::vector<std::string> cells;
+  };
+  std::string name_;
+  std::vector<std::string> header_;
+  std::vector<Row> rows_;
+};
+
+/// One line with its line break; cells are quoted where they must be.
+std::string CsvLine(const std::vector<std::string>& cells);
+
+/// FNV-1a, 64 bits, continued from `state`. Identifies versions of files; not for security.
+std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state = 0xcbf29ce484222325u);
+
+/// 16 hexadecimal digits.
+std::string Hex(std::uint64_t value);
 
 }  // namespace rangegrasp::base

@@ -7,8 +7,7 @@
 namespace rangegrasp::base {
 
 /// The seed of a child stream: a hash of the parent's seed and a name ("scan", "perceive", an
-/// object, ...). Depends on nothing else, so that a stream is the same on every machine and in
-/// every order of execution.
+/// object, ...), the same on every machine and in every order of execution.
 std::uint64_t DeriveSeed(std::uint64_t seed, std::string_view name);
 /// The same for a numbered child (a trial's index, an attempt).
 std::uint64_t DeriveSeed(std::uint64_t seed, std::uint64_t index);
@@ -31,8 +30,8 @@ class Rng {
   /// Uniform over 0 .. size - 1; size >= 1. Unbiased (Lemire 2019).
   std::size_t Index(std::size_t size);
 
-  /// What the standard algorithms ask of a generator, so that std::shuffle and the like take it
-  /// (their results differ between standard libraries: avoid them where results are recorded).
+  /// For standard algorithms as std::shuffle, whose results differ between standard libraries:
+  /// avoid them where results are recorded.
   using result_type = std::uint64_t;
   static constexpr result_type min() { return 0; }
   static constexpr result_type max() { return ~result_type{0}; }

@@ -1,20 +1,21 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace rangegrasp::base {
 
-/// The words of an enum stand once, beside it, in the order of its values (which count from 0):
+/// The words of an enum are declared once, next to it, in the order of its values (from 0):
 ///
 ///   enum class Split { kTune, kReport };
 ///   constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
 ///
-/// WordsOf is found by argument-dependent lookup; Word, FromWord, ValuesOf and YamlMap::Read need
-/// nothing else.
+/// Word, FromWord, ValuesOf and YamlMap::Read find WordsOf by argument-dependent lookup.
 template <typename Enum>
 concept HasWords = requires(Enum e) {
   WordsOf(e)[0];
@@ -26,14 +27,12 @@ constexpr std::string_view Word(Enum value) {
   return WordsOf(value)[static_cast<std::size_t>(value)];
 }
 
-/// All words of an enum, e.g. for the choices of an option.
 template <HasWords Enum>
 std::vector<std::string> WordList() {
   const auto words = WordsOf(Enum{});
   return {words.begin(), words.end()};
 }
 
-/// All values of an enum, in order.
 template <HasWords Enum>
 constexpr auto ValuesOf() {
   std::array<Enum, WordsOf(Enum{}).size()> all{};
@@ -41,7 +40,7 @@ constexpr auto ValuesOf() {
   return all;
 }
 
-/// What is said of a word that is not among words: "'word' must be one of ...; nearest: ...".
+/// For a word that is not among words: "'word' must be one of ...; nearest: ...".
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
 
 /// The position of a word among words.
@@ -63,5 +62,60 @@ std::string Join(const std::vector<std::string>& words, std::string_view separat
 
 /// The parts of a text between separators; one empty part for an empty text.
 std::vector<std::string> Split(std::string_view text, char separator);
+
+/// The number that a whole text is, in decimal and without blanks; nullopt if it is none, or one
+/// that the type cannot hold. "nan" and "inf" are numbers of a floating-point type.
+template <typename Number>
+std::optional<Number> NumberFrom(std::string_view text) {
+  Number number{};
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return number;
+}
+
+/// An addition to a published method: a switch, so that its effect can be measured alone. All of
+/// them off are the method as published.
+///
+/// The switches of one stage are a struct of bools, each true (the improved method), and next to it
+/// a table with one row each, found by argument-dependent lookup:
+///
+///   struct SoupAdditions { bool salt = true; bool pepper = true; };
+///   constexpr std::array<base::Addition<SoupAdditions>, 2> AdditionsOf(const SoupAdditions*) {
+///     return {{{"salt", &SoupAdditions::salt, "salted"}, ...}};
+///   }
+///   static_assert(base::AllAdditionsListed<SoupAdditions>());
+///
+/// A switch without a row does not compile. The keys of experiment files, "as published" and the
+/// table of ablations are made from these rows.
+template <typename Switches>
+struct Addition {
+  std::string_view key;  ///< in an experiment's file
+  bool Switches::*on;
+  std::string_view doc;  ///< what it does; where it is not plain, what is done without it
+};
+
+template <typename Switches>
+constexpr auto AdditionsTable() {
+  return AdditionsOf(static_cast<const Switches*>(nullptr));
+}
+
+/// Whether the struct holds only bools and each has a row.
+template <typename Switches>
+constexpr bool AllAdditionsListed() {
+  constexpr auto rows = AdditionsTable<Switches>();
+  if (rows.size() * sizeof(bool) != sizeof(Switches)) return false;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (rows[i].on == rows[k].on || rows[i].key == rows[k].key) return false;
+    }
+  }
+  return true;
+}
+
+template <typename Switches>
+constexpr void SwitchAll(bool on, Switches& switches) {
+  for (const auto& row : AdditionsTable<Switches>()) switches.*row.on = on;
+}
 
 }  // namespace rangegrasp::base

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/systems.h"
+#include "base/installation.h"
 
 namespace rangegrasp::base {
 namespace {
@@ -32,6 +33,15 @@ struct Document {
 template <typename T>
 bool Convert(const YAML::Node& node, T& value) {
   return node.IsScalar() && YAML::convert<T>::decode(node, value);
+}
+
+bool Contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+/// The key of an entry of a map.
+std::string KeyOf(const YAML::const_iterator::value_type& entry) {
+  return entry.first.IsScalar() ? entry.first.Scalar() : "?";
 }
 
 std::string Shown(const YAML::Node& node) {
@@ -65,20 +75,25 @@ struct YamlMap::Impl {
   void CheckNoKeyTwice() const {
     std::vector<std::string> seen;
     for (const auto& entry : node) {
-      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
-      if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+      const std::string key = KeyOf(entry);
+      if (Contains(seen, key)) {
         throw InputError(At(entry.first.Mark()) + "key '" + key + "': stands twice");
       }
       seen.push_back(key);
     }
   }
 
-  // Notes the key for the documentation and as known.
-  void Ask(const std::string& key, const std::string& type, const std::string& default_value,
-           const std::string& range, const std::string& doc) {
+  // Notes the key for the documentation and as known. @return its value if it is there
+  std::optional<YAML::Node> Ask(const std::string& key, const std::string& type,
+                                const std::string& default_value, const std::string& range,
+                                const std::string& doc) {
     asked.push_back(key);
     KeyDoc& entry = document->Key(prefix + key);
     entry = {prefix + key, type, default_value, range, doc, entry.required};
+    if (!node.IsMap()) return std::nullopt;
+    const YAML::Node& all = node;  // what is not const makes keys that are absent
+    const YAML::Node value = all[key];
+    return value.IsDefined() ? std::optional(value) : std::nullopt;
   }
 
   // Puts "key.inner=value" into the tree below `root`.
@@ -136,6 +151,8 @@ YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& 
   return YamlMap(std::move(impl));
 }
 
+void YamlMap::Override(const std::string& one) { impl_->Override(one); }
+
 YamlMap YamlMap::ForDocumentation() {
   auto impl = std::make_unique<Impl>();
   impl->document = std::make_shared<Document>();
@@ -158,9 +175,7 @@ bool YamlMap::HoldsMap(const std::string& key) const {
 std::vector<std::string> YamlMap::Names() const {
   std::vector<std::string> names;
   if (!impl_->node.IsMap()) return names;
-  for (const auto& entry : impl_->node) {
-    names.push_back(entry.first.IsScalar() ? entry.first.Scalar() : "?");
-  }
+  for (const auto& entry : impl_->node) names.push_back(KeyOf(entry));
   return names;
 }
 
@@ -179,9 +194,8 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
 }
 
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
-  const auto& overridden = impl_->document->overridden;
   const std::string path = impl_->prefix + key;
-  const bool by_hand = std::find(overridden.begin(), overridden.end(), path) != overridden.end();
+  const bool by_hand = Contains(impl_->document->overridden, path);
   throw InputError((by_hand ? "--set " + path + ": " : impl_->At(impl_->MarkOf(key))) + "key '" +
                    key + "': " + what);
 }
@@ -194,37 +208,33 @@ void YamlMap::Require(const std::string& key) {
 }
 
 void YamlMap::Read(const std::string& key, std::string& value, const std::string& doc) {
-  impl_->Ask(key, "text", value, "", doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
-  if (!Convert(node, value) || value.empty()) Fail(key, Shown(node) + " is no text");
+  const auto node = impl_->Ask(key, "text", value, "", doc);
+  if (!node) return;
+  if (!Convert(*node, value) || value.empty()) Fail(key, Shown(*node) + " is no text");
 }
 
 void YamlMap::Read(const std::string& key, bool& value, const std::string& doc) {
-  impl_->Ask(key, "true or false", value ? "true" : "false", "", doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
-  if (!Convert(node, value)) Fail(key, Shown(node) + " must be true or false");
+  const auto node = impl_->Ask(key, "true or false", value ? "true" : "false", "", doc);
+  if (!node) return;
+  if (!Convert(*node, value)) Fail(key, Shown(*node) + " must be true or false");
 }
 
 void YamlMap::Read(const std::string& key, std::uint64_t& value, const std::string& doc) {
-  impl_->Ask(key, "whole number", fmt::format("{}", value), "from 0", doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
-  if (!Convert(node, value) || node.Scalar().front() == '-') {
-    Fail(key, Shown(node) + " must be a whole number from 0");
+  const auto node = impl_->Ask(key, "whole number", fmt::format("{}", value), "from 0", doc);
+  if (!node) return;
+  if (!Convert(*node, value) || node->Scalar().front() == '-') {
+    Fail(key, Shown(*node) + " must be a whole number from 0");
   }
 }
 
 void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
                    const std::string& doc) {
-  impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
-  if (!node.IsSequence()) Fail(key, Shown(node) + " must be a list, e.g. [a, b]");
-  if (node.size() == 0) Fail(key, "is an empty list; it must name one at least, e.g. [a, b]");
+  const auto node = impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
+  if (!node) return;
+  if (!node->IsSequence()) Fail(key, Shown(*node) + " must be a list, e.g. [a, b]");
+  if (node->size() == 0) Fail(key, "is an empty list; it must name one at least, e.g. [a, b]");
   value.clear();
-  for (const YAML::Node& item : node) {
+  for (const YAML::Node& item : *node) {
     std::string text;
     if (!Convert(item, text)) Fail(key, "holds something that is no text");
     value.push_back(text);
@@ -232,26 +242,24 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
 }
 
 void YamlMap::Read(const std::string& key, int& value, int low, int high, const std::string& doc) {
-  impl_->Ask(key, "whole number", fmt::format("{}", value), fmt::format("{} to {}", low, high),
-             doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
+  const auto node = impl_->Ask(key, "whole number", fmt::format("{}", value),
+                               fmt::format("{} to {}", low, high), doc);
+  if (!node) return;
   int read = 0;
-  if (!Convert(node, read) || read < low || read > high) {
-    Fail(key, fmt::format("{} must be a whole number from {} to {}", Shown(node), low, high));
+  if (!Convert(*node, read) || read < low || read > high) {
+    Fail(key, fmt::format("{} must be a whole number from {} to {}", Shown(*node), low, high));
   }
   value = read;
 }
 
 void YamlMap::ReadScaled(const std::string& key, double& value, double unit, double low,
                          double high, const std::string& doc) {
-  impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit), fmt::format("{} to {}", low, high),
-             doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
+  const auto node = impl_->Ask(key, "number", fmt::format("{:.6g}", value / unit),
+                               fmt::format("{} to {}", low, high), doc);
+  if (!node) return;
   double read = 0.0;
-  if (!Convert(node, read) || !std::isfinite(read) || read < low || read > high) {
-    Fail(key, fmt::format("{} must be a number from {} to {}", Shown(node), low, high));
+  if (!Convert(*node, read) || !std::isfinite(read) || read < low || read > high) {
+    Fail(key, fmt::format("{} must be a number from {} to {}", Shown(*node), low, high));
   }
   value = read * unit;
 }
@@ -274,14 +282,13 @@ void YamlMap::Read(const std::string& key, std::string& value,
 
 void YamlMap::ReadWord(const std::string& key, std::size_t& position,
                        const std::vector<std::string>& words, const std::string& doc) {
-  impl_->Ask(key, "word", words[position], "one of " + Join(words), doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
+  const auto node = impl_->Ask(key, "word", words[position], "one of " + Join(words), doc);
+  if (!node) return;
   std::string word;
-  if (!Convert(node, word)) Fail(key, Shown(node) + " must be one of " + Join(words));
+  if (!Convert(*node, word)) Fail(key, Shown(*node) + " must be one of " + Join(words));
   const auto found = std::find(words.begin(), words.end(), word);
   if (found == words.end()) {
-    CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node.Mark()));
+    CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node->Mark()));
     Fail(key, MustBeOneOf(word, words));
   }
   position = static_cast<std::size_t>(found - words.begin());
@@ -292,18 +299,16 @@ void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values
   Read(key, values, doc);
   impl_->document->Key(impl_->prefix + key).range = "of " + Join(words);
   for (const std::string& word : values) {
-    if (std::find(words.begin(), words.end(), word) != words.end()) continue;
-    Fail(key, MustBeOneOf(word, words));
+    if (!Contains(words, word)) Fail(key, MustBeOneOf(word, words));
   }
 }
 
 void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
                        const std::string& doc) {
-  impl_->Ask(key, "path", value.generic_string(), "", doc);
-  if (!Has(key)) return;
-  const YAML::Node node = impl_->node[key];
+  const auto node = impl_->Ask(key, "path", value.generic_string(), "", doc);
+  if (!node) return;
   std::string text;
-  if (!Convert(node, text) || text.empty()) Fail(key, Shown(node) + " is no text");
+  if (!Convert(*node, text) || text.empty()) Fail(key, Shown(*node) + " is no text");
   const std::filesystem::path path =
       (impl_->document->file.parent_path() / text).lexically_normal();
   std::error_code error;
@@ -317,8 +322,8 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
 void YamlMap::Finish() const {
   if (!impl_->node.IsMap()) return;
   for (const auto& entry : impl_->node) {
-    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
-    if (std::find(impl_->asked.begin(), impl_->asked.end(), key) != impl_->asked.end()) continue;
+    const std::string key = KeyOf(entry);
+    if (Contains(impl_->asked, key)) continue;
     CheckBuilt("key", impl_->prefix + key, impl_->At(entry.first.Mark()));
     throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + key +
                      "'; nearest valid key: '" + NearestWord(key, impl_->asked) +
@@ -327,5 +332,23 @@ void YamlMap::Finish() const {
 }
 
 const std::vector<KeyDoc>& YamlMap::Keys() const { return impl_->document->keys; }
+
+void RangeCheck::Read(const std::string& key, int value, int low, int high,
+                      const std::string&) const {
+  if (value < low || value > high) Fail(key, value, low, high);
+}
+
+void RangeCheck::ReadScaled(const std::string& key, double value, double unit, double low,
+                            double high, const std::string&) const {
+  // A relative slack, for a bound that went to SI units and back.
+  const double slack = 1e-9 * std::max(std::abs(low), std::abs(high));
+  const double in_unit = value / unit;
+  if (!(in_unit >= low - slack && in_unit <= high + slack)) Fail(key, in_unit, low, high);
+}
+
+void RangeCheck::Fail(const std::string& key, double value, double low, double high) const {
+  throw std::invalid_argument(fmt::format("{}: {}: {:g} is out of range, must be from {:g} to {:g}",
+                                          what_, key, value, low, high));
+}
 
 }  // namespace rangegrasp::base

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/words.h"
@@ -33,8 +34,7 @@ struct KeyDoc {
 ///   physics.Finish();
 ///   map.Finish();
 ///
-/// Every method throws base::InputError as "file:line: key 'x': what is wrong, what would be
-/// right".
+/// Every method throws InputError as "file:line: key 'x': what is wrong, what would be right".
 class YamlMap {
  public:
   /// @param overrides  "key.inner=value" each, in place of what the file says; the value is YAML.
@@ -43,6 +43,8 @@ class YamlMap {
   /// The same of a text; `file` is what errors name and what paths are relative to.
   static YamlMap FromText(const std::string& text, const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
+  /// One more override of a mapping that was read from a file or text.
+  void Override(const std::string& one);
   /// A mapping without a key: what reads it leaves its keys in Keys.
   static YamlMap ForDocumentation();
   ~YamlMap();
@@ -81,7 +83,7 @@ class YamlMap {
     ReadWord(key, position, WordList<Enum>(), doc);
     value = static_cast<Enum>(position);
   }
-  /// Words of an enum, at least one.
+  /// At least one of an enum's words.
   template <HasWords Enum>
   void Read(const std::string& key, std::vector<Enum>& values, const std::string& doc = "") {
     std::vector<std::string> words;
@@ -112,6 +114,37 @@ class YamlMap {
   void ReadWords(const std::string& key, std::vector<std::string>& values,
                  const std::vector<std::string>& words, const std::string& doc);
   std::unique_ptr<Impl> impl_;
+};
+
+/// Reads one key a switch, as their table states it.
+template <typename Switches>
+void ReadAdditions(YamlMap& map, Switches& switches) {
+  for (const auto& row : AdditionsTable<Switches>()) {
+    map.Read(std::string(row.key), switches.*row.on, std::string(row.doc));
+  }
+}
+
+/// Takes the place of a YamlMap for options made in code: the function that reads them key by key
+/// (a template of its source) checks them against the same ranges, and changes nothing.
+/// Every method throws std::invalid_argument as "what: key: 70 is out of range, must be from 0.1 to
+/// 50", in the key's unit.
+class RangeCheck {
+ public:
+  explicit RangeCheck(std::string what) : what_(std::move(what)) {}
+
+  void Read(const std::string&, bool, const std::string& = "") const {}
+  void Read(const std::string& key, int value, int low, int high, const std::string& = "") const;
+  void ReadScaled(const std::string& key, double value, double unit, double low, double high,
+                  const std::string& = "") const;
+  void Read(const std::string& key, double value, double low, double high,
+            const std::string& doc = "") const {
+    ReadScaled(key, value, 1.0, low, high, doc);
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& key, double value, double low, double high) const;
+
+  std::string what_;
 };
 
 }  // namespace rangegrasp::base

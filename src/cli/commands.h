@@ -6,7 +6,7 @@
 
 namespace CLI {
 class App;
-}
+}  // namespace CLI
 
 namespace rangegrasp::cli {
 
@@ -16,15 +16,11 @@ using CommandAdder = void (*)(CLI::App& app);
 
 /// When the program starts; --help lists commands in this order, after those below.
 void AddCommand(CommandAdder adder);
-const std::vector<CommandAdder>& AddedCommands();
 
-// Each stands in the source of its name (AddRunCommand in run_command.cpp).
-void AddListCommand(CLI::App& app);      ///< list
 void AddResultsCommands(CLI::App& app);  ///< table, trial, compare, merge
 void AddRunCommand(CLI::App& app);       ///< run
 void AddShellCommands(CLI::App& app);    ///< completion, man
 void AddSlurmCommands(CLI::App& app);    ///< submit, status
-void AddVersionCommand(CLI::App& app);   ///< version
 
 /// What `list` can list, by the word for it.
 struct Listing {
@@ -42,16 +38,15 @@ std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* 
 /// A library that `version` names, with its version.
 void AddLibrary(const std::string& name, const std::string& version);
 
-/// What joins the films of several trials to one.
-using FilmJoiner = void (*)(const std::vector<std::filesystem::path>& films,
-                            const std::filesystem::path& into);
-void SetFilmJoiner(FilmJoiner joiner);
-
-/// What a run does with its results when `run --report` asks for pages.
-using ReportMaker = void (*)(const std::filesystem::path& results, int jobs);
-void SetReportMaker(ReportMaker maker);
-/// @throws base::NotBuilt without one.
-ReportMaker GetReportMaker();
+/// What the system `report` does for other commands; null where it is not built.
+struct ReportHooks {
+  /// Joins the films of several trials to one.
+  void (*join_films)(const std::vector<std::filesystem::path>& films,
+                     const std::filesystem::path& into) = nullptr;
+  /// What a run does with its results when `run --report` asks for pages.
+  void (*make_report)(const std::filesystem::path& results, int jobs) = nullptr;
+};
+ReportHooks& Hooks();
 
 /// The program: reads the arguments, runs the command. @return the exit code
 int RunProgram(int argc, char** argv);

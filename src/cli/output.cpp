@@ -1,20 +1,86 @@
 #include "cli/output.h"
 
+#include <fmt/color.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <regex>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
-#include "cli/terminal_text.h"
 
 namespace rangegrasp::cli {
 namespace {
 
+bool IsRule(std::string_view line) {
+  return !line.empty() && line.find_first_not_of('-') == std::string_view::npos;
+}
+
+std::string Styled(const std::string& text, const fmt::text_style& style) {
+  return text.empty() ? text : fmt::format(style, "{}", text);
+}
+
+// Of a table's row: "worse", "better", and figures that are marked as below the published ones.
+std::string WithVerdicts(const std::string& row) {
+  static const std::regex marked(R"((\S+\*)(?=\s|$)|\b(worse|better)\b)");
+  std::string text;
+  auto after = row.begin();
+  for (std::sregex_iterator match(row.begin(), row.end(), marked), end; match != end; ++match) {
+    text.append(after, (*match)[0].first);
+    const bool good = (*match)[0] == "better";
+    text +=
+        Styled((*match)[0], fmt::fg(good ? fmt::terminal_color::green : fmt::terminal_color::red));
+    after = (*match)[0].second;
+  }
+  return text.append(after, row.end());
+}
+
+// Whether stdout is a terminal that shows colors and its user wants them: TERM is not "dumb", and
+// NO_COLOR is not set (https://no-color.org).
+bool StdoutShowsColors() {
+  const char* terminal = std::getenv("TERM");
+  const char* none = std::getenv("NO_COLOR");
+  return isatty(STDOUT_FILENO) == 1 && terminal && std::string_view(terminal) != "dumb" &&
+         !(none && *none != '\0');
+}
+
+// Tables and lists as a terminal shows them: titles and headers bold, rules and the stamp faint,
+// verdicts and what is significantly below the published figure in color.
+std::string ForTerminal(const std::string& text) {
+  const auto lines = base::Split(text, '\n');
+  const auto at = [&](std::size_t i) { return i < lines.size() ? lines[i] : std::string(); };
+  std::string shown;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const bool begins = i == 0 || lines[i - 1].empty();
+    const bool title = begins && (at(i + 1).empty() || lines[i].ends_with(':'));
+    const bool stamp = lines[i].find(": rangegrasp ") != std::string::npos;
+    if (IsRule(lines[i]) || stamp) {
+      shown += Styled(lines[i], fmt::emphasis::faint);
+    } else if (title || (begins && IsRule(at(i + 1)))) {
+      shown += Styled(lines[i], fmt::emphasis::bold);
+    } else {
+      shown += WithVerdicts(lines[i]);
+    }
+    if (i + 1 < lines.size()) shown += '\n';
+  }
+  return shown;
+}
+
+using std::chrono::milliseconds;
+
+// What a StepLine waits before it shows, and between two times [ms].
+constexpr milliseconds kPatience{1000};
+constexpr milliseconds kPeriod{200};
+// Of a ProgressBar [characters].
+constexpr int kWidth = 30;
 // Of a picture [px]: smaller shows nothing, larger is more than the offscreen buffer takes.
 constexpr int kMinSide_px = 16;
 constexpr int kMaxSide_px = 8192;
@@ -45,7 +111,7 @@ void WriteTables(const experiment::Report& report, const experiment::Stamp& stam
 }
 
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {
-  if (std::find(endings.begin(), endings.end(), base::EndingOf(file)) != endings.end()) return;
+  if (std::ranges::find(endings, base::EndingOf(file)) != endings.end()) return;
   throw base::InputError(fmt::format("{}: its name must end with {}, which is what can be written",
                                      file.string(), base::Join(endings, " or ")));
 }
@@ -71,6 +137,64 @@ void AddFormatOption(CLI::App& command, std::string& format) {
 
 experiment::TableFormat TableFormatFrom(const std::string& word) {
   return base::FromWord<experiment::TableFormat>(word, "--format");
+}
+
+void AddJobsOption(CLI::App& command, const char* cases, int& jobs) {
+  jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  command
+      .add_option("--jobs", jobs,
+                  fmt::format("{} at the same time (default: the number of cores)", cases))
+      ->check(CLI::Range(1, 1024));
+}
+
+StepLine::StepLine(std::string title) : title_(std::move(title)) {
+  if (!isatty(STDERR_FILENO)) return;
+  thread_ = std::jthread([this](const std::stop_token& stop) { Tick(stop); });
+}
+
+void StepLine::Begin(const std::string& step) {
+  const std::lock_guard lock(mutex_);
+  step_ = step;
+}
+
+void StepLine::End() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  thread_.join();
+}
+
+void StepLine::Tick(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  bool shown = false;
+  const auto stopped = [&](milliseconds wait) {
+    return ends_.wait_for(lock, stop, wait, [&] { return stop.stop_requested(); });
+  };
+  for (auto wait = kPatience; !stopped(wait); wait = kPeriod) {
+    fmt::print(stderr, "\r{}: {}, {:.0f} s \033[K", title_, step_, watch_.Seconds());
+    std::fflush(stderr);
+    shown = true;
+  }
+  if (!shown) return;
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+}
+
+void ProgressBar::operator()(int done_now, int, const experiment::Record& last) {
+  const int done = before_ + done_now;
+  ++outcomes_[last.result.outcome];
+  if (!isatty(STDERR_FILENO)) return;
+  const double rate_hz = done_now / watch_.Seconds();
+  const int filled = kWidth * done / total_;
+  std::string counts;
+  for (const auto& [outcome, count] : outcomes_) {
+    counts += fmt::format(", {} {}", count, outcome);
+    // Of what this part of the run has done.
+    if (outcome == success_) counts += fmt::format(" ({:.0f} %)", 100.0 * count / done_now);
+  }
+  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} a second, {:.0f} s left \033[K", "",
+             filled, "", kWidth - filled, done, total_, counts, rate_hz, (total_ - done) / rate_hz);
+  if (done == total_) fmt::print(stderr, "\n");
+  std::fflush(stderr);
 }
 
 }  // namespace rangegrasp::cli

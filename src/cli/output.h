@@ -1,15 +1,22 @@
 #pragma once
 
+#include <condition_variable>
 #include <filesystem>
+#include <map>
+#include <mutex>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
-#include "experiment/format.h"
+#include "base/stopwatch.h"
+#include "experiment/record.h"
+#include "experiment/report.h"
 
 namespace CLI {
 class App;
-}
+}  // namespace CLI
 
 namespace rangegrasp::cli {
 
@@ -37,5 +44,48 @@ std::pair<int, int> ParseSize(const std::string& text);
 void AddFormatOption(CLI::App& command, std::string& format);
 /// Of what that option took.
 experiment::TableFormat TableFormatFrom(const std::string& word);
+/// Adds `--jobs`, "cases at the same time", with the number of cores as default.
+void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
+
+/// A line on a terminal with the step that a long command is at and its time so far, from its first
+/// second on; nothing where stderr is none. Its own thread keeps the clock going.
+class StepLine {
+ public:
+  /// @param title  "big.off"
+  explicit StepLine(std::string title);
+  ~StepLine() { End(); }
+  StepLine(const StepLine&) = delete;
+  StepLine& operator=(const StepLine&) = delete;
+
+  void Begin(const std::string& step);
+  /// Takes the line away, before anything else is written.
+  void End();
+
+ private:
+  void Tick(const std::stop_token& stop);
+
+  std::string title_, step_;
+  base::Stopwatch watch_;
+  std::mutex mutex_;
+  std::condition_variable_any ends_;
+  std::jthread thread_;  ///< last: it sees all others
+};
+
+/// A line on a terminal with a run's progress: cases, outcomes, cases per second, and the time
+/// left; nothing where stderr is none.
+class ProgressBar {
+ public:
+  /// @param before   cases that an earlier part of the run has done
+  /// @param success  the outcome whose share is shown; empty: none
+  ProgressBar(int before, int total, std::string success = "")
+      : before_(before), total_(total), success_(std::move(success)) {}
+  void operator()(int done_now, int, const experiment::Record& last);
+
+ private:
+  int before_, total_;
+  std::string success_;
+  base::Stopwatch watch_;
+  std::map<std::string, int> outcomes_;
+};
 
 }  // namespace rangegrasp::cli

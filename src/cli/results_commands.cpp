@@ -5,16 +5,13 @@
 #include <memory>
 
 #include "base/error.h"
-#include "base/process/own_folder.h"
-#include "base/systems.h"
+#include "base/installation.h"
+#include "base/process/program.h"
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "cli/reopen.h"
-#include "experiment/compare.h"
+#include "cli/run.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
-#include "experiment/merge.h"
-#include "experiment/results.h"
+#include "experiment/statistics.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::cli {
@@ -74,16 +71,6 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
   }
 }
 
-FilmJoiner& Joiner() {
-  static FilmJoiner joiner = nullptr;
-  return joiner;
-}
-
-void JoinFilms(const std::vector<std::filesystem::path>& films, const std::string& into) {
-  if (!Joiner()) base::CheckBuilt("option", "video");
-  Joiner()(films, into);
-}
-
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   const Store store = Store::Open(arguments.folder);
@@ -105,7 +92,10 @@ void ReplayAll(const TrialArguments& arguments) {
     }
     Replay(e, store, *which, options);
   }
-  if (!parts.empty()) JoinFilms(parts, arguments.video);
+  if (!parts.empty()) {
+    if (!Hooks().join_films) base::CheckBuilt("option", "video");
+    Hooks().join_films(parts, arguments.video);
+  }
   if (arguments.snapshots) spdlog::info("pictures in {}", options.folder.string());
 }
 
@@ -186,8 +176,6 @@ void AddMerge(CLI::App& app) {
 }
 
 }  // namespace
-
-void SetFilmJoiner(FilmJoiner joiner) { Joiner() = joiner; }
 
 void AddResultsCommands(CLI::App& app) {
   AddTable(app);

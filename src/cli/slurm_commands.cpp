@@ -9,14 +9,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "base/data_folder.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/installation.h"
 #include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "experiment/runner.h"
 #include "experiment/slurm.h"
 #include "experiment/store.h"
@@ -24,7 +23,6 @@
 namespace rangegrasp::cli {
 namespace {
 
-using experiment::Case;
 using experiment::Queue;
 using experiment::Store;
 using experiment::Submission;
@@ -77,8 +75,7 @@ std::string Sbatch(std::vector<std::string> words) {
     throw base::RunError("sbatch ended with code " + std::to_string(printed.code) +
                          "; nothing more was submitted");
   }
-  const std::string id = printed.out.substr(0, printed.out.find_first_of(";\n"));
-  return id;
+  return printed.out.substr(0, printed.out.find_first_of(";\n"));
 }
 
 // How far a shard is.
@@ -103,15 +100,6 @@ experiment::Changes ChangesOf(const Submission& submission) {
   return changes;
 }
 
-// A store that a full disk left unfinished holds none: `run` begins it anew.
-std::size_t CasesIn(const std::filesystem::path& folder) {
-  try {
-    return static_cast<std::size_t>(Store::Open(folder).Count());
-  } catch (const base::InputError&) {
-    return 0;
-  }
-}
-
 std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
   const auto e = experiment::OpenExperiment(submission.experiment, experiment::AllKinds(),
                                             ChangesOf(submission));
@@ -119,7 +107,11 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
   for (int task = 1; task <= submission.tasks; ++task) {
     Shard shard{task, 0, ShardOf(e.cases, task, submission.tasks).size(), ""};
     const auto folder = submission.ShardFolder(task);
-    if (Store::Exists(folder)) shard.done = CasesIn(folder);
+    try {
+      if (Store::Exists(folder)) shard.done = static_cast<std::size_t>(Store::Open(folder).Count());
+    } catch (const base::InputError&) {
+      // A store that a full disk left unfinished holds none: `run` begins it anew.
+    }
     const auto queued = queue.state_of_task.find(task);
     if (queued != queue.state_of_task.end()) shard.queued = queued->second;
     shards.push_back(shard);
@@ -170,8 +162,8 @@ Submission SubmissionFrom(const SubmitArguments& arguments) {
 void WriteScripts(const Submission& submission) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   experiment::WriteSubmission(submission);
-  base::WriteFile(submission.ArrayScript(), ArrayScriptText(submission, program));
-  base::WriteFile(submission.MergeScript(), MergeScriptText(submission, program));
+  base::WriteFile(submission.File(experiment::kArrayScript), ArrayScriptText(submission, program));
+  base::WriteFile(submission.File(experiment::kMergeScript), MergeScriptText(submission, program));
 }
 
 void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sbatch) {
@@ -182,8 +174,9 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
     throw base::InputError(fmt::format(
         "no sbatch on the PATH: this is no machine of a Slurm cluster. What would have been "
         "submitted stands in {}: `sbatch --array=1-{} {}`, then {}",
-        submission.ArrayScript().parent_path().string(), submission.tasks,
-        submission.ArrayScript().string(), submission.MergeScript().string()));
+        (submission.folder / "slurm").string(), submission.tasks,
+        submission.File(experiment::kArrayScript).string(),
+        submission.File(experiment::kMergeScript).string()));
   }
   if (Store::Exists(submission.folder)) {
     return spdlog::info("all shards are done and joined in {}", submission.folder.string());
@@ -198,8 +191,8 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
     std::vector<std::string> words = sbatch;
     words.insert(words.end(),
                  {"--array=" + experiment::ArrayText(missing),
-                  "--output=" + (submission.ArrayScript().parent_path() / "shard-%a.log").string(),
-                  submission.ArrayScript().string()});
+                  "--output=" + (submission.folder / "slurm" / "shard-%a.log").string(),
+                  submission.File(experiment::kArrayScript).string()});
     after.push_back(Sbatch(words));
     spdlog::info("job {}: {} of {} shards", after.back(), missing.size(), submission.tasks);
   }
@@ -207,8 +200,8 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
   for (const std::string& id : QueueOf(submission.MergeJobName()).job_ids) Call({"scancel", id});
   std::vector<std::string> words = sbatch;
   if (!after.empty()) words.push_back("--dependency=afterany:" + base::Join(after, ":"));
-  words.insert(words.end(), {"--output=" + submission.MergeLogFile().string(),
-                             submission.MergeScript().string()});
+  words.insert(words.end(), {"--output=" + submission.File(experiment::kMergeLog).string(),
+                             submission.File(experiment::kMergeScript).string()});
   spdlog::info("job {}: joins them in {}; `rangegrasp status {}` tells how far it is",
                Sbatch(words), submission.folder.string(), submission.folder.string());
 }
@@ -255,7 +248,8 @@ void Status(const std::string& folder) {
     text += "; joined in " + submission.folder.string();
   } else if (slurm && !QueueOf(submission.MergeJobName()).job_ids.empty()) {
     text += "; the job that joins them waits or runs";
-  } else if (const std::string last = LastLine(submission.MergeLogFile()); !last.empty()) {
+  } else if (const std::string last = LastLine(submission.File(experiment::kMergeLog));
+             !last.empty()) {
     text += "\nnot joined: " + last;
   }
   WriteResult(text + "\n");

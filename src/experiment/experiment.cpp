@@ -8,12 +8,15 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/hash.h"
-#include "base/systems.h"
-#include "base/version.h"
+#include "base/installation.h"
 
 namespace rangegrasp::experiment {
 namespace {
+
+std::vector<TaskKind>& Kinds() {
+  static std::vector<TaskKind> kinds;
+  return kinds;
+}
 
 using base::YamlMap;
 
@@ -23,8 +26,7 @@ constexpr double kMaxLimit_s = 86400.0;
 constexpr int kMaxStopAfter = 1'000'000;
 
 const TaskKind* FindKind(const std::string& word, std::span<const TaskKind> kinds) {
-  const auto found = std::find_if(kinds.begin(), kinds.end(),
-                                  [&](const TaskKind& kind) { return kind.name == word; });
+  const auto found = std::ranges::find(kinds, word, &TaskKind::name);
   return found == kinds.end() ? nullptr : &*found;
 }
 
@@ -63,10 +65,16 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
   return base::Hex(hash);
 }
 
+// What the command line set.
+std::vector<std::string> SetOf(const Stamp& stamp) {
+  const std::string& set = Need(stamp.data, "set");
+  return set.empty() ? std::vector<std::string>() : base::Split(set, '\n');
+}
+
 std::vector<std::string> GroupsOf(const std::vector<Case>& cases) {
   std::vector<std::string> groups;
   for (const Case& c : cases) {
-    if (std::find(groups.begin(), groups.end(), c.group) == groups.end()) groups.push_back(c.group);
+    if (std::ranges::find(groups, c.group) == groups.end()) groups.push_back(c.group);
   }
   return groups;
 }
@@ -76,14 +84,13 @@ void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::p
   if (wanted.empty()) return;
   const auto known = GroupsOf(cases);
   for (const std::string& group : wanted) {
-    if (std::find(known.begin(), known.end(), group) != known.end()) continue;
+    if (std::ranges::find(known, group) != known.end()) continue;
     throw base::InputError("--objects: '" + group + "' is not in " + file.string() +
                            "; nearest: '" + base::NearestWord(group, known) + "'; there are " +
                            base::Join(known));
   }
-  std::erase_if(cases, [&](const Case& c) {
-    return std::find(wanted.begin(), wanted.end(), c.group) == wanted.end();
-  });
+  std::erase_if(cases,
+                [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
 }
 
 void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file) {
@@ -96,19 +103,34 @@ void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file)
 }
 
 Experiment Open(const std::string& text, const std::filesystem::path& file,
-                std::span<const TaskKind> kinds, const std::vector<std::string>& set,
-                const std::vector<std::string>& groups) {
+                std::span<const TaskKind> kinds, const Changes& changes,
+                const OnFindings& on_findings) {
+  std::vector<std::string> set = changes.set;
   YamlMap map = YamlMap::FromText(text, file, set);
   Experiment e;
   e.kind = &KindOfWord(map, TaskWord(map, kinds), kinds);
+  const auto override_key = [&](const std::string& one) {
+    set.push_back(one);
+    map.Override(one);
+  };
+  if (changes.trials) override_key(fmt::format("{}={}", e.kind->trials_key, *changes.trials));
+  if (changes.seed) {
+    if (!e.kind->uses_seed) {
+      throw base::InputError("--seed: nothing is drawn in an experiment of task '" + e.kind->name +
+                             "', so that there is no use for it");
+    }
+    override_key(fmt::format("seed={}", *changes.seed));
+  }
   e.common.file = file;
+  e.common.on_findings = on_findings;
   e.common.name = file.stem().string();
   ReadCommon(map, e.common);
   e.task = e.kind->read(map, e.common);
+  if (!e.task) return e;
   e.cases = e.task->Cases();
   CheckIds(e.cases, file);
   for (std::size_t i = 0; i < e.cases.size(); ++i) e.cases[i].position = static_cast<int>(i);
-  KeepGroups(groups, file, e.cases);
+  KeepGroups(changes.groups, file, e.cases);
   e.stamp.identity = {{"experiment", e.common.name},
                       {"task", e.kind->name},
                       {"experiment_hash", HashOf(text, set, *e.kind)},
@@ -125,6 +147,9 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
 
 }  // namespace
 
+void AddKind(const TaskKind& kind) { Kinds().push_back(kind); }
+std::span<const TaskKind> AllKinds() { return Kinds(); }
+
 void ReadCommon(YamlMap& map, Common& common) {
   map.Read("name", common.name, "names the results folder; letters, digits, '_' and '-'");
   if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
@@ -140,59 +165,33 @@ void ReadCommon(YamlMap& map, Common& common) {
       "objects, all fail in the same way; 0: never");
 }
 
-std::vector<base::Finding> CheckExperiment(const std::filesystem::path& file,
-                                           std::span<const TaskKind> kinds,
-                                           const Changes& changes) {
-  YamlMap map = YamlMap::FromText(base::ReadFile(file), file, changes.set);
-  const TaskKind& kind = KindOfWord(map, TaskWord(map, kinds), kinds);
-  Common common;
-  ReadCommon(map, common);
-  return kind.check ? kind.check(map) : std::vector<base::Finding>();
-}
-
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
-                          const Changes& changes) {
-  const std::string text = base::ReadFile(file);
-  YamlMap map = YamlMap::FromText(text, file, changes.set);
-  const TaskKind* kind = FindKind(TaskWord(map, kinds), kinds);
-  std::vector<std::string> set = changes.set;
-  if (kind && changes.trials)
-    set.push_back(fmt::format("{}={}", kind->trials_key, *changes.trials));
-  if (kind && changes.seed) {
-    if (!kind->uses_seed) {
-      throw base::InputError("--seed: nothing is drawn in an experiment of task '" + kind->name +
-                             "', so that there is no use for it");
-    }
-    set.push_back(fmt::format("seed={}", *changes.seed));
-  }
-  return Open(text, file, kinds, set, changes.groups);
+                          const Changes& changes, const OnFindings& on_findings) {
+  return Open(base::ReadFile(file), file, kinds, changes, on_findings);
 }
 
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
   const std::string& set = Need(stamp.data, "set");
   return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"), kinds,
-              set.empty() ? std::vector<std::string>() : base::Split(set, '\n'),
-              base::Split(Need(stamp.identity, "groups"), ','));
+              {.set = set.empty() ? std::vector<std::string>() : base::Split(set, '\n'),
+               .groups = base::Split(Need(stamp.identity, "groups"), ',')},
+              {});
 }
 
 std::string FileAsRun(const Stamp& stamp) {
   const std::filesystem::path file = Need(stamp.data, "experiment_file");
   std::string text = fmt::format("# The file of a run; its relative paths are those of {}.\n",
                                  file.parent_path().string());
-  const std::string& set = Need(stamp.data, "set");
-  for (const std::string& one : set.empty() ? std::vector<std::string>() : base::Split(set, '\n')) {
-    text += "# On the command line: --set " + one + "\n";
-  }
+  for (const std::string& one : SetOf(stamp)) text += "# On the command line: --set " + one + "\n";
   return text + Need(stamp.data, "experiment_text");
 }
 
 const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds) {
   const std::string& word = Need(stamp.identity, "task");
-  const TaskKind* kind = FindKind(word, kinds);
-  if (kind) return *kind;
+  if (const TaskKind* kind = FindKind(word, kinds)) return *kind;
   base::CheckBuilt("task", word, "the results: ");
   throw base::InputError("the results are of task '" + word +
-                         "', which this program does not know; " + "it knows " +
+                         "', which this program does not know; it knows " +
                          base::Join(NamesOf(kinds)));
 }
 
@@ -212,8 +211,7 @@ Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
   const auto wanted = std::stoull(Need(stamp.identity, "cases"));
   if (records.size() < wanted) {
     report.notes.push_back(
-        fmt::format("{} of {} cases are missing: the run was stopped, or it is a "
-                    "shard",
+        fmt::format("{} of {} cases are missing: the run was stopped, or it is a shard",
                     wanted - records.size(), wanted));
   }
   return report;

@@ -8,10 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "experiment/results.h"
+#include "experiment/store.h"
 #include "experiment/task.h"
 
 namespace rangegrasp::experiment {
+
+/// Adds a kind of experiment: when the program starts.
+void AddKind(const TaskKind& kind);
+
+/// All that were added, in that order, in which help lists them, too.
+std::span<const TaskKind> AllKinds();
 
 /// What the command line changes of an experiment file.
 struct Changes {
@@ -35,21 +41,17 @@ struct Experiment {
 
 /// Reads an experiment file with what the command line changes of it, and makes everything ready.
 /// @throws base::InputError naming file, line, key, value and the nearest valid word.
+/// @param on_findings  Common::on_findings; where it returns false, the experiment has no task.
 Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
-                          const Changes& changes);
+                          const Changes& changes, const OnFindings& on_findings = {});
 
-/// What is wrong with the models of an experiment; empty if its kind has none.
-/// @throws base::InputError as OpenExperiment for what is wrong with the file itself.
-std::vector<base::Finding> CheckExperiment(const std::filesystem::path& file,
-                                           std::span<const TaskKind> kinds, const Changes& changes);
-
-/// The experiment that a store's stamp tells of, from the text that it keeps; relative paths are
-/// those of the experiment file's folder.
+/// The experiment of a store, from the text that its stamp keeps; relative paths are those of the
+/// experiment file's folder.
 /// @throws base::InputError also if the stamp is not whole.
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
 
-/// The experiment file that a stamp keeps, as it was run: what the command line changed stands in
-/// comments before it. @throws base::InputError if the stamp is not whole.
+/// The experiment file that a stamp keeps; comments before it say what the command line changed.
+/// @throws base::InputError if the stamp is not whole.
 std::string FileAsRun(const Stamp& stamp);
 
 /// The kind that made a store. @throws base::InputError if there is none of its name.

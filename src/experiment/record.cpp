@@ -1,14 +1,73 @@
 #include "experiment/record.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <tuple>
-#include <unordered_map>
 
 #include "base/error.h"
 
 namespace rangegrasp::experiment {
+namespace {
 
 using nlohmann::ordered_json;
+
+ordered_json JsonOf(const Params& params) {
+  ordered_json json = ordered_json::object();
+  for (const auto& [name, value] : params.values()) {
+    std::visit([&](const auto& v) { json[name] = v; }, value);
+  }
+  return json;
+}
+
+Params::Value ValueOf(const ordered_json& json) {
+  if (json.is_number_integer()) return json.get<std::int64_t>();
+  if (json.is_number()) return json.get<double>();
+  return json.get<std::string>();
+}
+
+// The value of a name as a T.
+template <typename T>
+const T& Get(const Params& params, std::string_view name) {
+  for (const auto& [known, value] : params.values()) {
+    if (known != name) continue;
+    if (const T* found = std::get_if<T>(&value)) return *found;
+    break;
+  }
+  throw base::InputError(
+      fmt::format("a case's parameters have no '{}' of the right type: {}", name, ToJson(params)));
+}
+
+}  // namespace
+
+Params Params::FromJson(const std::string& text) {
+  Params params;
+  try {
+    const auto json = ordered_json::parse(text);
+    for (const auto& [name, value] : json.items()) params.Add(name, ValueOf(value));
+  } catch (const ordered_json::exception& e) {
+    throw base::InputError(
+        fmt::format("a case's parameters are damaged: '{}': {}", text, e.what()));
+  }
+  return params;
+}
+
+bool Params::Has(std::string_view name) const {
+  return std::ranges::any_of(values_, [&](const auto& value) { return value.first == name; });
+}
+
+const std::string& Params::Text(std::string_view name) const {
+  return Get<std::string>(*this, name);
+}
+
+int Params::Int(std::string_view name) const {
+  return static_cast<int>(Get<std::int64_t>(*this, name));
+}
+
+double Params::Number(std::string_view name) const { return Get<double>(*this, name); }
+
+std::string ToJson(const Params& params) { return JsonOf(params).dump(); }
 
 std::string ToJson(const Record& record) {
   const auto& [which, result] = record;
@@ -16,7 +75,7 @@ std::string ToJson(const Record& record) {
     ordered_json json = {{"id", which.id},
                          {"group", which.group},
                          {"seed", which.seed},
-                         {"params", ordered_json::parse(which.params)},
+                         {"params", JsonOf(which.params)},
                          {"outcome", result.outcome},
                          {"stage", result.stage},
                          {"detail", result.detail},
@@ -29,54 +88,75 @@ std::string ToJson(const Record& record) {
   }
 }
 
-namespace {
-
-// Text as it is, nothing for null, a list as JSON.
-std::string CellOf(const ordered_json& value) {
-  if (value.is_null()) return "";
-  return value.is_string() ? value.get<std::string>() : value.dump();
-}
-
-void Flatten(const ordered_json& value, const std::string& name,
-             std::vector<std::pair<std::string, std::string>>& cells) {
-  if (!value.is_object()) {
-    cells.emplace_back(name, CellOf(value));
-    return;
-  }
-  for (const auto& [key, inner] : value.items()) {
-    Flatten(inner, name.empty() ? key : name + "." + key, cells);
-  }
-}
-
-}  // namespace
-
-Grid FlatGridOf(const std::vector<Record>& records) {
-  Grid grid;
-  std::unordered_map<std::string, std::size_t> column_of;
-  for (const Record& record : records) {
-    std::vector<std::pair<std::string, std::string>> cells;
-    Flatten(ordered_json::parse(ToJson(record)), "", cells);
-    auto& row = grid.rows.emplace_back(grid.header.size());
-    for (auto& [name, cell] : cells) {
-      const auto [column, fresh] = column_of.try_emplace(name, grid.header.size());
-      if (fresh) {
-        grid.header.push_back(name);
-        row.emplace_back();
-      }
-      row[column->second] = std::move(cell);
-    }
-  }
-  for (auto& row : grid.rows) row.resize(grid.header.size());
-  grid.left.assign(grid.header.size(), true);
-  return grid;
-}
-
 bool SameButTimes(const Record& a, const Record& b) {
   const auto all = [](const Record& r) {
     return std::tie(r.which.id, r.which.group, r.which.seed, r.which.params, r.result.outcome,
                     r.result.stage, r.result.detail, r.result.data);
   };
   return all(a) == all(b);
+}
+
+std::vector<std::string> GroupsOf(const std::vector<Record>& records) {
+  std::vector<std::string> groups;
+  for (const Record& record : records) {
+    const std::string& group = record.which.group;
+    if (std::ranges::find(groups, group) == groups.end()) groups.push_back(group);
+  }
+  return groups;
+}
+
+void AddSeconds(const std::string& stage, double seconds,
+                std::vector<std::pair<std::string, double>>& sums) {
+  const auto found = std::ranges::find(sums, stage, [](const auto& sum) { return sum.first; });
+  if (found == sums.end()) {
+    sums.emplace_back(stage, seconds);
+  } else {
+    found->second += seconds;
+  }
+}
+
+std::string ValueOr(const std::map<std::string, std::string>& part, const std::string& name,
+                    const std::string& otherwise) {
+  const auto found = part.find(name);
+  return found == part.end() ? otherwise : found->second;
+}
+
+std::string TitleOf(const Stamp& stamp, const std::string& group) {
+  return ValueOr(stamp.data, kTitlePrefix + group, group);
+}
+
+void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where) {
+  auto names = stored.identity;
+  names.insert(wanted.identity.begin(), wanted.identity.end());
+  for (const auto& [name, value] : names) {
+    const std::string was = ValueOr(stored.identity, name, "");
+    const std::string is = ValueOr(wanted.identity, name, "");
+    if (was == is) continue;
+    throw base::InputError(
+        fmt::format("{}: was made with another {} ('{}', not '{}'); use another --out, or "
+                    "--overwrite",
+                    where, name, was, is));
+  }
+}
+
+const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name) {
+  const auto found = part.find(name);
+  if (found == part.end()) {
+    throw base::InputError("the results have no stamp '" + name +
+                           "' (a run that was killed at its start?); run the experiment again");
+  }
+  return found->second;
+}
+
+std::string LineOf(const Stamp& stamp) {
+  std::string line =
+      fmt::format("{}: rangegrasp {} ({})", ValueOr(stamp.identity, "experiment", "?"),
+                  ValueOr(stamp.build, "version", "?"), ValueOr(stamp.build, "commit", "?"));
+  for (const auto& [name, value] : stamp.identity) {
+    if (name == "experiment" || name == "groups") continue;
+    line += fmt::format(", {} {}", name, value);
+  }
+  return line;
 }
 
 }  // namespace rangegrasp::experiment

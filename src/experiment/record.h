@@ -1,22 +1,49 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
+#include <map>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "experiment/grid.h"
-
 namespace rangegrasp::experiment {
+
+/// What a case is: flat values under the task's own words, in their order. The store keeps them as
+/// a JSON object.
+class Params {
+ public:
+  using Value = std::variant<std::int64_t, double, std::string>;
+
+  Params() = default;
+  Params(std::initializer_list<std::pair<std::string, Value>> values) : values_(values) {}
+  /// @throws base::InputError if the text is no JSON object of numbers and texts.
+  static Params FromJson(const std::string& text);
+
+  void Add(const std::string& name, Value value) { values_.emplace_back(name, std::move(value)); }
+  bool Has(std::string_view name) const;
+  // @throws base::InputError if there is none of this name, or one of another type.
+  const std::string& Text(std::string_view name) const;
+  int Int(std::string_view name) const;
+  double Number(std::string_view name) const;
+  const std::vector<std::pair<std::string, Value>>& values() const { return values_; }
+  bool operator==(const Params&) const = default;
+
+ private:
+  std::vector<std::pair<std::string, Value>> values_;
+};
+std::string ToJson(const Params& params);
 
 /// The smallest thing that is run, stored and repeated: one grasp trial, one seam, one method on
 /// one model. It depends on the experiment and on itself alone.
 struct Case {
-  std::string id;             ///< unique in its experiment: letters, digits, '_', '-', '.'
-  std::string group;          ///< what --objects chooses by: an object, a class, a shape of edge
-  std::uint64_t seed = 0;     ///< derived from the experiment's seed and this case alone
-  std::string params = "{}";  ///< JSON object: what the case is, in the task's own words
-  int position = 0;           ///< among the experiment's cases, from 0; the engine sets it
+  std::string id;          ///< unique in its experiment: letters, digits, '_', '-', '.'
+  std::string group;       ///< what --objects chooses by: an object, a class, a shape of edge
+  std::uint64_t seed = 0;  ///< derived from the experiment's seed and this case alone
+  Params params;
+  int position = 0;  ///< among the experiment's cases, from 0; the engine sets it
 };
 
 /// What running a case gave.
@@ -39,16 +66,51 @@ struct Record {
   Result result;
 };
 
-/// As one JSON object for people and programs; `params` and `data` stand in it as objects, bytes
-/// that are no UTF-8 are replaced. @throws base::RunError if they are no JSON.
+/// As one JSON object for people and programs; `data` stands in it as an object, bytes that are no
+/// UTF-8 are replaced.
+/// @throws base::RunError if it is no JSON.
 std::string ToJson(const Record& record);
-
-/// A row a record, with the same names as in JSON: "id", "params.index", "data.log.lift_height_m",
-/// "seconds.scan"; a column for each name that any of them has, empty where a record has none.
-/// @throws base::RunError as ToJson.
-Grid FlatGridOf(const std::vector<Record>& records);
 
 /// Whether two records say the same but for their times.
 bool SameButTimes(const Record& a, const Record& b);
+
+/// The records' groups, in the order in which they first occur.
+std::vector<std::string> GroupsOf(const std::vector<Record>& records);
+
+/// What a run came from: name -> value each.
+struct Stamp {
+  /// What two runs must share for their cases to stand in one table: experiment, hashes, seed,
+  /// cases, the versions of what computes them.
+  std::map<std::string, std::string> identity;
+  std::map<std::string, std::string> build;  ///< version and commit: shown, not compared
+  /// What the tables are made from besides the records: titles, published tables, the experiment
+  /// file itself.
+  std::map<std::string, std::string> data;
+
+  bool operator==(const Stamp&) const = default;
+};
+
+/// Stamp::data: what a group is called in tables, "title.<group>".
+inline constexpr const char* kTitlePrefix = "title.";
+/// That, or the group itself where it has none.
+std::string TitleOf(const Stamp& stamp, const std::string& group);
+
+/// @throws base::InputError that begins with `where` and names the first value of `identity` in
+/// which they differ.
+void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where);
+
+/// The value of a name, or another one where it has none.
+std::string ValueOr(const std::map<std::string, std::string>& part, const std::string& name,
+                    const std::string& otherwise);
+/// A value that the tables cannot do without.
+/// @throws base::InputError if the stamp has none (a run that was killed at its start).
+const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
+
+/// "laser_single: rangegrasp 0.1.0 (0123abcd), seed 1, ..." for below a table.
+std::string LineOf(const Stamp& stamp);
+
+/// Adds to a stage's time; a stage that is not there yet comes last.
+void AddSeconds(const std::string& stage, double seconds,
+                std::vector<std::pair<std::string, double>>& sums);
 
 }  // namespace rangegrasp::experiment

@@ -1,13 +1,86 @@
 #pragma once
 
+#include <array>
+#include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "experiment/grid.h"
-#include "experiment/published.h"
+#include "experiment/record.h"
+#include "experiment/statistics.h"
 
 namespace rangegrasp::experiment {
+
+/// Cells that people read, as text (columns aligned), Markdown or CSV.
+struct Grid {
+  std::vector<std::string> header;
+  std::vector<bool> left;  ///< columns of words; numbers stand to the right; as many as the header
+  std::vector<std::vector<std::string>> rows;
+  bool total = false;  ///< the last row is a total: a line stands above it
+};
+
+std::string TextOf(const Grid& grid);
+std::string MarkdownOf(const Grid& grid);
+/// Cells that hold a comma or a quote are quoted.
+std::string CsvOf(const Grid& grid);
+
+/// A row a record, with the same names as in JSON: "id", "params.index", "data.log.lift_height_m",
+/// "seconds.scan"; a column for each name that any of them has, empty where a record has none.
+/// @throws base::RunError as ToJson.
+Grid FlatGridOf(const std::vector<Record>& records);
+
+/// A number with so many digits after the point.
+std::string Fixed(double value, int digits);
+/// k of n in per cent; "-" for n = 0.
+std::string PercentText(int k, int n, int digits);
+/// "no_path 1, dropped 2"
+std::string CountsText(const std::map<std::string, int>& counts);
+/// "low-high" in whole per cent, of Wilson's 95 % interval of k of n; "-" for n = 0.
+std::string IntervalText(int k, int n);
+
+// What a comparison with a published figure rests on.
+
+/// Independent trials on both sides: Fisher's exact test.
+struct TrialsEvidence {
+  Count own, published;
+};
+/// Trials that are not independent of each other, against a published rate that is taken as exact.
+struct ClustersEvidence {
+  std::vector<Count> own;
+};
+/// Events, of which a run may have several: the exact test of two Poisson rates.
+struct EventsEvidence {
+  Count own, published;  ///< k events in n runs
+};
+/// Independent measurements, against a published mean that is taken as exact: Student's test.
+struct MeanEvidence {
+  Mean own;
+};
+/// Times of two different computers: no test.
+struct TimesEvidence {
+  int measured = 0;
+};
+using Evidence =
+    std::variant<TrialsEvidence, ClustersEvidence, EventsEvidence, MeanEvidence, TimesEvidence>;
+
+/// The key that names a published table in most experiment files.
+inline constexpr const char* kReferenceKey = "reference";
+
+/// A figure of a published table, and what a run has in its place.
+struct PublishedFigure {
+  std::string row = {};   ///< "Coffee Cup, grasping"
+  std::string unit = {};  ///< "%", "mm", "deg", "s", "in 50 runs": of both figures
+  int digits = 1;         ///< after the point
+  bool lower_is_better = false;
+  double published = 0.0;
+  std::optional<double> own = {};  ///< absent where nothing was counted
+  Evidence evidence = {};
+  /// The key of the experiment file that names the published table: an experiment may have two.
+  std::string key = kReferenceKey;
+};
 
 /// A table with its title.
 struct Section {
@@ -24,10 +97,42 @@ struct Report {
   std::string json;
   /// The one table of --format csv; without a header: the sections one after the other.
   Grid csv;
-  /// Name and text of files that `run` leaves beside the store: rows, figures.
+  /// Name and text of files that `run` leaves next to the store: rows, figures.
   std::vector<std::pair<std::string, std::string>> files;
-  /// The figures of the published tables that the experiment names, beside the own ones.
+  /// The figures of the published tables that the experiment names, with the own ones.
   std::vector<PublishedFigure> published;
 };
+
+enum class TableFormat { kText, kMarkdown, kCsv, kJson };
+constexpr std::array<std::string_view, 4> WordsOf(TableFormat) {
+  return {"text", "markdown", "csv", "json"};
+}
+
+/// The tables one after the other, the stamp below them; CSV holds the tables alone, JSON the whole
+/// report with the stamp in front.
+std::string Format(const Report& report, const Stamp& stamp, TableFormat format);
+
+/// A bar chart of figures, one for each label and series; a report's page draws it.
+struct Chart {
+  struct Value {
+    std::optional<double> value;                     ///< absent: nothing was counted
+    std::optional<std::pair<double, double>> range;  ///< low and high end; with a value only
+    std::string of;                                  ///< what it is made from: "3 of 10"
+  };
+  struct Series {
+    std::string name;
+    std::vector<Value> values;  ///< one a label
+  };
+  std::string title;
+  std::string unit;   ///< "%", "s", "trials"
+  std::string along;  ///< what the labels are: "object"
+  std::string note;   ///< a sentence below it; may be empty
+  /// Values of a label add up and are drawn as one bar; if not, each is a mark with its range.
+  bool stacked = false;
+  std::vector<std::string> labels;
+  std::vector<Series> series;
+};
+/// In per cent, with Wilson's 95 % interval; no value for n = 0.
+Chart::Value PercentOf(const Count& count);
 
 }  // namespace rangegrasp::experiment

@@ -3,23 +3,196 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
-using nlohmann::ordered_json;
-
-bool IsWhole(const ReproducedTable& table) {
-  return table.left_out.empty() && table.done >= table.cases;
+// Number, title, experiment, key, cases, trials, short trials, seconds of a case; group, of times,
+// drawn.
+std::vector<PublishedTable> MakeTables() {
+  const std::string reference = kReferenceKey;
+  const std::string runtimes = "runtimes";
+  return {
+      // 13 seams are one round of the shapes.
+      {"3.1", "Times of the edge detection", "seam_base", runtimes, 78, 78, 13, 1.0},
+      {"3.2", "Edges found, base sensor", "seam_base", reference, 78, 78, 13, 1.0},
+      {"3.3", "Edges found, three-lines sensor", "seam_three_lines", reference, 78, 78, 13, 1.0},
+      {"3.5", "Improvements of the edge detection", "seam_three_lines", "improvements", 78, 78, 13,
+       1.0},
+      {"4.1", "Problems of the live demo", "cylinder_demo", reference, 50, 50, 5, 3.0},
+      {"4.2", "Times of the cylinder detection", "cylinder_demo", runtimes, 50, 50, 5, 3.0},
+      {"4.3", "Fits of a cylinder at five resolutions", "cylinder_resolution", reference, 250, 50,
+       5, 2.0, "perfect"},
+      {"4.4", "Fits of two cylinders", "cylinder_iterations", reference, 40, 20, 2, 20.0,
+       "perfect"},
+      {"5.1", "Times of the calculation steps", "stage_times", reference, 20, 10, 1, 5.0, "", true},
+      {"5.2", "Objects alone", "laser_single", reference, 120, 10, 1, 0.4},
+      {"5.2-as-published", "Objects alone, method as published", "laser_single_as_published",
+       reference, 120, 10, 1, 0.4},
+      {"5.3", "Touching objects", "laser_touching", reference, 120, 10, 1, 0.8},
+      {"5.3-as-published", "Touching objects, method as published", "laser_touching_as_published",
+       reference, 120, 10, 1, 0.8},
+      {"5.4", "Objects in a box", "laser_box", reference, 120, 10, 1, 1.5},
+      {"5.4-as-published", "Objects in a box, method as published", "laser_box_as_published",
+       reference, 120, 10, 1, 1.5},
+      {"5.5", "Objects in a pile", "laser_pile", reference, 120, 10, 1, 1.5},
+      {"5.5-as-published", "Objects in a pile, method as published", "laser_pile_as_published",
+       reference, 120, 10, 1, 1.5},
+      {"5.6", "Objects in a pile, dense stereo", "stereo_pile", reference, 60, 5, 1, 3.0},
+      {"5.6-as-published", "Objects in a pile, dense stereo, method as published",
+       "stereo_pile_as_published", reference, 60, 5, 1, 3.0},
+      {"5.8", "Times of the segmentations (figures 5.8 and 5.9)", "segmentation_times", reference,
+       10, 5, 1, 5.0, "", true},
+      // Trials of each class and split.
+      {"6.1", "Times of taking objects apart", "parts_psb", runtimes, 200, 2, 1, 3.0, "", false,
+       false}};
 }
+
+bool IsChosen(const PublishedTable& table, const std::string& number) {
+  return table.number == number || table.number.starts_with(number + ".");
+}
+
+}  // namespace
+
+std::span<const PublishedTable> PublishedTables() {
+  static const std::vector<PublishedTable> tables = MakeTables();
+  return tables;
+}
+
+std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers) {
+  const auto all = PublishedTables();
+  std::vector<std::string> known;
+  for (const PublishedTable& table : all) known.push_back(table.number);
+  for (const std::string& number : numbers) {
+    if (std::ranges::any_of(all, [&](const auto& one) { return IsChosen(one, number); })) continue;
+    throw base::InputError("table " + base::MustBeOneOf(number, known) +
+                           "; a chapter (3 to 6) stands for all of its tables");
+  }
+  std::vector<PublishedTable> chosen;
+  std::ranges::copy_if(all, std::back_inserter(chosen), [&](const PublishedTable& table) {
+    return numbers.empty() || std::ranges::any_of(numbers, [&](const std::string& number) {
+             return IsChosen(table, number);
+           });
+  });
+  return chosen;
+}
+
+namespace {
+
+// All verdicts of a table together are wrong by chance this often at most.
+constexpr double kSignificance = 0.05;
+// A computer of today takes less than a tenth of the published 2 GHz Core 2 Duo's time for the same
+// program on one core (PassMark's single-thread ratings: about 5000 and 800): only what is faster
+// by more than this is better, and what is slower is worse.
+constexpr double kComputersFactor = 10.0;
+
+std::string CountsOf(const Count& own, const Count& published, const char* word) {
+  return fmt::format("{} {} {}, published {} {} {}", own.k, word, own.n, published.k, word,
+                     published.n);
+}
+
+// The test of a figure by its kind of evidence.
+struct Test {
+  std::optional<double> p;
+  std::string counts;
+  const char* words;
+};
+
+Test TestOf(const TrialsEvidence& e, const PublishedFigure&) {
+  return {FisherExact(e.own.k, e.own.n, e.published.k, e.published.n),
+          CountsOf(e.own, e.published, "of"),
+          "counts of both: Fisher's exact test, two-sided (twice the smaller tail)"};
+}
+
+Test TestOf(const ClustersEvidence& e, const PublishedFigure& figure) {
+  const double trials = EffectiveTrials(e.own);
+  int filled = 0;
+  int n = 0;
+  for (const Count& cluster : e.own) {
+    filled += cluster.n > 0 ? 1 : 0;
+    n += cluster.n;
+  }
+  return {ScoreTest(*figure.own / 100.0, trials, figure.published / 100.0),
+          fmt::format("{} in {} groups, as {:.0f} independent ones", n, filled, trials),
+          "a published rate whose counts are not known, taken as exact: score test, two-sided, "
+          "with as many independent trials as vary like the groups (seams) do"};
+}
+
+Test TestOf(const EventsEvidence& e, const PublishedFigure&) {
+  return {PoissonRatesExact(e.own.k, e.own.n, e.published.k, e.published.n),
+          CountsOf(e.own, e.published, "in"),
+          "events, of which a run may have several: exact test of two Poisson rates, two-sided"};
+}
+
+Test TestOf(const MeanEvidence& e, const PublishedFigure& figure) {
+  const char* words =
+      "a published mean of unknown scatter, taken as exact: Student's test of the own mean, "
+      "two-sided";
+  if (!e.own.standard_error) return {std::nullopt, "one measurement", words};
+  return {
+      StudentTest(e.own, figure.published),
+      fmt::format("{} measured, +- {:.{}f}", e.own.count, *e.own.standard_error, figure.digits + 1),
+      words};
+}
+
+Test TestOf(const TimesEvidence& e, const PublishedFigure& figure) {
+  return {
+      std::nullopt,
+      fmt::format("{} timed, {:.3g} times as fast", e.measured, figure.published / *figure.own),
+      "times of two computers: no test; better if more than 10 times as fast, which is more "
+      "than a computer of today is faster than the published 2 GHz Core 2 Duo, worse if slower"};
+}
+
+Verdict VerdictOf(const PublishedFigure& figure, const std::optional<double>& p, double threshold) {
+  if (std::holds_alternative<TimesEvidence>(figure.evidence)) {
+    if (*figure.own * kComputersFactor < figure.published) return Verdict::kBetter;
+    return *figure.own > figure.published ? Verdict::kWorse : Verdict::kSame;
+  }
+  if (!p || *p >= threshold) return Verdict::kSame;
+  return (*figure.own < figure.published) == figure.lower_is_better ? Verdict::kBetter
+                                                                    : Verdict::kWorse;
+}
+
+}  // namespace
+
+JudgedTable Judge(const std::vector<PublishedFigure>& figures) {
+  JudgedTable table;
+  int tests = 0;
+  for (const PublishedFigure& figure : figures) {
+    Judged row{figure, "", std::nullopt, Verdict::kNoFigure};
+    if (figure.own) {
+      const Test test =
+          std::visit([&](const auto& e) { return TestOf(e, figure); }, figure.evidence);
+      row.p = test.p;
+      row.counts = test.counts;
+      if (std::ranges::find(table.tests, test.words) == table.tests.end()) {
+        table.tests.emplace_back(test.words);
+      }
+    }
+    tests += row.p ? 1 : 0;
+    table.rows.push_back(std::move(row));
+  }
+  if (tests > 0) table.threshold = kSignificance / tests;
+  for (Judged& row : table.rows) {
+    if (row.figure.own) row.verdict = VerdictOf(row.figure, row.p, table.threshold);
+  }
+  return table;
+}
+
+namespace {
+
+using nlohmann::ordered_json;
 
 std::string StateOf(const ReproducedTable& table) {
   if (!table.left_out.empty()) return "left out";
   if (table.done == 0) return "not run yet";
-  return IsWhole(table) ? "done" : fmt::format("{} of {} cases", table.done, table.cases);
+  return table.done >= table.cases ? "done"
+                                   : fmt::format("{} of {} cases", table.done, table.cases);
 }
 
 Section SummaryOf(const Reproduction& all) {
@@ -36,7 +209,9 @@ Section SummaryOf(const Reproduction& all) {
     row.push_back(there ? fmt::format("{}", table.done) : "-");
     row.push_back(there ? fmt::format("{}", table.judged.rows.size()) : "-");
     for (const Verdict verdict : base::ValuesOf<Verdict>()) {
-      row.push_back(there ? fmt::format("{}", CountOf(table, verdict)) : "-");
+      row.push_back(there ? fmt::format("{}", std::ranges::count(table.judged.rows, verdict,
+                                                                 &Judged::verdict))
+                          : "-");
     }
     section.grid.rows.push_back(std::move(row));
   }
@@ -168,10 +343,6 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
 }
 
 }  // namespace
-
-int CountOf(const ReproducedTable& table, Verdict verdict) {
-  return static_cast<int>(std::ranges::count(table.judged.rows, verdict, &Judged::verdict));
-}
 
 Report PageOf(const Reproduction& reproduction) {
   Report page;

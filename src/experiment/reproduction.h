@@ -1,15 +1,72 @@
 #pragma once
 
+#include <array>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiment/report.h"
-#include "experiment/stamp.h"
-#include "experiment/verdict.h"
 
 namespace rangegrasp::experiment {
 
-/// A published table beside what its experiment gave.
+/// A published table of the dissertation and the experiment that gives its figures.
+struct PublishedTable {
+  std::string number;  ///< as it is chosen by: "5.2", "5.2-as-published"
+  std::string title;
+  std::string experiment;  ///< its name
+  std::string key;         ///< of PublishedFigure
+  int cases = 0;           ///< of the whole experiment's groups
+  int trials = 0;          ///< in the experiment's file, as --trials counts
+  int short_trials = 0;    ///< a tenth, and more where one round of what is drawn in turn needs it
+  /// About what a case takes on one core, for the time left; measured with
+  /// `rangegrasp reproduce --short --jobs 1`.
+  double case_s = 1.0;
+  std::string group = {};    ///< only its cases; empty: all
+  bool is_of_times = false;  ///< its cases are run one at a time
+  bool is_drawn = true;      ///< its cases depend on a seed
+
+  int Cases(bool is_short) const { return is_short ? cases * short_trials / trials : cases; }
+};
+
+/// All tables of chapters 3 to 6, in their order. Tables of one experiment have the same groups and
+/// trials, so that one run serves both.
+std::span<const PublishedTable> PublishedTables();
+
+/// Those of the numbers, in the order of the dissertation; all where there is no number. A chapter
+/// ("5") stands for its tables.
+/// @throws base::InputError naming the nearest number.
+std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers);
+
+enum class Verdict {
+  kBetter,
+  kSame,  ///< no difference is shown: few trials show none
+  kWorse,
+  kNoFigure,  ///< nothing was counted, e.g. no grasp of an object that was never detected
+};
+constexpr std::array<std::string_view, 4> WordsOf(Verdict) {
+  return {"better", "same", "worse", "no figure"};
+}
+
+/// A published figure and the own one, and what the difference means.
+struct Judged {
+  PublishedFigure figure;
+  std::string counts;       ///< what the test compares: "47 of 50, published 9 of 10"
+  std::optional<double> p;  ///< two-sided; absent where nothing is tested
+  Verdict verdict = Verdict::kNoFigure;
+};
+
+struct JudgedTable {
+  std::vector<Judged> rows;
+  double threshold = 0.0;  ///< of p: 0.05 over the number of tests (Bonferroni); 0 without any
+  std::vector<std::string> tests;  ///< the tests that the rows' verdicts rest on, in words
+};
+
+/// The verdict of each row; all rows together are wrong by chance in 5 % of tables at most.
+JudgedTable Judge(const std::vector<PublishedFigure>& figures);
+
+/// A published table and what its experiment gave.
 struct ReproducedTable {
   std::string number = {};      ///< "5.2"
   std::string title = {};       ///< "Every object alone on the table"
@@ -28,9 +85,6 @@ struct Reproduction {
   std::vector<ReproducedTable> tables;
   Stamp stamp;  ///< of the program, for the last line
 };
-
-/// How many rows of a table have a verdict.
-int CountOf(const ReproducedTable& table, Verdict verdict);
 
 /// The page: a summary of the tables, then each with its rows, the tests in words below it.
 /// CSV: a line a row of any table.

@@ -1,34 +1,196 @@
 #include "experiment/runner.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <unordered_map>
 
-#include "experiment/internal/worker.h"
+#include "base/error.h"
+#include "base/stopwatch.h"
 
 namespace rangegrasp::experiment {
-
-using internal::Worker;
-
-std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards) {
-  std::vector<Case> mine;
-  for (auto i = static_cast<std::size_t>(shard - 1); i < cases.size();
-       i += static_cast<std::size_t>(shards)) {
-    mine.push_back(cases[i]);
-  }
-  return mine;
-}
-
-std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store) {
-  const auto done = store.Ids();
-  std::vector<Case> missing;
-  std::copy_if(cases.begin(), cases.end(), std::back_inserter(missing),
-               [&](const Case& c) { return !done.contains(c.id); });
-  return missing;
-}
-
 namespace {
+
+// A process that has handed over its result has this long to end [s] before it counts as hanging.
+constexpr double kGrace_s = 1.0;
+// How often it is looked whether it has [us].
+constexpr useconds_t kPoll_us = 200;
+// Of what a process wrote to stderr, the last line within so many bytes is kept.
+constexpr off_t kTail_bytes = 2000;
+
+// Exit codes of a child that hands over no result.
+constexpr int kLostParent = 3;
+constexpr int kNotSent = 4;
+constexpr int kThrew = 5;
+
+[[noreturn]] void ThrowErrno(const char* what) {
+  throw base::RunError(std::string(what) + ": " + strerror(errno));
+}
+
+// As it goes through the pipe: MessagePack keeps strings and numbers as they are.
+std::string Packed(const Result& r) {
+  const nlohmann::json json = {r.outcome, r.stage, r.detail, r.data, r.seconds};
+  std::string bytes;
+  nlohmann::json::to_msgpack(json, bytes);
+  return bytes;
+}
+
+std::optional<Result> Unpacked(const std::string& bytes) {
+  const auto json = nlohmann::json::from_msgpack(bytes, true, false);
+  if (!json.is_array() || json.size() != 5) return std::nullopt;
+  try {
+    Result result;
+    json[0].get_to(result.outcome);
+    json[1].get_to(result.stage);
+    json[2].get_to(result.detail);
+    json[3].get_to(result.data);
+    json[4].get_to(result.seconds);
+    return result;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+// A case in a process of its own, forked from this one; its result comes through a pipe.
+class Worker {
+ public:
+  // @param run  called in the child; whatever it prints does not mix with what this process prints.
+  // @throws base::RunError if no process or pipe can be made.
+  Worker(const Case& which, double limit_s, const CaseRunner& run)
+      : which_(which), limit_s_(limit_s) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) ThrowErrno("pipe");
+    log_ = memfd_create("case", MFD_CLOEXEC);
+    const pid_t parent = getpid();
+    pid_ = fork();
+    if (pid_ < 0) ThrowErrno("fork");
+    if (pid_ == 0) RunChild(parent, ends[1], run);
+    close(ends[1]);
+    pipe_ = ends[0];
+  }
+  // Kills the process if it still runs.
+  ~Worker() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    if (pipe_ >= 0) close(pipe_);
+    if (log_ >= 0) close(log_);
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  int pipe() const { return pipe_; }
+  const Case& which() const { return which_; }
+  // Wall time left until the limit [s].
+  double Left() const { return limit_s_ - watch_.Seconds(); }
+  // Takes what the pipe holds; true when the process has closed it.
+  bool Read() {
+    std::array<char, 65536> buffer{};
+    const ssize_t n = read(pipe_, buffer.data(), buffer.size());
+    if (n > 0) text_.append(buffer.data(), static_cast<std::size_t>(n));
+    return n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
+  }
+
+  // The result, after the pipe's end; waits for the process's end for a short time.
+  Result Finish() {
+    int status = 0;
+    const base::Stopwatch waited;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (waited.Seconds() > kGrace_s) {
+        // Threads of libraries that run when nothing else does (Mesa's, which stores shaders) end
+        // seconds late on a busy machine: a result that is whole counts. Whatever is left is
+        // killed.
+        auto late = Unpacked(text_);
+        return late ? std::move(*late) : TimeOut();
+      }
+      usleep(kPoll_us);
+    }
+    pid_ = -1;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+      if (auto result = Unpacked(text_)) return std::move(*result);
+      return Failed(kCrashed, "the process handed over no result" + LastLine());
+    }
+    const std::string how = WIFSIGNALED(status)
+                                ? fmt::format("killed by {}", strsignal(WTERMSIG(status)))
+                                : fmt::format("ended with code {}", WEXITSTATUS(status));
+    return Failed(kCrashed, how + LastLine());
+  }
+
+  // Kills the process: kTimedOut.
+  Result TimeOut() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+    return Failed(kTimedOut, "no result within the limit");
+  }
+
+ private:
+  // noexcept: nothing may unwind into the parent's loop, whose workers and store are copies here.
+  [[noreturn]] void RunChild(int parent, int out, const CaseRunner& run) noexcept {
+    // Dies with its parent, so that a killed run leaves nothing behind.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(kLostParent);
+    const int null = open("/dev/null", O_RDWR);
+    dup2(null, STDIN_FILENO);
+    dup2(null, STDOUT_FILENO);
+    if (log_ >= 0) dup2(log_, STDERR_FILENO);
+    std::string bytes;
+    try {
+      bytes = Packed(run(which_));
+    } catch (const std::exception& e) {
+      dprintf(STDERR_FILENO, "%s\n", e.what());
+      _exit(kThrew);
+    }
+    std::size_t sent = 0;
+    while (sent < bytes.size()) {
+      const ssize_t n = write(out, bytes.data() + sent, bytes.size() - sent);
+      if (n <= 0) _exit(kNotSent);
+      sent += static_cast<std::size_t>(n);
+    }
+    close(out);  // whoever waits knows now that it is whole, however long the end takes
+    _exit(0);
+  }
+
+  std::string LastLine() const {
+    if (log_ < 0) return "";
+    const off_t size = lseek(log_, 0, SEEK_END);
+    std::string text(static_cast<std::size_t>(std::min(size, kTail_bytes)), '\0');
+    const ssize_t n = pread(log_, text.data(), text.size(), size - static_cast<off_t>(text.size()));
+    text.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    const std::size_t line = text.rfind('\n');
+    if (line != std::string::npos) text.erase(0, line + 1);
+    return text.empty() ? "" : ": " + text;
+  }
+
+  Result Failed(const char* outcome, const std::string& detail) const {
+    return {outcome, "case", detail, "{}", {{"case", watch_.Seconds()}}};
+  }
+
+  Case which_;
+  double limit_s_;
+  base::Stopwatch watch_;
+  int pid_ = -1;
+  int pipe_ = -1;
+  int log_ = -1;
+  std::string text_;
+};
 
 // Waits until a worker has something to say or has used up its time.
 std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running) {
@@ -42,9 +204,60 @@ std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running) {
   return waits;
 }
 
+// Rows that one commit made and rows of another must not look as if they were of one.
+Stamp WithBuildOf(const Stamp& stored, Stamp now) {
+  const std::string is = now.build["commit"];
+  now.build = stored.build;
+  if (now.build["commit"] == is) return now;
+  std::string& others = now.build["resumed_with"];
+  if (others.find(is) == std::string::npos) others += (others.empty() ? "" : ",") + is;
+  return now;
+}
+
+// The stored records as cases of a run that may have more of them.
+std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case>& cases,
+                             const std::string& where) {
+  std::unordered_map<std::string, const Case*> by_id;
+  for (const Case& c : cases) by_id.emplace(c.id, &c);
+  for (Record& record : records) {
+    const auto found = by_id.find(record.which.id);
+    if (found == by_id.end() || found->second->seed != record.which.seed) {
+      throw base::InputError(fmt::format(
+          "{}: holds the case {}, which is not one of these {} cases; as many trials as it was "
+          "begun with, or more, go on with it",
+          where, record.which.id, cases.size()));
+    }
+    record.which = *found->second;
+  }
+  return records;
+}
+
+// Most frequent first, equals by their text.
+std::vector<std::pair<std::string, int>> Ranked(const std::map<std::string, int>& counts) {
+  std::vector<std::pair<std::string, int>> ranked(counts.begin(), counts.end());
+  std::ranges::stable_sort(ranked, std::greater{}, &std::pair<std::string, int>::second);
+  return ranked;
+}
+
 }  // namespace
 
-Result RunApart(const Case& which, double limit_s, const std::function<Result(const Case&)>& run) {
+std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards) {
+  std::vector<Case> mine;
+  for (auto i = static_cast<std::size_t>(shard - 1); i < cases.size();
+       i += static_cast<std::size_t>(shards)) {
+    mine.push_back(cases[i]);
+  }
+  return mine;
+}
+
+std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store) {
+  const auto done = store.Ids();
+  std::vector<Case> missing = cases;
+  std::erase_if(missing, [&](const Case& c) { return done.contains(c.id); });
+  return missing;
+}
+
+Result RunApart(const Case& which, double limit_s, const CaseRunner& run) {
   std::vector<std::unique_ptr<Worker>> one;
   one.push_back(std::make_unique<Worker>(which, limit_s, run));
   Worker& worker = *one.front();
@@ -54,16 +267,16 @@ Result RunApart(const Case& which, double limit_s, const std::function<Result(co
   return worker.TimeOut();
 }
 
-void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
-              Store& store, const RunOptions& options, const Progress& progress) {
+void RunCases(const std::vector<Case>& cases, const CaseRunner& run, Store& store,
+              const RunOptions& options, const Progress& progress) {
   RunCases(cases, run, options, [&](int done, int total, const Record& record) {
     store.Write(record);
     if (progress) progress(done, total, record);
   });
 }
 
-void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
-              const RunOptions& options, const Progress& done) {
+void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOptions& options,
+              const Progress& done) {
   const int total = static_cast<int>(cases.size());
   std::vector<std::unique_ptr<Worker>> running;
   std::size_t next = 0;
@@ -82,6 +295,62 @@ void RunCases(const std::vector<Case>& cases, const std::function<Result(const C
       done(++ended_cases, total, record);
     }
   }
+}
+
+Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases) {
+  const Stamp stored = store.ReadStamp();
+  const std::string where = store.file().parent_path().string();
+  Stamp alike = stored;
+  alike.identity["cases"] = Need(now.identity, "cases");
+  CheckSameRun(alike, now, where);
+  if (stored.identity != now.identity) {
+    for (const Record& record : Replaced(store.ReadAll(), cases, where)) store.Write(record);
+  }
+  return WithBuildOf(stored, now);
+}
+
+std::vector<Case> InTurn(const std::vector<Case>& cases) {
+  std::map<std::string, int> of_group;
+  std::vector<std::pair<int, Case>> turns;
+  for (const Case& c : cases) turns.emplace_back(of_group[c.group]++, c);
+  std::ranges::stable_sort(turns, {}, &std::pair<int, Case>::first);
+  std::vector<Case> in_turn;
+  for (auto& [turn, c] : turns) in_turn.push_back(std::move(c));
+  return in_turn;
+}
+
+std::optional<std::string> SameFailure(const std::vector<Record>& records,
+                                       const std::string& success) {
+  if (records.empty()) return std::nullopt;
+  const Result& first = records.front().result;
+  std::map<std::string, int> details;
+  for (const Record& record : records) {
+    const Result& result = record.result;
+    if (result.outcome == success || result.outcome != first.outcome ||
+        result.stage != first.stage) {
+      return std::nullopt;
+    }
+    if (!result.detail.empty()) ++details[result.detail];
+  }
+  std::string text = first.outcome;
+  if (!first.stage.empty()) text += " in " + first.stage;
+  const auto ranked = Ranked(details);
+  return ranked.empty() ? text : text + ": " + ranked.front().first;
+}
+
+std::vector<std::string> CrashReasons(const std::vector<Record>& records) {
+  std::map<std::string, int> reasons;
+  for (const Record& record : records) {
+    const Result& result = record.result;
+    if (result.outcome != kCrashed) continue;
+    ++reasons[(result.stage.empty() ? "" : result.stage + ": ") +
+              (result.detail.empty() ? "no reason given" : result.detail)];
+  }
+  std::vector<std::string> texts;
+  for (const auto& [reason, count] : Ranked(reasons)) {
+    texts.push_back(fmt::format("{} x {}", count, reason));
+  }
+  return texts;
 }
 
 }  // namespace rangegrasp::experiment

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "experiment/record.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::experiment {
@@ -13,7 +14,9 @@ struct RunOptions {
   double case_limit_s = 60.0;  ///< wall time after which a case is killed
 };
 
-/// Called after every case, when its row is written.
+/// Runs a case, in a process of its own.
+using CaseRunner = std::function<Result(const Case&)>;
+/// Called in this process after every case, when its row is written.
 using Progress = std::function<void(int done, int total, const Record& last)>;
 
 /// Of all cases those of one shard (from 1) of so many: every n-th, from the shard-th on.
@@ -25,17 +28,39 @@ std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
 /// Runs the cases, each in a process of its own forked from this one (a crash, an exception or a
 /// hang costs one case), and writes each to the store as it ends. Results do not depend on the
 /// number of jobs or on the order. This process must be single-threaded.
-/// @param run  called in the process of a case.
 /// @throws base::RunError if the store cannot be written or no process be made; what was finished
 /// is kept.
-void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
-              Store& store, const RunOptions& options, const Progress& progress);
+void RunCases(const std::vector<Case>& cases, const CaseRunner& run, Store& store,
+              const RunOptions& options, const Progress& progress);
 
-/// The same without a store. @param done  called in this process as each case ends
-void RunCases(const std::vector<Case>& cases, const std::function<Result(const Case&)>& run,
-              const RunOptions& options, const Progress& done);
+/// The same without a store.
+void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOptions& options,
+              const Progress& done);
 
 /// One case in a process of its own, as RunCases runs it; waits for it.
-Result RunApart(const Case& which, double limit_s, const std::function<Result(const Case&)>& run);
+Result RunApart(const Case& which, double limit_s, const CaseRunner& run);
+
+/// Makes a store that an earlier part of a run left ready to go on. The same run may have more
+/// cases now (more trials of each object): what is stored takes its place among them, so that
+/// nothing differs from a run that had them all at once.
+/// @param now    stamp of what goes on
+/// @param cases  all of its cases, whatever the shard
+/// @return the stamp to write: `now`, but with the commit that began the run; a commit that differs
+/// from it is added to "resumed_with".
+/// @throws base::InputError naming the folder if it is another run's, or holds a case that is not
+/// among `cases`; nothing is changed then.
+Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases);
+
+/// The same cases in turn from each group: the first of every group, then the second, and so on.
+std::vector<Case> InTurn(const std::vector<Case>& cases);
+
+/// How all of the records failed, if they did so in the same way (the same outcome, in the same
+/// stage): "no_path in plan: no_ik x24", with the detail that most of them share. nullopt if one of
+/// them succeeded, they differ, or there are none.
+std::optional<std::string> SameFailure(const std::vector<Record>& records,
+                                       const std::string& success);
+
+/// The distinct reasons of those that crashed, most frequent first: "2 x scan: no memory".
+std::vector<std::string> CrashReasons(const std::vector<Record>& records);
 
 }  // namespace rangegrasp::experiment

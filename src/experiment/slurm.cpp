@@ -8,29 +8,20 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/hash.h"
-#include "base/number.h"
+#include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
 constexpr const char* kSlurmFile = "submission.json";
 
-std::filesystem::path SlurmFolder(const std::filesystem::path& folder) { return folder / "slurm"; }
-
 std::string Quoted(const std::filesystem::path& path) { return ShellQuoted(path.string()); }
 
 }  // namespace
 
-std::filesystem::path Submission::ShardFolder(int task) const {
-  return folder / "shards" / std::to_string(task);
-}
 std::filesystem::path Submission::LogFile(int task) const {
-  return SlurmFolder(folder) / fmt::format("shard-{}.log", task);
+  return File(fmt::format("shard-{}.log", task).c_str());
 }
-std::filesystem::path Submission::MergeLogFile() const { return SlurmFolder(folder) / "merge.log"; }
-std::filesystem::path Submission::ArrayScript() const { return SlurmFolder(folder) / "shard.sh"; }
-std::filesystem::path Submission::MergeScript() const { return SlurmFolder(folder) / "merge.sh"; }
 
 std::string Submission::JobName() const {
   return "rangegrasp-" + base::Hex(base::Fnv1a(folder.string()));
@@ -73,15 +64,15 @@ void WriteSubmission(const Submission& submission) {
   const nlohmann::ordered_json json = {{"experiment", submission.experiment.string()},
                                        {"run", submission.run},
                                        {"tasks", submission.tasks}};
-  base::WriteFile(SlurmFolder(submission.folder) / kSlurmFile, json.dump(2) + "\n");
+  base::WriteFile(submission.File(kSlurmFile), json.dump(2) + "\n");
 }
 
 bool HasSubmission(const std::filesystem::path& folder) {
-  return std::filesystem::exists(SlurmFolder(folder) / kSlurmFile);
+  return std::filesystem::exists(folder / "slurm" / kSlurmFile);
 }
 
 Submission ReadSubmission(const std::filesystem::path& folder) {
-  const auto file = SlurmFolder(folder) / kSlurmFile;
+  const auto file = folder / "slurm" / kSlurmFile;
   if (!HasSubmission(folder)) {
     throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" +
                            kSlurmFile + "); give the folder that `submit` named");
@@ -105,9 +96,7 @@ Queue ParseQueue(const std::string& printed) {
   std::string job, task, state;
   while (lines >> job >> task >> state) {
     if (const auto number = base::NumberFrom<int>(task)) queue.state_of_task[*number] = state;
-    if (std::find(queue.job_ids.begin(), queue.job_ids.end(), job) == queue.job_ids.end()) {
-      queue.job_ids.push_back(job);
-    }
+    if (std::ranges::find(queue.job_ids, job) == queue.job_ids.end()) queue.job_ids.push_back(job);
   }
   return queue;
 }

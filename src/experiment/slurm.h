@@ -7,26 +7,29 @@
 
 namespace rangegrasp::experiment {
 
-/// A run that is shared out over a Slurm array job: task i runs shard i, a job after them joins the
-/// shards. All of it stands below the results folder: `slurm/` has scripts, logs and this,
+/// A run as a Slurm array job: task i runs shard i, a job after them joins the shards. All of it
+/// stands below the results folder: `slurm/` has scripts, logs and this,
 /// `shards/` the shards' results.
 struct Submission {
   std::filesystem::path experiment;  ///< absolute
   std::vector<std::string> run;      ///< further arguments of `rangegrasp run`
   int tasks = 1;
   std::filesystem::path
-      folder;  ///< results folder, absolute, on a file system that all nodes share
+      folder;  ///< of the results; absolute, on a file system that all nodes share
 
-  std::filesystem::path ShardFolder(int task) const;  ///< from 1
-  std::filesystem::path LogFile(int task) const;
-  std::filesystem::path MergeLogFile() const;
-  std::filesystem::path ArrayScript() const;
-  std::filesystem::path MergeScript() const;
-  /// The jobs' name, unique to the folder, so that they are found again in the queue by nothing
-  /// else.
+  std::filesystem::path ShardFolder(int task) const {
+    return folder / "shards" / std::to_string(task);
+  }
+  std::filesystem::path LogFile(int task) const;  ///< from 1
+  std::filesystem::path File(const char* name) const { return folder / "slurm" / name; }
+  /// The jobs' name in the queue, unique to the folder.
   std::string JobName() const;
   std::string MergeJobName() const { return JobName() + "-merge"; }
 };
+/// Names of Submission::File.
+inline constexpr const char* kArrayScript = "shard.sh";
+inline constexpr const char* kMergeScript = "merge.sh";
+inline constexpr const char* kMergeLog = "merge.log";
 
 /// The text of the two scripts. @param program  the `rangegrasp` that nodes call, absolute
 std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program);

@@ -4,7 +4,10 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <map>
 #include <stdexcept>
+
+#include "base/statistics.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -13,29 +16,22 @@ double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
-// Of a rate p of n trials; n need not be whole.
-std::pair<double, double> Wilson(double p, double n) {
+// Of k of n trials, with the variance of n trials, which need not be whole.
+std::pair<double, double> Wilson(const Count& count, double n) {
   constexpr double z = 1.959963984540054;  // 97.5 % point of the normal
+  const auto& [k, of] = count;
+  const double p = static_cast<double>(k) / of;
   const double denominator = 1.0 + z * z / n;
   const double center = (p + z * z / (2.0 * n)) / denominator;
   const double half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / denominator;
-  return {std::max(0.0, center - half), std::min(1.0, center + half)};
+  // At k = 0 and at all the bound is exactly 0 and 1; rounding must not leave it short.
+  return {k == 0 ? 0.0 : std::max(0.0, center - half),
+          k == of ? 1.0 : std::min(1.0, center + half)};
 }
 
-}  // namespace
-
-std::pair<double, double> WilsonInterval(int k, int n) {
-  if (n < 1 || k < 0 || k > n) throw std::invalid_argument("Wilson: needs 0 <= k <= n, n >= 1");
-  const auto [low, high] = Wilson(static_cast<double>(k) / n, n);
-  // At k = 0 and k = n the bound is exactly 0 and 1; rounding must not leave it short.
-  return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
-}
-
-namespace {
-
-Cluster SumOf(const std::vector<Cluster>& clusters) {
-  Cluster sum;
-  for (const Cluster& cluster : clusters) {
+Count SumOf(const std::vector<Count>& clusters) {
+  Count sum;
+  for (const Count& cluster : clusters) {
     if (cluster.k < 0 || cluster.k > cluster.n) {
       throw std::invalid_argument("ClusteredInterval: needs 0 <= k <= n");
     }
@@ -46,14 +42,33 @@ Cluster SumOf(const std::vector<Cluster>& clusters) {
   return sum;
 }
 
+// Positions of the cases that are in both.
+Pairs PairsOf(const std::vector<Record>& first, const std::vector<Record>& second) {
+  std::map<std::pair<std::string, std::uint64_t>, std::size_t> by_case;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    by_case[{first[i].which.id, first[i].which.seed}] = i;
+  }
+  Pairs pairs;
+  for (std::size_t i = 0; i < second.size(); ++i) {
+    const auto found = by_case.find({second[i].which.id, second[i].which.seed});
+    if (found != by_case.end()) pairs.emplace_back(found->second, i);
+  }
+  return pairs;
+}
+
 }  // namespace
 
-double EffectiveTrials(const std::vector<Cluster>& clusters) {
+std::pair<double, double> WilsonInterval(int k, int n) {
+  if (n < 1 || k < 0 || k > n) throw std::invalid_argument("Wilson: needs 0 <= k <= n, n >= 1");
+  return Wilson({k, n}, n);
+}
+
+double EffectiveTrials(const std::vector<Count>& clusters) {
   const auto [k, n] = SumOf(clusters);
   const double p = static_cast<double>(k) / n;
   int filled = 0;
   double squares = 0.0;
-  for (const Cluster& cluster : clusters) {
+  for (const Count& cluster : clusters) {
     filled += cluster.n > 0 ? 1 : 0;
     squares += std::pow(cluster.k - p * cluster.n, 2);
   }
@@ -62,10 +77,8 @@ double EffectiveTrials(const std::vector<Cluster>& clusters) {
   return std::clamp(effective, static_cast<double>(filled), static_cast<double>(n));
 }
 
-std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters) {
-  const auto [k, n] = SumOf(clusters);
-  const auto [low, high] = Wilson(static_cast<double>(k) / n, EffectiveTrials(clusters));
-  return {k == 0 ? 0.0 : low, k == n ? 1.0 : high};
+std::pair<double, double> ClusteredInterval(const std::vector<Count>& clusters) {
+  return Wilson(SumOf(clusters), EffectiveTrials(clusters));
 }
 
 double McNemarExact(int b, int c) {
@@ -137,6 +150,51 @@ Mean MeanOf(const std::vector<double>& values) {
   for (const double value : values) squares += (value - *result.mean) * (value - *result.mean);
   result.standard_error = std::sqrt(squares / (n - 1.0) / n);
   return result;
+}
+
+Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& second,
+                   const std::string& success) {
+  Comparison comparison;
+  for (const auto& [a, b] : PairsOf(first, second)) {
+    const std::string& outcome = first[a].result.outcome;
+    const bool one = outcome == success;
+    const bool two = second[b].result.outcome == success;
+    ++comparison.pairs;
+    comparison.both += one && two ? 1 : 0;
+    comparison.only_first += one && !two ? 1 : 0;
+    comparison.only_second += !one && two ? 1 : 0;
+    comparison.same_outcome += outcome == second[b].result.outcome ? 1 : 0;
+  }
+  comparison.p_value = McNemarExact(comparison.only_first, comparison.only_second);
+  return comparison;
+}
+
+Pairs Differing(const std::vector<Record>& first, const std::vector<Record>& second,
+                const std::string& success) {
+  Pairs pairs = PairsOf(first, second);
+  std::erase_if(pairs, [&](const auto& pair) {
+    const bool one = first[pair.first].result.outcome == success;
+    return one == (second[pair.second].result.outcome == success);
+  });
+  return pairs;
+}
+
+std::vector<StageTime> StageTimes(const std::vector<Record>& records) {
+  std::vector<std::string> order;
+  std::map<std::string, std::vector<double>> by_stage;
+  for (const Record& record : records) {
+    for (const auto& [stage, seconds] : record.result.seconds) {
+      if (!by_stage.contains(stage)) order.push_back(stage);
+      by_stage[stage].push_back(seconds);
+    }
+  }
+  std::vector<StageTime> times;
+  for (const std::string& stage : order) {
+    const auto& all = by_stage[stage];
+    times.push_back(
+        {stage, base::InterpolatedQuantileOf(all, 0.5), base::InterpolatedQuantileOf(all, 0.95)});
+  }
+  return times;
 }
 
 }  // namespace rangegrasp::experiment

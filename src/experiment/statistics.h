@@ -2,31 +2,35 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "experiment/record.h"
+
 namespace rangegrasp::experiment {
+
+/// k of n: successes of trials, events in runs.
+struct Count {
+  int k = 0;
+  int n = 0;
+};
 
 /// Wilson's score interval of a rate k / n at 95 % (Wilson 1927): {low, high} within [0, 1].
 /// @throws std::invalid_argument unless 0 <= k <= n and n >= 1.
 std::pair<double, double> WilsonInterval(int k, int n);
 
-/// Successes of a group of trials that are not independent of each other.
-struct Cluster {
-  int k = 0;
-  int n = 0;
-};
-/// 95 % interval of the rate of all trials: Wilson's, with as many trials as so many independent
-/// ones would have the same variance (Korn and Graubard 1998: n over the design effect of a ratio
-/// of cluster totals, by their variance between the clusters). At least as many as there are
-/// clusters and at most all of them: where all clusters agree, each counts once.
+/// The number of independent trials whose rate would have the same variance as that of clustered
+/// trials, which depend on each other within a cluster (Korn and Graubard 1998: n over the design
+/// effect of a ratio of cluster totals). At least the number of clusters, at most that of trials:
+/// where all clusters agree, each counts once.
 /// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
-std::pair<double, double> ClusteredInterval(const std::vector<Cluster>& clusters);
-/// That number of independent trials. @throws std::invalid_argument as ClusteredInterval.
-double EffectiveTrials(const std::vector<Cluster>& clusters);
+double EffectiveTrials(const std::vector<Count>& clusters);
+/// Wilson's 95 % interval of the rate of all trials, with that number of trials.
+/// @throws std::invalid_argument as EffectiveTrials.
+std::pair<double, double> ClusteredInterval(const std::vector<Count>& clusters);
 
-/// Exact McNemar test: the two-sided p-value of b against c discordant pairs (binomial with p =
-/// 1/2).
+/// Exact McNemar test: the two-sided p-value of b against c discordant pairs (binomial, p = 1/2).
 /// @throws std::invalid_argument for a negative count.
 double McNemarExact(int b, int c);
 
@@ -44,7 +48,7 @@ double FisherExact(int k1, int n1, int k2, int n2);
 double ScoreTest(double rate, double n, double expected);
 
 /// The two-sided p-value that k1 events in n1 runs and k2 in n2 come at the same rate: given their
-/// sum, k1 is binomial with n1 / (n1 + n2) (Przyborowski and Wilenski 1940); twice the smaller
+/// sum, k1 is binomial with n1 / (n1 + n2) (Przyborowski and Wilenski 1940). Twice the smaller
 /// tail.
 /// @throws std::invalid_argument for a negative count, or without runs.
 double PoissonRatesExact(int k1, int n1, int k2, int n2);
@@ -60,5 +64,33 @@ Mean MeanOf(const std::vector<double>& values);
 /// (Student's t with count - 1 degrees of freedom). Values that do not scatter give 0 or 1.
 /// @throws std::invalid_argument if the mean has no standard error.
 double StudentTest(const Mean& mean, double expected);
+
+/// Cases of the same id and seed in two runs, compared pairwise.
+struct Comparison {
+  int pairs = 0;
+  int both = 0;  ///< succeeded in both
+  int only_first = 0;
+  int only_second = 0;
+  int same_outcome = 0;
+  double p_value = 1.0;  ///< McNemar's exact test of only_first against only_second
+};
+/// @param success  the outcome that counts as one
+Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& second,
+                   const std::string& success);
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+/// Positions (in first, in second) of the pairs of which one succeeded and the other did not, in
+/// the order of second.
+Pairs Differing(const std::vector<Record>& first, const std::vector<Record>& second,
+                const std::string& success);
+
+/// Median and 95 % quantile of the time that a stage took, of all records that have it.
+struct StageTime {
+  std::string stage;
+  double median_s = 0.0;
+  double p95_s = 0.0;
+};
+/// In the order in which stages first occur.
+std::vector<StageTime> StageTimes(const std::vector<Record>& records);
 
 }  // namespace rangegrasp::experiment

@@ -1,12 +1,14 @@
 #include "experiment/store.h"
 
 #include <sqlite3.h>
+#include <sys/resource.h>
 
-#include <functional>
-#include <unordered_map>
-#include <utility>
+#include <algorithm>
+#include <map>
+#include <queue>
 
 #include "base/error.h"
+#include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -23,10 +25,6 @@ constexpr const char* kSchema = R"(
 )";
 constexpr const char* kFile = "results.sqlite";
 constexpr const char* kUnfinished = "results.sqlite.unfinished";  // of WriteWhole
-constexpr const char* kInsertCase = "INSERT OR REPLACE INTO cases VALUES(?,?,?,?,?,?,?,?,?)";
-constexpr const char* kInsertSeconds = "INSERT INTO seconds VALUES(?,?,?,?)";
-constexpr const char* kSelectCases =
-    "SELECT id, case_group, seed, params, position, outcome, stage, detail, data FROM cases ";
 // While a run writes a row at a time, every page that a row touches goes to the log.
 constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
 // What is written at once needs no log. A row holds about 3 KB: in pages of the default 4 KB each
@@ -39,58 +37,52 @@ constexpr const char* kData = "data";
 // How long a reader or writer waits for the other's transaction.
 constexpr int kBusy_ms = 10000;
 
-}  // namespace
-
-struct Store::Impl {
+struct Database {
   std::filesystem::path file;
-  sqlite3* db = nullptr;
+  sqlite3* handle = nullptr;
 
-  ~Impl() { sqlite3_close(db); }
+  Database() = default;
+  ~Database() { sqlite3_close(handle); }
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
 
   [[noreturn]] void Fail() const {
-    throw base::RunError(file.string() + ": " + sqlite3_errmsg(db) +
+    throw base::RunError(file.string() + ": " + sqlite3_errmsg(handle) +
                          " (is the disk full, or the folder not writable?)");
   }
   void Run(const char* sql) const {
-    if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
+    if (sqlite3_exec(handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
   }
-  /// All of what `write` writes, or nothing.
-  void Transaction(const std::function<void()>& write) const;
-  template <typename... Values>
-  void Insert(const char* sql, const Values&... values) const;
+  // All of what `write` writes, or nothing.
+  void Transaction(const std::function<void()>& write) const {
+    Run("BEGIN IMMEDIATE");
+    try {
+      write();
+      Run("COMMIT");
+    } catch (const base::RunError&) {
+      sqlite3_exec(handle, "ROLLBACK", nullptr, nullptr, nullptr);
+      throw;
+    }
+  }
 };
 
-namespace {
-
-// One prepared statement, finalised at the end of its scope.
+// A prepared statement. Whatever fails throws base::RunError.
 class Statement {
  public:
-  Statement(sqlite3* db, const char* sql) {
-    ok_ = sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr) == SQLITE_OK;
+  Statement(const Database& database, const std::string& sql) : database_(database) {
+    if (sqlite3_prepare_v2(database.handle, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) {
+      database.Fail();
+    }
   }
   ~Statement() { sqlite3_finalize(statement_); }
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
-  bool ok() const { return ok_; }
-  Statement& Bind(const std::string& text) {
-    sqlite3_bind_text(statement_, ++bound_, text.c_str(), static_cast<int>(text.size()),
-                      SQLITE_TRANSIENT);
-    return *this;
-  }
-  Statement& Bind(int value) {
-    sqlite3_bind_int(statement_, ++bound_, value);
-    return *this;
-  }
-  Statement& Bind(double value) {
-    sqlite3_bind_double(statement_, ++bound_, value);
-    return *this;
-  }
-  int Step() { return sqlite3_step(statement_); }
-  /// To be bound and run again.
-  void Reset() {
-    sqlite3_reset(statement_);
-    bound_ = 0;
+  // Whether there is a row; the next one at each call.
+  bool Step() {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW && code != SQLITE_DONE) database_.Fail();
+    return code == SQLITE_ROW;
   }
   std::string Text(int column) const {
     const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
@@ -100,21 +92,114 @@ class Statement {
   int Int(int column) const { return sqlite3_column_int(statement_, column); }
   double Double(int column) const { return sqlite3_column_double(statement_, column); }
 
+  // Runs it with these values; may be called again.
+  template <typename... Values>
+  void Run(const Values&... values) {
+    sqlite3_reset(statement_);
+    int position = 0;
+    (Bind(++position, values), ...);
+    Step();
+  }
+
  private:
+  void Bind(int position, const std::string& text) {
+    sqlite3_bind_text(statement_, position, text.c_str(), static_cast<int>(text.size()),
+                      SQLITE_TRANSIENT);
+  }
+  void Bind(int position, int value) { sqlite3_bind_int(statement_, position, value); }
+  void Bind(int position, double value) { sqlite3_bind_double(statement_, position, value); }
+
+  const Database& database_;
   sqlite3_stmt* statement_ = nullptr;
-  int bound_ = 0;
-  bool ok_ = false;
 };
 
-// A row of kSelectCases, without times.
-Record RecordFrom(const Statement& row) {
-  return {{row.Text(0), row.Text(1), std::stoull(row.Text(2)), row.Text(3), row.Int(4)},
-          {row.Text(5), row.Text(6), row.Text(7), row.Text(8), {}}};
-}
+// Writes records, one after the other.
+class RecordWriter {
+ public:
+  explicit RecordWriter(const Database& database)
+      : case_(database, "INSERT OR REPLACE INTO cases VALUES(?,?,?,?,?,?,?,?,?)"),
+        seconds_(database, "INSERT INTO seconds VALUES(?,?,?,?)") {}
+
+  void Write(const Record& record) {
+    const auto& [c, r] = record;
+    case_.Run(c.id, c.position, c.group, std::to_string(c.seed), ToJson(c.params), r.outcome,
+              r.stage, r.detail, r.data);
+    for (std::size_t i = 0; i < r.seconds.size(); ++i) {
+      seconds_.Run(c.id, static_cast<int>(i), r.seconds[i].first, r.seconds[i].second);
+    }
+  }
+
+ private:
+  Statement case_, seconds_;
+};
 
 std::filesystem::path FileIn(const std::filesystem::path& folder) { return folder / kFile; }
 
+constexpr std::string_view kSeedPrefix = "seed-";
+
+std::optional<std::uint64_t> SeedOf(const std::filesystem::path& folder) {
+  const std::string name = folder.filename().string();
+  if (!name.starts_with(kSeedPrefix) || !Store::Exists(folder)) return std::nullopt;
+  return base::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
+}
+
+// Takes over the order of the other's groups, if they are the same.
+void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
+  const auto sorted = [](const std::string& groups) {
+    auto names = base::Split(groups, ',');
+    std::ranges::sort(names);
+    return names;
+  };
+  std::string& groups = stamp.identity["groups"];
+  const std::string wanted = ValueOr(other.identity, "groups", groups);
+  if (sorted(groups) == sorted(wanted)) groups = wanted;
+}
+
+// Seed, number of cases and the order of groups, which hazards draw, are all that runs of several
+// seeds may differ in.
+void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
+  const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
+  const auto cases =
+      std::stoull(Need(pooled.identity, "cases")) + std::stoull(Need(stamp.identity, "cases"));
+  Stamp alike = stamp;
+  alike.identity["seed"] = pooled.identity.at("seed");
+  alike.identity["cases"] = pooled.identity.at("cases");
+  OrderGroupsAs(pooled, alike);
+  CheckSameRun(alike, pooled, folder);
+  pooled.identity["seed"] = seeds;
+  pooled.identity["cases"] = std::to_string(cases);
+}
+
+// A shard that is being read, and its next record.
+struct Source {
+  Store store;
+  Store::Cursor cursor;
+  Record next;
+};
+
+// The smallest id first; of equal ones that of the shard that was named first.
+struct Later {
+  const std::vector<std::unique_ptr<Source>>& sources;
+  bool operator()(std::size_t a, std::size_t b) const {
+    const int order = sources[a]->next.which.id.compare(sources[b]->next.which.id);
+    return order != 0 ? order > 0 : a > b;
+  }
+};
+
+struct Incomplete : std::exception {};
+
+// An SQLite file in use holds up to three file descriptors: a thousand shards want more than the
+// usual soft limit.
+void AllowManyFiles() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
+
+struct Store::Impl : Database {};
 
 Store::Store(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Store::~Store() = default;
@@ -141,14 +226,14 @@ Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
   }
   auto impl = std::make_unique<Impl>();
   impl->file = folder / name;
-  if (sqlite3_open(impl->file.c_str(), &impl->db) != SQLITE_OK) {
+  if (sqlite3_open(impl->file.c_str(), &impl->handle) != SQLITE_OK) {
     throw base::InputError(impl->file.string() +
-                           ": cannot be written: " + sqlite3_errmsg(impl->db));
+                           ": cannot be written: " + sqlite3_errmsg(impl->handle));
   }
-  sqlite3_busy_timeout(impl->db, kBusy_ms);
+  sqlite3_busy_timeout(impl->handle, kBusy_ms);
   for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
-    if (sqlite3_exec(impl->db, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
-    throw base::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->db) +
+    if (sqlite3_exec(impl->handle, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
+    throw base::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->handle) +
                            " (a writable folder with free space is needed)");
   }
   return Store(std::move(impl));
@@ -161,10 +246,15 @@ Store Store::Open(const std::filesystem::path& folder) {
   }
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
-  if (sqlite3_open_v2(impl->file.c_str(), &impl->db, SQLITE_OPEN_READONLY, nullptr) != SQLITE_OK ||
-      !Statement(impl->db, "SELECT COUNT(*) FROM cases").ok()) {
+  try {
+    if (sqlite3_open_v2(impl->file.c_str(), &impl->handle, SQLITE_OPEN_READONLY, nullptr) !=
+        SQLITE_OK) {
+      impl->Fail();
+    }
+    Statement(*impl, "SELECT COUNT(*) FROM cases");
+  } catch (const base::RunError&) {
     throw base::InputError(impl->file.string() +
-                           ": no results can be read: " + sqlite3_errmsg(impl->db));
+                           ": no results can be read: " + sqlite3_errmsg(impl->handle));
   }
   return Store(std::move(impl));
 }
@@ -175,52 +265,21 @@ void Store::Remove(const std::filesystem::path& folder) {
   }
 }
 
-namespace {
-
-void BindCase(const Record& record, Statement& insert) {
-  const auto& [c, r] = record;
-  insert.Bind(c.id).Bind(c.position).Bind(c.group).Bind(std::to_string(c.seed)).Bind(c.params);
-  insert.Bind(r.outcome).Bind(r.stage).Bind(r.detail).Bind(r.data);
-}
-
-}  // namespace
-
-void Store::Impl::Transaction(const std::function<void()>& write) const {
-  Run("BEGIN IMMEDIATE");
-  try {
-    write();
-    Run("COMMIT");
-  } catch (const base::RunError&) {
-    sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
-    throw;
-  }
-}
-
-template <typename... Values>
-void Store::Impl::Insert(const char* sql, const Values&... values) const {
-  Statement statement(db, sql);
-  if (!statement.ok()) Fail();
-  (statement.Bind(values), ...);
-  if (statement.Step() != SQLITE_DONE) Fail();
-}
-
 void Store::WriteStamp(const Stamp& stamp) {
   impl_->Transaction([&] {
     impl_->Run("DELETE FROM stamp");
+    Statement insert(*impl_, "INSERT INTO stamp VALUES(?, ?, ?)");
     for (const auto& [part, values] :
          {std::pair{kIdentity, &stamp.identity}, {kBuild, &stamp.build}, {kData, &stamp.data}}) {
-      for (const auto& [name, value] : *values) {
-        impl_->Insert("INSERT INTO stamp VALUES(?, ?, ?)", std::string(part), name, value);
-      }
+      for (const auto& [name, value] : *values) insert.Run(std::string(part), name, value);
     }
   });
 }
 
 Stamp Store::ReadStamp() const {
   Stamp stamp;
-  Statement select(impl_->db, "SELECT part, name, value FROM stamp");
-  if (!select.ok()) impl_->Fail();
-  while (select.Step() == SQLITE_ROW) {
+  Statement select(*impl_, "SELECT part, name, value FROM stamp");
+  while (select.Step()) {
     const std::string part = select.Text(0);
     auto& values = part == kIdentity ? stamp.identity : part == kBuild ? stamp.build : stamp.data;
     values[select.Text(1)] = select.Text(2);
@@ -229,52 +288,43 @@ Stamp Store::ReadStamp() const {
 }
 
 void Store::Write(const Record& record) {
-  const auto& [c, r] = record;
   impl_->Transaction([&] {
-    impl_->Insert(kInsertCase, c.id, c.position, c.group, std::to_string(c.seed), c.params,
-                  r.outcome, r.stage, r.detail, r.data);
-    impl_->Insert("DELETE FROM seconds WHERE id = ?", c.id);
-    for (std::size_t i = 0; i < r.seconds.size(); ++i) {
-      impl_->Insert(kInsertSeconds, c.id, static_cast<int>(i), r.seconds[i].first,
-                    r.seconds[i].second);
-    }
+    Statement(*impl_, "DELETE FROM seconds WHERE id = ?").Run(record.which.id);
+    RecordWriter(*impl_).Write(record);
   });
 }
 
 std::vector<Record> Store::ReadAll() const {
   std::vector<Record> records;
-  std::unordered_map<std::string, std::size_t> by_id;
-  Statement select(impl_->db, (std::string(kSelectCases) + "ORDER BY position, id").c_str());
-  if (!select.ok()) impl_->Fail();
-  int code = SQLITE_DONE;
-  while ((code = select.Step()) == SQLITE_ROW) {
-    by_id.emplace(select.Text(0), records.size());
-    records.push_back(RecordFrom(select));
-  }
-  if (code != SQLITE_DONE) impl_->Fail();
-  Statement times(impl_->db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position");
-  if (!times.ok()) impl_->Fail();
-  while (times.Step() == SQLITE_ROW) {
-    // A run that is under way may have added a case since the rows were read.
-    const auto found = by_id.find(times.Text(0));
-    if (found == by_id.end()) continue;
-    records[found->second].result.seconds.emplace_back(times.Text(1), times.Double(2));
-  }
+  Cursor cursor(*this);
+  while (auto record = cursor.Next()) records.push_back(std::move(*record));
+  std::ranges::stable_sort(records, {}, [](const Record& record) { return record.which.position; });
   return records;
 }
 
-struct Store::Cursor::Impl {
-  const Store::Impl& store;
-  Statement cases, times;
-  bool times_left = false;
+int Store::Count() const {
+  Statement select(*impl_, "SELECT COUNT(*) FROM cases");
+  select.Step();
+  return select.Int(0);
+}
 
-  explicit Impl(const Store::Impl& s)
-      : store(s),
-        cases(s.db, (std::string(kSelectCases) + "ORDER BY id").c_str()),
-        times(s.db, "SELECT id, stage, seconds FROM seconds ORDER BY id, position") {
-    if (!cases.ok() || !times.ok()) store.Fail();
-    times_left = times.Step() == SQLITE_ROW;
-  }
+std::unordered_set<std::string> Store::Ids() const {
+  std::unordered_set<std::string> ids;
+  Statement select(*impl_, "SELECT id FROM cases");
+  while (select.Step()) ids.insert(select.Text(0));
+  return ids;
+}
+
+struct Store::Cursor::Impl {
+  Statement times, cases;
+  bool times_left;
+
+  explicit Impl(const Database& database)
+      : times(database, "SELECT id, stage, seconds FROM seconds ORDER BY id, position"),
+        cases(database,
+              "SELECT id, case_group, seed, params, position, outcome, stage, detail, data "
+              "FROM cases ORDER BY id"),
+        times_left(times.Step()) {}
 };
 
 Store::Cursor::Cursor(const Store& store) : impl_(std::make_unique<Impl>(*store.impl_)) {}
@@ -282,16 +332,17 @@ Store::Cursor::~Cursor() = default;
 Store::Cursor::Cursor(Cursor&&) noexcept = default;
 
 std::optional<Record> Store::Cursor::Next() {
-  auto& [store, cases, times, times_left] = *impl_;
-  const int code = cases.Step();
-  if (code == SQLITE_DONE) return std::nullopt;
-  if (code != SQLITE_ROW) store.Fail();
-  Record record = RecordFrom(cases);
+  auto& [times, cases, times_left] = *impl_;
+  if (!cases.Step()) return std::nullopt;
+  Record record{{cases.Text(0), cases.Text(1), std::stoull(cases.Text(2)),
+                 Params::FromJson(cases.Text(3)), cases.Int(4)},
+                {cases.Text(5), cases.Text(6), cases.Text(7), cases.Text(8), {}}};
+  // A run that is under way may have added a case since the first row was read.
   while (times_left && times.Text(0) <= record.which.id) {
     if (times.Text(0) == record.which.id) {
       record.result.seconds.emplace_back(times.Text(1), times.Double(2));
     }
-    times_left = times.Step() == SQLITE_ROW;
+    times_left = times.Step();
   }
   return record;
 }
@@ -302,22 +353,9 @@ void Store::WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
   try {
     Store store = CreateFile(folder, kUnfinished, kWritten);
     store.WriteStamp(stamp);
-    sqlite3* const db = store.impl_->db;
     store.impl_->Run("BEGIN");
-    Statement insert_case(db, kInsertCase);
-    Statement insert_seconds(db, kInsertSeconds);
-    if (!insert_case.ok() || !insert_seconds.ok()) store.impl_->Fail();
-    while (const auto record = next()) {
-      insert_case.Reset();
-      BindCase(*record, insert_case);
-      if (insert_case.Step() != SQLITE_DONE) store.impl_->Fail();
-      for (std::size_t i = 0; i < record->result.seconds.size(); ++i) {
-        const auto& [stage, seconds] = record->result.seconds[i];
-        insert_seconds.Reset();
-        insert_seconds.Bind(record->which.id).Bind(static_cast<int>(i)).Bind(stage).Bind(seconds);
-        if (insert_seconds.Step() != SQLITE_DONE) store.impl_->Fail();
-      }
-    }
+    RecordWriter writer(*store.impl_);
+    while (const auto record = next()) writer.Write(*record);
     store.impl_->Run("COMMIT");
   } catch (...) {
     std::error_code error;
@@ -328,18 +366,91 @@ void Store::WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
   std::filesystem::rename(unfinished, FileIn(folder));
 }
 
-int Store::Count() const {
-  Statement select(impl_->db, "SELECT COUNT(*) FROM cases");
-  if (!select.ok() || select.Step() != SQLITE_ROW) impl_->Fail();
-  return select.Int(0);
+std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed) {
+  return folder / (std::string(kSeedPrefix) + std::to_string(seed));
 }
 
-std::unordered_set<std::string> Store::Ids() const {
-  std::unordered_set<std::string> ids;
-  Statement select(impl_->db, "SELECT id FROM cases");
-  if (!select.ok()) impl_->Fail();
-  while (select.Step() == SQLITE_ROW) ids.insert(select.Text(0));
-  return ids;
+std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder) {
+  if (Store::Exists(folder) || !std::filesystem::is_directory(folder)) return {folder};
+  std::map<std::uint64_t, std::filesystem::path> by_seed;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (const auto seed = SeedOf(entry.path())) by_seed[*seed] = entry.path();
+  }
+  if (by_seed.empty()) return {folder};
+  std::vector<std::filesystem::path> stores;
+  for (const auto& [seed, store] : by_seed) stores.push_back(store);
+  return stores;
+}
+
+Results ReadResults(const std::filesystem::path& folder) {
+  Results results;
+  for (const auto& path : StoresIn(folder)) {
+    const Store store = Store::Open(path);
+    const Stamp stamp = store.ReadStamp();
+    if (results.stamp.identity.empty()) {
+      results.stamp = stamp;
+    } else {
+      Join(stamp, path.string(), results.stamp);
+    }
+    auto records = store.ReadAll();
+    if (results.records.empty()) {
+      results.records = std::move(records);  // a million are 4 GB: not twice
+    } else {
+      std::move(records.begin(), records.end(), std::back_inserter(results.records));
+    }
+  }
+  return results;
+}
+
+Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
+             bool complete) {
+  if (Store::Exists(out)) {
+    throw base::InputError(out.string() + ": holds results already; name a new folder");
+  }
+  AllowManyFiles();
+  const Stamp stamp = Store::Open(shards.front()).ReadStamp();
+  Merged merged;
+  merged.expected = std::stoull(Need(stamp.identity, "cases"));
+  std::vector<std::unique_ptr<Source>> sources;
+  std::priority_queue<std::size_t, std::vector<std::size_t>, Later> queue(Later{sources});
+  for (const auto& folder : shards) {
+    Store store = Store::Open(folder);
+    CheckSameRun(store.ReadStamp(), stamp, folder.string());
+    Store::Cursor cursor(store);
+    auto first = cursor.Next();
+    if (!first) continue;
+    sources.push_back(
+        std::make_unique<Source>(std::move(store), std::move(cursor), std::move(*first)));
+    queue.push(sources.size() - 1);
+  }
+  std::string last_id;
+  const auto smallest = [&]() -> std::optional<Record> {
+    if (queue.empty()) {
+      if (complete && merged.cases < merged.expected) throw Incomplete();
+      return std::nullopt;
+    }
+    const std::size_t top = queue.top();
+    queue.pop();
+    Source& source = *sources[top];
+    Record record = std::move(source.next);
+    if (record.which.id == last_id) {
+      throw base::InputError(source.store.file().parent_path().string() + ": case " + last_id +
+                             " is in another of the folders too");
+    }
+    last_id = record.which.id;
+    if (auto next = source.cursor.Next()) {
+      source.next = std::move(*next);
+      queue.push(top);
+    }
+    ++merged.cases;
+    return record;
+  };
+  try {
+    Store::WriteWhole(out, stamp, smallest);
+  } catch (const Incomplete&) {
+    // Nothing was written.
+  }
+  return merged;
 }
 
 }  // namespace rangegrasp::experiment

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "experiment/record.h"
-#include "experiment/stamp.h"
 
 namespace rangegrasp::experiment {
 
@@ -72,5 +71,35 @@ class Store {
   explicit Store(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// What a run left, or several that differ in nothing but their seeds.
+struct Results {
+  Stamp stamp;  ///< of several: the first's, with all seeds and the sum of the cases
+  std::vector<Record> records;
+};
+
+/// Where a run with several seeds keeps the one of a seed: "<folder>/seed-<seed>".
+std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed);
+
+/// The stores of a results folder: itself, or those of its seeds in ascending order.
+/// @throws base::InputError if it holds neither.
+std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);
+
+/// All that a results folder holds. @throws base::InputError also if its seeds' runs are not of the
+/// same experiment.
+Results ReadResults(const std::filesystem::path& folder);
+
+struct Merged {
+  std::size_t cases = 0;     ///< that were joined
+  std::size_t expected = 0;  ///< that the experiment has
+};
+
+/// Joins the results of shards into a folder without results, all of them or nothing. Memory does
+/// not grow with the number of cases. What is joined may be joined with more.
+/// @param complete  whether to write nothing where cases are missing: see what is returned
+/// @throws base::InputError naming the folder: it holds results already, a shard is of another run,
+/// or a case is in two of them.
+Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
+             bool complete = false);
 
 }  // namespace rangegrasp::experiment

@@ -2,16 +2,15 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "base/finding.h"
+#include "base/error.h"
 #include "base/yaml_map.h"
-#include "experiment/chart.h"
 #include "experiment/record.h"
 #include "experiment/report.h"
-#include "experiment/stamp.h"
 
 namespace rangegrasp::experiment {
 
@@ -26,14 +25,14 @@ struct ReplayOptions {
 };
 
 /// One experiment, read and made ready: everything that its cases share is loaded, so that a broken
-/// model is told before the first case and processes are forked from a finished state.
+/// model is reported before the first case and processes are forked from a finished state.
 class Task {
  public:
   virtual ~Task() = default;
 
   /// All cases in a fixed order.
   virtual std::vector<Case> Cases() const = 0;
-  /// What takes long and is done once before cases are run, beside what all cases share: a case
+  /// What takes long and is done once before cases are run, besides what all cases share: a case
   /// that finds it undone does it for itself. @throws base::InputError
   virtual void Prepare() const {}
   /// Results lie in this folder: a program that a case starts must not see them, for they hold the
@@ -50,6 +49,8 @@ class Task {
   virtual void AddTo(Stamp& stamp) const = 0;
 };
 
+using OnFindings = std::function<bool(const std::vector<base::Finding>&)>;
+
 /// Keys that every kind of experiment has.
 struct Common {
   std::string name;            ///< letters, digits, '_' and '-': names the results folder
@@ -57,8 +58,11 @@ struct Common {
   std::uint64_t seed = 1;
   double case_limit_s = 60.0;  ///< wall time after which a case is killed
   /// A run ends when its first so many cases, taken in turn from all groups, have all failed in the
-  /// same way; 0: never (experiment/hopeless.h).
+  /// same way; 0: never (experiment/runner.h).
   int stop_after = 20;
+  /// Is shown what is wrong with the models that the keys name, before they are loaded; false: the
+  /// experiment is not made ready. Empty: nobody looks.
+  OnFindings on_findings = {};
 };
 
 /// A kind of experiment: the word after `task:` and what stands behind it.
@@ -69,20 +73,18 @@ struct TaskKind {
   bool uses_seed = true;    ///< whether anything is drawn
   std::string success;  ///< the outcome that counts as one where runs are compared; may be empty
   /// Whether a run in which all first cases fail in the same way ends early (Common::stop_after):
-  /// not of kinds whose cases tell something even where none of them is a success.
+  /// false for kinds whose cases are of use even where none of them is a success.
   bool stops_when_hopeless = false;
-  /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready.
+  /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready; null where
+  /// common.on_findings says so.
   /// @throws base::InputError
   std::unique_ptr<Task> (*read)(base::YamlMap& map, const Common& common) = nullptr;
-  /// Looks for what is wrong with the models that the keys name, before they are read for a run;
-  /// null: there is nothing to look at. @throws base::InputError for keys that cannot be read.
-  std::vector<base::Finding> (*check)(base::YamlMap& map) = nullptr;
   /// Reads the same keys and nothing else, for the documentation.
   void (*read_keys)(base::YamlMap& map) = nullptr;
   /// The tables of records of this kind, in the order of their cases; some may be missing.
   /// @throws base::InputError if a published table in the stamp is none.
   Report (*report)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
-  /// What a report draws beside what it draws of records of any kind; null: nothing.
+  /// Charts of this kind, in addition to those of any kind; null: nothing.
   std::vector<Chart> (*charts)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
   bool has_views = false;  ///< whether Replay fills a View
 };

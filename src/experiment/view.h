@@ -35,7 +35,7 @@ struct View {
     Color color;
   };
   /// A surface whose triangles have colors. Each is a layer and stands in a picture of its own,
-  /// beside the others; all are turned as one.
+  /// next to the others; all are turned as one.
   struct Painted {
     std::string layer;
     geometry::TriangleMesh mesh_W;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/kd_tree.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
@@ -35,5 +36,15 @@ AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alp
 /// One shape for each alpha, from one triangulation, which takes most of the time.
 std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> points,
                                            std::span<const double> alphas_m);
+
+/// The components of BuildAlphaComplex, several times faster on scans: most points are joined by
+/// triangles that their nearest neighbors prove to be in the complex; the triangulation is built
+/// only where sets are nearer than 2 alpha to each other (the source says why that is exact).
+struct AlphaComponents {
+  std::vector<std::int32_t> component;  ///< as in AlphaComplex
+  std::int32_t components = 0;
+};
+/// @param tree  over these points.
+AlphaComponents FindAlphaComponents(PointSpan points, const KdTree& tree, double alpha_m);
 
 }  // namespace rangegrasp::geometry

@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/color.h"
+#include "geometry/observation.h"
 #include "geometry/point_cloud.h"
-#include "geometry/range_image.h"
 
 namespace rangegrasp::geometry {
 
@@ -25,11 +24,9 @@ struct CloudFile {
   std::optional<Eigen::Vector3d> sensor_origin;
 };
 
-/// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), told
-/// apart by their first line. x, y and z must be float or double. `unit_m` is the file's unit in
-/// metres (0.001 for mm).
-/// @throws base::InputError naming the file, the line or key, the value and what would be right:
-///         missing, a folder, not readable, truncated, no x/y/z, no points, no finite point, ...
+/// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), as the
+/// first line says. x, y and z must be float or double. `unit_m` is the file's unit (0.001: mm).
+/// @throws base::InputError naming the file, the line or key, the value and what would be right.
 /// @throws std::invalid_argument if unit_m is not a finite number > 0.
 CloudFile ReadCloud(const std::filesystem::path& file, double unit_m = 1.0);
 

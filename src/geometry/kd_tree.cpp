@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <nanoflann.hpp>
 #include <stdexcept>
+
+#include "geometry/graph.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -43,55 +46,44 @@ struct SquaredDistance {
 
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<SquaredDistance, Adaptor, 3, std::uint32_t>;
 
-/// What nanoflann asks of a collector of results. Each answers how far the search must look.
-class WithinSet {
- public:
-  WithinSet(double squared_radius, std::vector<KdTree::Neighbor>& out)
-      : squared_radius_(squared_radius), out_(out) {}
+/// What nanoflann asks of a collector of results: worstDist() is how far the search must look, and
+/// addPoint() is false where it may end.
+struct WithinSet {
+  double squared_radius;
+  std::vector<KdTree::Neighbor>& out;
+
   bool full() const { return true; }
-  double worstDist() const { return squared_radius_; }
+  double worstDist() const { return squared_radius; }
   bool addPoint(double squared_distance, std::uint32_t index) {
-    if (squared_distance < squared_radius_) out_.push_back({index, squared_distance});
+    if (squared_distance < squared_radius) out.push_back({index, squared_distance});
     return true;
   }
-
- private:
-  double squared_radius_;
-  std::vector<KdTree::Neighbor>& out_;
 };
 
-class CountSet {
- public:
-  CountSet(double squared_radius, std::size_t limit)
-      : squared_radius_(squared_radius), limit_(limit) {}
-  bool full() const { return true; }
-  double worstDist() const { return squared_radius_; }
-  bool addPoint(double squared_distance, std::uint32_t) {
-    if (squared_distance < squared_radius_) ++count_;
-    return count_ < limit_;  // false ends the search
-  }
-  std::size_t count() const { return count_; }
+struct CountSet {
+  double squared_radius;
+  std::size_t limit;
+  std::size_t count = 0;
 
- private:
-  double squared_radius_;
-  std::size_t limit_;
-  std::size_t count_ = 0;
+  bool full() const { return true; }
+  double worstDist() const { return squared_radius; }
+  bool addPoint(double squared_distance, std::uint32_t) {
+    if (squared_distance < squared_radius) ++count;
+    return count < limit;
+  }
 };
 
 /// The nearest point but for one.
-class OtherSet {
- public:
-  explicit OtherSet(std::uint32_t self) : self_(self) {}
+struct OtherSet {
+  std::uint32_t self;
+  double best = std::numeric_limits<double>::infinity();
+
   bool full() const { return true; }
-  double worstDist() const { return best_; }
+  double worstDist() const { return best; }
   bool addPoint(double squared_distance, std::uint32_t index) {
-    if (index != self_ && squared_distance < best_) best_ = squared_distance;
+    if (index != self && squared_distance < best) best = squared_distance;
     return true;
   }
-
- private:
-  std::uint32_t self_;
-  double best_ = std::numeric_limits<double>::infinity();
 };
 
 bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
@@ -173,20 +165,20 @@ void KdTree::Within(const Eigen::Vector3d& query, double radius_m,
                     std::vector<Neighbor>& out) const {
   out.clear();
   if (!(radius_m > 0.0)) return;
-  WithinSet set(radius_m * radius_m, out);
+  WithinSet set{radius_m * radius_m, out};
   impl_->Search(query, set);
 }
 
 std::size_t KdTree::CountWithin(const Eigen::Vector3d& query, double radius_m,
                                 std::size_t limit) const {
   if (!(radius_m > 0.0) || limit == 0) return 0;
-  CountSet set(radius_m * radius_m, limit);
+  CountSet set{radius_m * radius_m, limit};
   impl_->Search(query, set);
-  return set.count();
+  return set.count;
 }
 
 double KdTree::DistanceToOther(std::uint32_t index) const {
-  OtherSet set(index);
+  OtherSet set{index};
   impl_->Search(impl_->adaptor.points[index], set);
   return std::sqrt(set.worstDist());
 }
@@ -208,6 +200,31 @@ NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree)
   distances.max_m = *max;
   distances.mean_m = sum_m / static_cast<double>(points.size());
   return distances;
+}
+
+std::vector<Indices> GroupsWithin(PointSpan points, const KdTree& tree, double link_m) {
+  UnionFind sets(points.size());
+  std::vector<KdTree::Neighbor> near;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    tree.Within(points[i], link_m, near);
+    for (const auto& neighbor : near) sets.Unite(i, neighbor.index);
+  }
+  std::vector<Indices> groups;
+  std::map<std::uint32_t, std::size_t> group_of;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto [group, is_new] = group_of.try_emplace(sets.Find(i), groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(i);
+  }
+  return groups;
+}
+
+std::vector<Points> GroupsWithin(const Points& points, double link_m) {
+  std::vector<Points> groups;
+  for (const Indices& group : GroupsWithin(points, KdTree(points), link_m)) {
+    groups.push_back(Select(points, group));
+  }
+  return groups;
 }
 
 }  // namespace rangegrasp::geometry

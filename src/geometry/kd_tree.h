@@ -42,8 +42,8 @@ class KdTree {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Distances [m] from every point to its nearest other point, and what the dissertation makes of
-/// them (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
+/// Distances [m] from every point to its nearest other point (section 5.1.2: d_min, d_max, d_a;
+/// eq. 4.5-4.6).
 struct NeighborDistances {
   std::vector<double> each_m;
   double min_m = 0.0;
@@ -52,5 +52,13 @@ struct NeighborDistances {
 };
 /// Needs at least two points. @throws std::invalid_argument otherwise.
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree);
+
+/// Groups of points that hang together, each within link_m of another of its group [m]; in the
+/// order of their first points, and so are the points of each. O(n log n) for few neighbors each.
+/// @throws std::invalid_argument if a point is not finite.
+std::vector<Points> GroupsWithin(const Points& points, double link_m);
+
+/// The same as positions, with a tree over these points.
+std::vector<Indices> GroupsWithin(PointSpan points, const KdTree& tree, double link_m);
 
 }  // namespace rangegrasp::geometry

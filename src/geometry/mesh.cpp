@@ -1,6 +1,113 @@
 #include "geometry/mesh.h"
 
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/convex_hull_3.h>
+
+#include <algorithm>
+
+#include "geometry/plane.h"
+
 namespace rangegrasp::geometry {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using Face = SurfaceMesh::Face_index;
+using Halfedge = SurfaceMesh::Halfedge_index;
+using Vertex = SurfaceMesh::Vertex_index;
+
+bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
+  return CGAL::coplanar(hull.point(hull.source(h)), hull.point(hull.target(h)),
+                        hull.point(hull.target(hull.next(h))),
+                        hull.point(hull.target(hull.next(hull.opposite(h)))));
+}
+
+/// The facet that each triangle belongs to: neighbors exactly in one plane are one facet.
+std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> facet(hull.number_of_faces(), kNone);
+  std::vector<Face> front;
+  for (const Face first : hull.faces()) {
+    if (facet[first] != kNone) continue;
+    facet[first] = first;
+    front.push_back(first);
+    while (!front.empty()) {
+      const Face face = front.back();
+      front.pop_back();
+      for (const Halfedge h : hull.halfedges_around_face(hull.halfedge(face))) {
+        const Face next = hull.face(hull.opposite(h));
+        if (facet[next] != kNone || !Coplanar(hull, h)) continue;
+        facet[next] = first;
+        front.push_back(next);
+      }
+    }
+  }
+  return facet;
+}
+
+/// The corners of a facet in order, from one of the triangles' edges on its outline.
+std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
+                            Halfedge start) {
+  std::vector<Vertex> outline;
+  Halfedge h = start;
+  do {
+    outline.push_back(hull.source(h));
+    h = hull.next(h);
+    while (facet[hull.face(h)] == facet[hull.face(hull.opposite(h))]) {
+      h = hull.next(hull.opposite(h));
+    }
+  } while (h != start);
+  std::vector<Vertex> corners;
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!CGAL::collinear(hull.point(outline[(i + n - 1) % n]), hull.point(outline[i]),
+                         hull.point(outline[(i + 1) % n]))) {
+      corners.push_back(outline[i]);
+    }
+  }
+  return corners;
+}
+
+std::vector<std::vector<Vertex>> Facets(const SurfaceMesh& hull) {
+  const std::vector<std::size_t> facet = FacetOfTriangle(hull);
+  std::vector<std::vector<Vertex>> facets;
+  std::vector<bool> done(facet.size(), false);
+  for (const Halfedge h : hull.halfedges()) {
+    const std::size_t f = facet[hull.face(h)];
+    if (done[f] || f == facet[hull.face(hull.opposite(h))]) continue;
+    done[f] = true;
+    facets.push_back(Corners(hull, facet, h));
+  }
+  return facets;
+}
+
+/// Appends the vertices that are a corner of a facet to the mesh, ascending by x, y, z.
+/// @return the position of each in the mesh.
+std::vector<std::uint32_t> AddVertices(const SurfaceMesh& hull,
+                                       const std::vector<std::vector<Vertex>>& facets,
+                                       TriangleMesh& mesh) {
+  constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
+  std::vector<std::uint32_t> number(hull.num_vertices(), kUnused);
+  std::vector<Vertex> order;
+  for (const auto& corners : facets) {
+    for (const Vertex v : corners) {
+      if (number[v] != kUnused) continue;
+      number[v] = 0;
+      order.push_back(v);
+    }
+  }
+  std::sort(order.begin(), order.end(),
+            [&hull](Vertex a, Vertex b) { return hull.point(a) < hull.point(b); });
+  for (const Vertex v : order) {
+    number[v] = static_cast<std::uint32_t>(mesh.vertices.size());
+    const Kernel::Point_3& p = hull.point(v);
+    mesh.vertices.emplace_back(p.x(), p.y(), p.z());
+  }
+  return number;
+}
+
+}  // namespace
 
 TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB) {
   TriangleMesh mesh_A = mesh_B;
@@ -34,6 +141,59 @@ double Volume(const TriangleMesh& mesh) {
     six_volumes += u.dot(v.cross(w));
   }
   return six_volumes / 6.0;
+}
+
+MassProperties MassPropertiesOf(const TriangleMesh& mesh) {
+  MassProperties result{0.0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
+  if (mesh.vertices.empty()) return result;
+  // A reference point on the mesh keeps the terms small for meshes far from the origin.
+  const Eigen::Vector3d origin = mesh.vertices.front();
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices[i] - origin;
+    const Eigen::Vector3d b = mesh.vertices[j] - origin;
+    const Eigen::Vector3d c = mesh.vertices[k] - origin;
+    const Eigen::Vector3d s = a + b + c;
+    const double volume = a.dot(b.cross(c)) / 6.0;
+    result.volume_m3 += volume;
+    first += volume / 4.0 * s;
+    second += volume / 20.0 *
+              (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose());
+  }
+  result.center_M = origin;
+  if (result.volume_m3 == 0.0) return result;
+  const Eigen::Vector3d center = first / result.volume_m3;
+  result.center_M += center;
+  second -= result.volume_m3 * center * center.transpose();
+  result.inertia_M = second.trace() * Eigen::Matrix3d::Identity() - second;
+  return result;
+}
+
+// CGAL's triangles of a facet with more than three corners, and their order, depend on addresses in
+// memory. The solid itself does not: its facets are found again, each is cut into a fan from its
+// first corner, and vertices and triangles are sorted.
+TriangleMesh ConvexHull(PointSpan points) {
+  TriangleMesh mesh;
+  if (points.size() < 4 || IsFlat(points)) return mesh;
+  std::vector<Kernel::Point_3> input;
+  input.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
+  SurfaceMesh hull;
+  CGAL::convex_hull_3(input.begin(), input.end(), hull);
+  std::vector<std::vector<Vertex>> facets = Facets(hull);
+  const std::vector<std::uint32_t> number = AddVertices(hull, facets, mesh);
+  for (auto& corners : facets) {
+    std::rotate(corners.begin(),
+                std::min_element(corners.begin(), corners.end(),
+                                 [&number](Vertex a, Vertex b) { return number[a] < number[b]; }),
+                corners.end());
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      mesh.triangles.push_back({number[corners[0]], number[corners[i - 1]], number[corners[i]]});
+    }
+  }
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  return mesh;
 }
 
 }  // namespace rangegrasp::geometry

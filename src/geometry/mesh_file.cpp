@@ -15,21 +15,15 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "geometry/internal/cloud_format.h"
-#include "geometry/internal/obj.h"
-#include "geometry/internal/off.h"
-#include "geometry/internal/ply.h"
+#include "geometry/internal/polygon_soup.h"
 
 namespace rangegrasp::geometry {
 namespace {
 
 base::Pose ToPose(const aiMatrix4x4& m) {
-  base::Pose pose = base::Pose::Identity();
-  pose.matrix() << static_cast<double>(m.a1), static_cast<double>(m.a2), static_cast<double>(m.a3),
-      static_cast<double>(m.a4), static_cast<double>(m.b1), static_cast<double>(m.b2),
-      static_cast<double>(m.b3), static_cast<double>(m.b4), static_cast<double>(m.c1),
-      static_cast<double>(m.c2), static_cast<double>(m.c3), static_cast<double>(m.c4), 0.0, 0.0,
-      0.0, 1.0;
-  return pose;
+  Eigen::Matrix4f matrix;
+  matrix << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, 0, 0, 0, 1;
+  return base::Pose(matrix.cast<double>());
 }
 
 // The readers' flags do not always say what a mesh's faces are, and triangulation, which trusts
@@ -72,11 +66,7 @@ void AppendUv(const aiMesh& source, std::vector<std::array<Eigen::Vector2d, 3>>&
     if (face.mNumIndices != 3) continue;
     auto& corners = uv.emplace_back();
     for (unsigned k = 0; k < 3; ++k) {
-      if (coordinates == nullptr) {
-        corners.at(k).setZero();
-        continue;
-      }
-      const aiVector3D& at = coordinates[face.mIndices[k]];
+      const aiVector3D at = coordinates ? coordinates[face.mIndices[k]] : aiVector3D();
       corners.at(k) = {static_cast<double>(at.x), static_cast<double>(at.y)};
     }
   }
@@ -180,7 +170,7 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
     throw base::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
                                        file.string(), importer.GetErrorString()));
   };
-  // The text form of glTF names files beside it.
+  // The text form of glTF names files in its folder.
   const aiScene* scene =
       check(base::EndingOf(file) == ".gltf"
                 ? importer.ReadFile(file.string(), 0)
@@ -191,10 +181,9 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
     scene = check(
         importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
   }
-  bool coordinates = false;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    coordinates = coordinates || scene->mMeshes[m]->HasTextureCoords(0);
-  }
+  const bool coordinates =
+      std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
+                  [](const aiMesh* mesh) { return mesh->HasTextureCoords(0); });
   TexturedMesh result;
   Collect(*scene, *scene->mRootNode, base::Pose::Identity(), result);
   if (result.mesh.triangles.empty()) throw base::InputError(file.string() + ": has no triangles");
@@ -211,7 +200,7 @@ bool PlyHoldsMesh(const std::filesystem::path& file) {
 
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) {
   std::string bytes = base::ReadNonEmptyFile(file);
-  // Also tells what is wrong with the file, with its line.
+  // Also reports what is wrong with the file, with its line.
   const auto polygons = ReadPolygons(file, bytes);
   if (base::EndingOf(file) != ".off") return Read(file, std::move(bytes), true);
   return {internal::ToPolygonMesh(file, *polygons).mesh, {}};

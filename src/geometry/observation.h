@@ -1,15 +1,44 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "base/frames.h"
-#include "geometry/color.h"
-#include "geometry/range_image.h"
+#include "geometry/mesh.h"
+#include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
+
+/// An organised range image: `profiles` rows (one a laser line) of `samples` columns (along the
+/// line).
+struct RangeImage {
+  int profiles = 0;
+  int samples = 0;
+  Points points_C;   ///< row-major, [m]; NaN where nothing was measured
+  Points origins_C;  ///< the sensor's origin for each profile [m]; one entry where it does not move
+
+  std::size_t Index(int profile, int sample) const {
+    return static_cast<std::size_t>(profile) * static_cast<std::size_t>(samples) +
+           static_cast<std::size_t>(sample);
+  }
+  /// Where the sensor was when it measured the sample at `index`.
+  /// @throws std::invalid_argument unless there is one origin, or one a profile.
+  const Eigen::Vector3d& OriginOf(std::size_t index) const;
+};
+
+/// The measured points of an image, in its order; where `source` is given it receives their
+/// positions in the image.
+PointCloud ToCloud(const RangeImage& image, Indices* source = nullptr);
+
+/// The distance of neighbors in the image [m]: the median over the samples of the mean distance to
+/// the next sample of the profile and to the same sample of the next profile (to one of them, where
+/// the other was not measured); the median of all distances would jump between the two kinds. 0 if
+/// no two neighbors were measured. O(n).
+double MedianSpacing(const RangeImage& image);
 
 /// What one sensor measured from one place. Nothing in it is truth.
 struct View {
@@ -45,5 +74,58 @@ inline Observation ObservationOf(RangeImage image) {
   observation.views.emplace_back().image = std::move(image);
   return observation;
 }
+
+/// What a sensor sees of its surroundings: a pyramid along z of its frame S (x right, y down).
+struct Field {
+  double half_right_rad = 0.3;  ///< from z to the sides, about S's y axis
+  double half_down_rad = 0.3;   ///< about S's x axis
+  double near_m = 0.1;          ///< it measures nothing nearer ...
+  double far_m = 1.0;           ///< ... nor further away
+};
+
+/// What views show of a box of space, cell by cell: seen through, a surface, or unseen.
+/// O(samples * cells along a ray) a view.
+class SeenSpace {
+ public:
+  enum class Cell : std::uint8_t { kUnseen, kFree, kSurface };
+
+  /// @param box_C   its faces along C's axes; the cells that fit into it begin at its lowest corner
+  /// @param cell_m  > 0, edge of a cell
+  /// @throws std::invalid_argument if the box is empty, not finite or of more than 1e8 cells
+  SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m);
+
+  /// The ray of each measured sample is free up to a cell before its point; the point's cell is a
+  /// surface, and stays one. Samples that were not measured change nothing.
+  void Add(const View& view);
+
+  Cell At(const Eigen::Vector3i& cell) const { return cells_[Index(cell)]; }
+  const Eigen::Vector3i& Size() const { return size_; }
+  Eigen::Vector3d MiddleOf(const Eigen::Vector3i& cell) const;
+  double UnseenVolume() const;  ///< [m^3]
+
+  /// The expected unseen volume [m^3] that a sensor at X_CS would see: the sum over the unseen
+  /// cells of `region_C` of the largest chance of a ray to reach the cell. A ray ends at a known
+  /// surface; its chance to pass unseen space is exp(-way / depth_m).
+  double GainFrom(const base::Pose& X_CS, const Field& field, const Eigen::AlignedBox3d& region_C,
+                  double depth_m) const;
+
+  /// A surface over all that is seen or may be there: margin_m above the last cell of each column,
+  /// counted from below, that is not free. Nothing where a column is free. One mesh of level tops
+  /// and upright walls, open below.
+  TriangleMesh Ceiling(double margin_m) const;
+
+ private:
+  std::size_t Index(const Eigen::Vector3i& cell) const {
+    return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
+  }
+  template <typename Visit>
+  void Walk(const Eigen::Vector3d& from_C, const Eigen::Vector3d& to_C, const Visit& visit) const;
+  int TopOf(int x, int y) const;
+
+  Eigen::Vector3d low_C_;
+  double cell_m_;
+  Eigen::Vector3i size_;
+  std::vector<Cell> cells_;
+};
 
 }  // namespace rangegrasp::geometry

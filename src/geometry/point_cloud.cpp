@@ -1,8 +1,28 @@
 #include "geometry/point_cloud.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <stdexcept>
 
 namespace rangegrasp::geometry {
+namespace {
+
+constexpr double kLevels = 255.0;
+
+double LightOfLevel(double level) {
+  const double share = level / kLevels;
+  return share <= 0.04045 ? share / 12.92 : std::pow((share + 0.055) / 1.055, 2.4);
+}
+
+std::uint8_t LevelOf(double light) {
+  const double clipped = std::clamp(light, 0.0, 1.0);
+  const double share =
+      clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1.0 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(kLevels * share));
+}
+
+}  // namespace
 
 Points Select(PointSpan points, std::span<const std::uint32_t> indices) {
   Points selected;
@@ -16,6 +36,20 @@ Eigen::Vector3d Centroid(PointSpan points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) sum += p;
   return sum / static_cast<double>(points.size());
+}
+
+Eigen::Vector3d LightOf(const Rgb& color) {
+  static const std::array<double, 256> table = [] {
+    std::array<double, 256> lights{};
+    for (std::size_t i = 0; i < lights.size(); ++i)
+      lights[i] = LightOfLevel(static_cast<double>(i));
+    return lights;
+  }();
+  return {table[color[0]], table[color[1]], table[color[2]]};
+}
+
+Rgb ColorOf(const Eigen::Vector3d& light) {
+  return {LevelOf(light.x()), LevelOf(light.y()), LevelOf(light.z())};
 }
 
 }  // namespace rangegrasp::geometry

@@ -1,17 +1,49 @@
 #include "grasp/detector.h"
 
-#include <algorithm>
+#include <deque>
 
 #include "base/stopwatch.h"
-#include "grasp/view_obstacles.h"
-#include "grasp/workspace.h"
-#include "perception/perceive.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
+using base::kMm;
+using base::YamlMap;
+using geometry::Observation;
+using geometry::Points;
+using perception::PerceivedObject;
+using perception::Scene;
+
+DetectedObject ObjectFrom(const Scene& scene, const PerceivedObject& object) {
+  DetectedObject out;
+  out.samples = scene.SamplesOf(object);
+  out.surface_C = object.surface_C;
+  out.rotational = object.kind == perception::ObjectKind::kRotational;
+  out.open = object.open;
+  return out;
+}
+
+DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
+  return {object,
+          grasp.X_CH,
+          grasp.opening_m,
+          grasp.width_m,
+          grasp.contact_angle_rad,
+          grasp.X_CG.linear().col(2),
+          grasp.score,
+          grasp.type,
+          grasp.pitch_rad,
+          grasp.collides,
+          {}};
+}
+
+std::deque<GraspSelector>& Selectors() {
+  static std::deque<GraspSelector> selectors;
+  return selectors;
+}
+
 // Moves the object whose turn is first before the others. @return whether there is one.
-bool PutFirst(const Turn& turn, perception::Scene& scene) {
+bool PutFirst(const Turn& turn, Scene& scene) {
   if (!turn) return true;
   auto& objects = scene.objects;
   auto first = objects.end();
@@ -36,12 +68,11 @@ class DissertationDetector : public Detector {
         selector_(FindGraspSelector(options.take)),
         observer_(std::move(observer)) {}
 
-  Detected Detect(const geometry::Observation& observation, base::Rng& rng,
-                  const Turn& turn) const override {
+  Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
     Detected detected;
     base::Stopwatch watch;
-    perception::Scene scene = perception::Perceive(
-        observation, options_.perception, rng, WorkspaceOf(robot_, options_.workspace_margin_m));
+    Scene scene = perception::Perceive(observation, options_.perception, rng,
+                                       WorkspaceOf(robot_, options_.workspace_margin_m));
     detected.seconds.emplace_back("perceive", watch.Restart());
     for (const auto& [step, seconds] : scene.seconds) {
       detected.seconds.emplace_back("perceive: " + step, seconds);
@@ -69,8 +100,7 @@ class DissertationDetector : public Detector {
 
  private:
   /// Of the first object.
-  std::vector<Grasp> Grasps(const perception::Scene& scene,
-                            std::span<const geometry::TriangleMesh> obstacles_C,
+  std::vector<Grasp> Grasps(const Scene& scene, std::span<const geometry::TriangleMesh> obstacles_C,
                             std::string& why_none) const {
     if (selector_) {
       auto selected = selector_->plan(scene, 0, robot_.hand(), options_.grasp, obstacles_C);
@@ -87,10 +117,43 @@ class DissertationDetector : public Detector {
   SceneObserver observer_;
 };
 
+std::string WhereTaken() {
+  std::string text = "where objects are taken: anywhere";
+  for (const std::string& word : GraspSelectorWords()) {
+    if (const GraspSelector* selector = FindGraspSelector(word)) text += ", or " + selector->about;
+  }
+  return text;
+}
+
 }  // namespace
 
-geometry::Points PlacesOf(const geometry::Observation& observation) {
-  geometry::Points places_C;
+Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::size_t object) {
+  Detection detection;
+  detection.table_C = scene.table.plane;
+  for (const PerceivedObject& perceived : scene.objects) {
+    detection.objects.push_back(ObjectFrom(scene, perceived));
+  }
+  for (const Grasp& grasp : grasps) detection.grasps.push_back(GraspFrom(grasp, object));
+  return detection;
+}
+
+void AddGraspSelector(const GraspSelector& selector) { Selectors().push_back(selector); }
+
+const GraspSelector* FindGraspSelector(const std::string& word) {
+  for (const GraspSelector& selector : Selectors()) {
+    if (selector.word == word) return &selector;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> GraspSelectorWords() {
+  std::vector<std::string> words = {kAnywhere};
+  for (const GraspSelector& selector : Selectors()) words.push_back(selector.word);
+  return words;
+}
+
+Points PlacesOf(const Observation& observation) {
+  Points places_C;
   for (const auto& view : observation.views) places_C.push_back(view.X_CV.translation());
   return places_C;
 }
@@ -99,6 +162,23 @@ std::unique_ptr<Detector> MakeDissertationDetector(const DetectorOptions& option
                                                    const robot::Robot& robot,
                                                    SceneObserver observer) {
   return std::make_unique<DissertationDetector>(options, robot, std::move(observer));
+}
+
+void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
+  GraspOptions& options = all.grasp;
+  map.Read("take", all.take, GraspSelectorWords(), WhereTaken());
+  map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
+                 "the hand stays this far above the table");
+  map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+  map.Read("power_only", options.power_only,
+           "only power grasps, of rotational objects, too: as on stereo data (section 5.3.2)");
+  map.Read("approach", options.approach,
+           "the hand comes from above; sides_too: and from the sides where few such grasps are "
+           "free; sides: from there alone (section 7.2)");
+  map.Read("preshape", options.preshape,
+           "the hand opens a little wider than the object; off: fully");
+  base::ReadAdditions<GraspAdditions>(map, options);
+  map.Finish();
 }
 
 }  // namespace rangegrasp::grasp

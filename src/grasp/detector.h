@@ -1,25 +1,90 @@
 #pragma once
 
 #include <functional>
-#include <memory>
-#include <optional>
 #include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "base/rng.h"
-#include "geometry/observation.h"
-#include "grasp/detection.h"
+#include "base/yaml_map.h"
 #include "grasp/grasp.h"
-#include "grasp/grasp_options.h"
 #include "grasp/obstacles.h"
-#include "grasp/selector.h"
 #include "perception/perceive.h"
-#include "perception/scene.h"
-#include "robot/robot.h"
 
 namespace rangegrasp::grasp {
+
+struct DetectedObject {
+  std::vector<geometry::SampleId> samples;  ///< those that belong to it
+  geometry::TriangleMesh surface_C;         ///< completed; may be empty
+  bool rotational = false;
+  bool open = false;  ///< a container
+  /// The samples are meant to be all of it; false: those between the fingers of a grasp, of a
+  /// detector that names no objects.
+  bool whole = true;
+};
+
+struct DetectedGrasp {
+  std::size_t object = 0;                    ///< position in Detection::objects
+  base::Pose X_CH = base::Pose::Identity();  ///< the hand's root body
+  double opening_m = 0.0;                    ///< gap of the pads before closing
+  double width_m = 0.0;                      ///< what the pads are expected to close on
+  /// By how much the faces that are gripped lean away from facing each other; 0 if not known.
+  double contact_angle_rad = 0.0;
+  Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the way of the hand towards the object
+  double score = 0.0;                          ///< higher is better, within a type
+  GraspType type = GraspType::kPower;
+  double pitch_rad = 0.0;
+  bool collides = false;  ///< the detector's own verdict; such a grasp counts but is not tried
+  std::string name;       ///< of a known object's own grasp; else empty
+};
+
+/// What a detector hands over, whether it is the dissertation's method or any other program: plain
+/// values, from which motions are planned and by which detection is scored. Nothing in it is truth.
+/// C is the observation's frame (in a trial W).
+struct Detection {
+  geometry::Plane table_C;              ///< normal away from the table; z = 0 where none was found
+  std::vector<DetectedObject> objects;  ///< in the order in which they should be taken
+  std::vector<DetectedGrasp> grasps;    ///< best first
+  Obstacles obstacles;                  ///< what else a motion should keep clear of
+};
+
+/// What the dissertation's method hands over.
+/// @param grasps  of one object, best first (PlanGrasps)
+/// @param object  position in scene.objects; its grasps take it along
+Detection DetectionFrom(const perception::Scene& scene, std::span<const Grasp> grasps,
+                        std::size_t object = 0);
+
+/// `take: anywhere`: by the grasps of chapter 5, without a selector.
+inline constexpr const char* kAnywhere = "anywhere";
+
+/// Grasps at a chosen place of an object.
+struct SelectedGrasps {
+  std::vector<Grasp> grasps;  ///< free ones first, the best of these first
+  std::string why_none;       ///< what is missing where there is none
+};
+
+/// Decides where an object is taken, e.g. by its handle. Sees what was perceived, and no truth.
+struct GraspSelector {
+  std::string word;   ///< of the key grasp.take, and the name of its grasps
+  std::string about;  ///< for the key's documentation: "by the handle ..."
+  /// Changes what was perceived before grasps are looked for; may be null.
+  void (*prepare)(perception::Scene& scene) = nullptr;
+  /// @param object  position in scene.objects
+  /// @param obstacles_C  what the hand must not touch besides the other objects
+  SelectedGrasps (*plan)(const perception::Scene& scene, std::size_t object,
+                         const robot::HandModel& hand, const GraspOptions& options,
+                         std::span<const geometry::TriangleMesh> obstacles_C) = nullptr;
+  /// What is held there would creep about the pads: the strongest grip at once.
+  bool firm = false;
+};
+
+void AddGraspSelector(const GraspSelector& selector);
+/// Of a word of grasp.take; null: anywhere.
+const GraspSelector* FindGraspSelector(const std::string& word);
+/// kAnywhere and those of all selectors.
+std::vector<std::string> GraspSelectorWords();
+
+/// What lies within margin_m of the robot's workspace, in W.
+inline perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
+  return {robot.X_WWorkspace, robot.workspace_radius_m + margin_m};
+}
 
 /// What a detector hands over, with what a record tells of how it came to it.
 struct Detected {
@@ -58,7 +123,7 @@ using SceneObserver = std::function<void(const perception::Scene&, const std::ve
 /// Where the sensors stood, one a view.
 geometry::Points PlacesOf(const geometry::Observation& observation);
 
-/// What a detector is given beside the observation.
+/// What a detector is given with the observation.
 struct DetectorOptions {
   perception::PerceptionOptions perception;
   GraspOptions grasp;
@@ -71,9 +136,14 @@ struct DetectorOptions {
 };
 
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object. The
-/// arguments must outlive it. @param observer  may be empty
+/// arguments must outlive it.
+/// @param observer  may be empty
 std::unique_ptr<Detector> MakeDissertationDetector(const DetectorOptions& options,
                                                    const robot::Robot& robot,
                                                    SceneObserver observer = {});
+
+/// Reads the keys of the mapping `grasp`, to its end.
+/// @throws base::InputError
+void ReadGraspOptions(base::YamlMap map, DetectorOptions& options);
 
 }  // namespace rangegrasp::grasp

@@ -1,21 +1,18 @@
 #include "grasp/grasp.h"
 
-#include <algorithm>
 #include <stdexcept>
 
-#include "grasp/internal/choosing.h"
-#include "grasp/internal/cylindrical_candidates.h"
-#include "grasp/internal/lateral_candidates.h"
-#include "grasp/internal/object_surfaces.h"
-#include "grasp/internal/power_candidates.h"
-#include "grasp/internal/rim_candidates.h"
+#include "grasp/internal/candidates.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
-using internal::Others;
-using internal::SurfaceOf;
+using collision::HandCollider;
+using Eigen::Vector3d;
 using internal::Task;
+using perception::PerceivedObject;
+using perception::Scene;
+using robot::HandModel;
 
 /// Of an object's surface: neighbors about 2 mm apart on objects of the size of a cup, as in a
 /// scan.
@@ -37,13 +34,13 @@ SurfaceSamples Thinned(const SurfaceSamples& samples) {
   return thin;
 }
 
-Task MakeTask(const perception::Scene& scene, std::size_t index, const robot::HandModel& hand,
-              const Eigen::Vector3d& arm_C, const GraspOptions& options) {
-  const perception::PerceivedObject& object = scene.objects[index];
+Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, const Vector3d& arm_C,
+              const GraspOptions& options) {
+  const PerceivedObject& object = scene.objects[index];
   SurfaceSamples samples = SampleObject(scene, object, kSamples);
   SurfaceSamples coarse = Thinned(samples);
-  const Eigen::Vector3d com = CenterOfMass(object.surface_C, coarse);
-  const Eigen::Vector3d& up = scene.table.plane.normal;
+  const Vector3d com = CenterOfMass(object.surface_C, coarse);
+  const Vector3d& up = scene.table.plane.normal;
   return Task{scene,
               object,
               hand,
@@ -53,7 +50,7 @@ Task MakeTask(const perception::Scene& scene, std::size_t index, const robot::Ha
               std::move(samples),
               std::move(coarse),
               com,
-              HandProfiles(hand)};
+              internal::HandProfiles(hand)};
 }
 
 /// Free grasps by type, in the order of section 5.2, and those that collide.
@@ -63,23 +60,23 @@ struct Collected {
 };
 
 bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
-  return std::count_if(free.begin(), free.end(), [&](const Grasp& grasp) {
+  return std::ranges::count_if(free, [&](const Grasp& grasp) {
            return grasp.score >= choosing.enough_score;
          }) >= choosing.enough;
 }
 
 /// Without them contacts cannot be judged.
-bool HasNormals(const perception::Scene& scene, const perception::PerceivedObject& object) {
+bool HasNormals(const Scene& scene, const PerceivedObject& object) {
   return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
 }
 
 /// A level hand is not pitched.
-GraspOptions FittedTo(const robot::HandModel& hand, GraspOptions options) {
+GraspOptions FittedTo(const HandModel& hand, GraspOptions options) {
   options.pitches = options.pitches && !hand.level;
   return options;
 }
 
-void CollectRotational(Task& task, collision::HandCollider& collider, Collected& out) {
+void CollectRotational(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
   internal::ChooseFree(collider, task, internal::CylindricalCandidates(task),
@@ -91,7 +88,7 @@ void CollectRotational(Task& task, collision::HandCollider& collider, Collected&
   if (task.object.open) collider.SetOwn(SurfaceOf(task.object));
 }
 
-void CollectCrowded(Task& task, collision::HandCollider& collider, Collected& out) {
+void CollectCrowded(Task& task, HandCollider& collider, Collected& out) {
   const GraspOptions& options = task.options;
   for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
     if (round > options.power.crowded_leans_rad.size()) break;
@@ -100,12 +97,11 @@ void CollectCrowded(Task& task, collision::HandCollider& collider, Collected& ou
                           options.choosing.max_crowded_checks},
                          out.free, out.colliding);
   }
-  std::stable_sort(out.free.begin(), out.free.end(),
-                   [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
+  std::ranges::stable_sort(out.free, std::ranges::greater(), &Grasp::score);
 }
 
 /// In the order of section 5.2.
-void CollectFromAbove(Task& task, collision::HandCollider& collider, Collected& out) {
+void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
   const GraspOptions& options = task.options;
   const bool rotational =
       task.object.kind == perception::ObjectKind::kRotational && !options.power_only;
@@ -121,7 +117,7 @@ void CollectFromAbove(Task& task, collision::HandCollider& collider, Collected& 
 }
 
 /// After those from above: their scores are not compared.
-void CollectLateral(Task& task, collision::HandCollider& collider, Collected& out) {
+void CollectLateral(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   internal::ChooseFree(
       collider, task, internal::LateralCandidates(task),
@@ -131,9 +127,8 @@ void CollectLateral(Task& task, collision::HandCollider& collider, Collected& ou
 
 }  // namespace
 
-std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
-                              const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
-                              const GraspOptions& given,
+std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const HandModel& hand,
+                              const Vector3d& arm_C, const GraspOptions& given,
                               std::span<const geometry::TriangleMesh> obstacles_C) {
   const GraspOptions options = FittedTo(hand, given);
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
@@ -142,9 +137,8 @@ std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object
   }
   Task task = MakeTask(scene, object, hand, arm_C, options);
   if (task.samples.points.empty()) return {};
-  collision::HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),
-                                   scene.table.plane,
-                                   {options.object_clearance_m, options.table_clearance_m});
+  HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),
+                        scene.table.plane, {options.object_clearance_m, options.table_clearance_m});
   Collected out;
   if (options.approach != ApproachKind::kSides) CollectFromAbove(task, collider, out);
   if (options.approach != ApproachKind::kAbove && HasNormals(scene, task.object) &&

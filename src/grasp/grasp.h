@@ -1,14 +1,12 @@
 #pragma once
 
-#include <array>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "base/frames.h"
 #include "grasp/grasp_options.h"
 #include "perception/scene.h"
-#include "robot/hand_model.h"
+#include "robot/robot.h"
 
 namespace rangegrasp::grasp {
 

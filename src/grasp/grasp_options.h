@@ -4,15 +4,14 @@
 #include <string_view>
 
 #include "base/units.h"
-#include "grasp/additions.h"
+#include "base/words.h"
 
 /// Lengths are for a hand of a person's size and objects that it can hold; where no source is
 /// given, the comment says what a value trades off.
 namespace rangegrasp::grasp {
 
-/// Weights and scales of Score(), in one place for tuning against physics. A weight is what the
-/// worst counts against the best, 1; the antipodal angles weigh most, since a grip beyond the
-/// friction cone slips whatever else is right.
+/// Weights and scales of Score(). A weight is what the worst counts against the best, 1; the
+/// antipodal angles weigh most: a grip beyond the friction cone slips whatever else is right.
 struct ScoreWeights {
   double antipodal = 1.0;
   double pitch = 0.4;
@@ -35,43 +34,36 @@ struct ScoreWeights {
   double contact_scale_m2 = 4e-4;  ///< two pads of 10 x 20 mm
   double room_scale_m = 0.015;
 
-  /// One bad term may outweigh several good ones, but not without bound: squares and multiples of
-  /// their scales count at most this.
+  /// Squares and multiples of their scales count at most this: no term outweighs all others.
   double max_square = 4.0;
   double max_multiple = 2.0;
 };
 
 /// How the hand is placed on an object from one direction.
 struct PlacingOptions {
-  /// Half width of the strip that the pads may meet: they and a little more. The middles of the
-  /// SensorHand's outer pads are 16 mm apart, their radius is 8 mm.
+  /// Half width of the strip that the pads may meet. The middles of the SensorHand's outer pads are
+  /// 16 mm apart, their radius is 8 mm.
   double contact_band_m = 0.022;
   /// Half width in which the object's extent across is taken: both fingers and the thumb lie in it.
   double hand_band_m = 0.018;
   /// Samples further below the object's top than any finger reaches are no contacts.
   double max_reach_m = 0.15;
-  /// The object's extent counts as deep as the hand from the palm's front, and by this deeper: the
-  /// thumb swings down while it closes.
+  /// By this deeper than the hand the object's extent counts: the thumb swings down as it closes.
   double swing_m = 0.020;
   double upper_step_m = 0.010;  ///< in which an upper part that fits into the hand is sought
   double opening_m = 0.020;     ///< wider than the object, before closing: seen surfaces are noisy
   double narrow_opening_m = 0.008;  ///< where neighbors leave no more
   double min_depth_m = 0.010;       ///< of the pads' middle below the top; higher ones slip off
-  /// Rounds in which the hand moves to midway between the contacts that closing found, until it is
-  /// there within centered_m (half of the samples' spacing).
-  int rounds = 3;
-  double centered_m = 0.001;
-  /// Placings no further apart than this stopped at the same thing.
-  double same_depth_m = 0.003;
-  /// Where the hand had to stop, it is also tried this much higher: the thumb's first segment
-  /// touches a wide object's edge before its tip touches the side.
+  int rounds = 3;  ///< of moving the hand to midway between the contacts that closing found
+  double centered_m = 0.001;    ///< half of the samples' spacing
+  double same_depth_m = 0.003;  ///< placings no further apart stopped at the same thing
+  /// Tried this much higher where the hand had to stop: the thumb's first segment touches a wide
+  /// object's edge before its tip touches the side.
   std::array<double, 3> back_offs_m{0.006, 0.012, 0.018};
-  /// The height fields that a hand is placed by are sampled, collision checks are not: where it
-  /// grazes the object it goes up by these.
+  /// Where the hand grazes the object it goes up by these: the height fields are sampled.
   std::array<double, 3> lifts_m{0.0, 0.002, 0.004};
-  /// A hand that comes down to contact goes on up by these steps, at most so often, until it is
-  /// free: the lowest place to come down to, to a scan's noise (section 5.2). 60 mm are what a hand
-  /// of a person's size may reach over.
+  /// A hand that comes down to contact goes up by these steps until it is free (section 5.2). 60 mm
+  /// are what a hand of a person's size may reach over.
   double contact_step_m = 0.002;
   int contact_steps = 30;
 };
@@ -80,8 +72,7 @@ struct PlacingOptions {
 struct ChoosingOptions {
   int max_checks = 120;  ///< of cylindrical and power grasps each; more: crowded scenes take longer
   int max_crowded_checks = 400;  ///< of each round where few are free: each may be the only one
-  /// The others are enough where so many score as much.
-  int enough = 6;
+  int enough = 6;                ///< grasps of this score make further rounds unnecessary
   double enough_score = 0.5;
   int max_rim_checks = 60;  ///< fewer: rim grasps are the alternative
   int power_per_group = 4;  ///< free grasps of one closing direction, so that there are others
@@ -100,8 +91,8 @@ struct CylindricalOptions {
 
 /// Grasps of the wall of an open object, or across the rim of a closed one (section 5.2).
 struct RimOptions {
-  /// Points about a rim point that the curvature is fitted to: about 50 of a scan with 2 mm between
-  /// points. Larger: weaker bends of the rim are lost, smaller: noise bends it.
+  /// That the curvature is fitted to: about 50 points at 2 mm. Larger: weaker bends of the rim are
+  /// lost; smaller: noise bends it.
   double neighborhood_m = 0.008;
   double smooth_rad = 0.175;      ///< of the Gaussian filter: 10 deg, 7 mm along the rim of a cup
   double sector_rad = 0.2;        ///< half; wall points this near to a sector's middle are its
@@ -114,8 +105,7 @@ struct RimOptions {
   double tip_depth_m = 0.015;     ///< of a tip grasp across a closed top
   double opening_m = 0.026;       ///< wider than the wall, before closing
   double speck_cell_m = 0.004;    ///< grid of the wall's points where the hand comes down
-  /// Of the score: the strongest curvature and the side next to the arm weigh alike (section 5.2
-  /// wants both).
+  /// Of the score: curvature and the side next to the arm weigh alike (section 5.2 wants both).
   double curvature_weight = 0.5;
   double arm_weight = 0.5;
   double outside_bonus = 0.1;   ///< two fingers bear better on the convex side
@@ -136,16 +126,14 @@ struct PowerOptions {
   /// Closing directions are also tried turned by these, where none is within distinct_rad yet.
   std::array<double, 3> turns_rad{0.0, base::Deg(15.0), base::Deg(-15.0)};
   double distinct_rad = base::Deg(6.0);
-  /// With crowded: closing directions all round, and at each so many depths from the shallowest
-  /// that holds to the centre of mass.
+  /// With crowded: closing directions, and depths from the shallowest to the centre of mass.
   int crowded_turns = 12;
   int crowded_depths = 3;
   /// Approaches that lean by these, from so many sides.
   std::array<double, 2> crowded_leans_rad{base::Deg(20.0), base::Deg(40.0)};
   int crowded_sides = 8;
   std::array<double, 3> crowded_offsets_m{0.0, 0.03, -0.03};  ///< along the object
-  /// A top surface that leans by this much is approached against its normal, too; more than the
-  /// second, it is a side.
+  /// A top that leans between these is approached against its normal, too.
   double min_tilt_rad = base::Deg(8.0);
   double max_tilt_rad = base::Deg(45.0);
 };
@@ -169,19 +157,55 @@ constexpr std::array<std::string_view, 3> WordsOf(ApproachKind) {
   return {"above", "sides_too", "sides"};
 }
 
+/// What planning grasps does beyond the dissertation; every switch off is the method as published
+/// (base/words.h): the tool centre, which is the centre of the finger tips and moves with the
+/// hand's opening, comes to the top surface's centre or onto the rotation axis, the hand comes down
+/// along the surface's normal until it meets the object, and of both ways round the one that
+/// encloses the object more tightly wins. A grip that is held by friction alone needs more.
+struct GraspAdditions {         // with the reason for each
+  bool centering = true;        ///< one motor drives both sides and drags what is not between them
+  bool pitches = true;          ///< fingers curl, the thumb does not: level tips touch unevenly
+  bool depths = true;           ///< below the widest section the pads squeeze a round object out
+  bool directions = true;       ///< pads that do not oppose each other squeeze the object out
+  bool offsets = true;          ///< a centre of mass off the pads' line tilts the object
+  bool contact_ranking = true;  ///< see Score (internal/placing.h)
+  bool narrow_openings = true;
+  bool power_fallback = true;
+  bool crowded = true;  ///< and by an upper part of what is too wide
+};
+constexpr std::array<base::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
+  using A = GraspAdditions;
+  return {{
+      {"centering", &A::centering,
+       "midway between the expected contacts; off: tool centre over the top surface's centre"},
+      {"pitches", &A::pitches, "the hand is pitched, so that both sides touch at one height"},
+      {"depths", &A::depths,
+       "as deep as the centre of mass, deeper, or less deep; off: down to contact"},
+      {"directions", &A::directions,
+       "straight down, across the narrowest side and others, too; off: against the top surface, "
+       "across its principal axis"},
+      {"offsets", &A::offsets, "power grasps beside the middle of the object, too"},
+      {"contact_ranking", &A::contact_ranking,
+       "candidates are ranked by predicted contacts; off: by how much of the object they touch"},
+      {"narrow_openings", &A::narrow_openings, "a narrower opening where neighbors leave no room"},
+      {"power_fallback", &A::power_fallback,
+       "a power grasp where a rotational object can be held in no other way"},
+      {"crowded", &A::crowded,
+       "more power grasps where neighbors leave few: from all round, leaning, less deep"},
+  }};
+}
+static_assert(base::AllAdditionsListed<GraspAdditions>());
+
 /// The switches of its base are what goes beyond the dissertation.
 struct GraspOptions : GraspAdditions {
-  /// The hand opens a little wider than the object; off: fully. The dissertation does not say; its
-  /// pictures show hands that are about as wide as what they are to hold.
+  /// The hand opens a little wider than the object, as in the dissertation's pictures; off: fully.
   bool preshape = true;
   double friction_cone_rad = 0.46;  ///< half angle assumed when contacts are scored (mu 0.5)
-  /// Of the hand's lowest point, while it closes: the table's plane is fitted to noisy
-  /// samples. Larger: flat objects cannot be gripped.
+  /// Of the hand's lowest point, while it closes. Larger: flat objects cannot be gripped.
   double table_clearance_m = 0.004;
   double object_clearance_m = 0.002;  ///< to other objects, and when coming down: a scan's noise
   int max_candidates = 24;            ///< returned
-  /// Only power grasps, of rotational objects, too: what the dissertation plans on stereo data,
-  /// whose rims and axes it does not trust (section 5.3.2).
+  /// Of rotational objects, too: what the dissertation plans on stereo data (section 5.3.2).
   bool power_only = false;
   ApproachKind approach = ApproachKind::kAbove;
   ScoreWeights score;

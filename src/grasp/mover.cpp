@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <span>
-#include <utility>
-#include <vector>
 
 namespace rangegrasp::grasp {
 namespace {
@@ -42,7 +39,9 @@ class PlannedMover : public Mover {
       const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
         if (move.plan || grasps.empty()) return false;
         planner.SetScene(scene);
-        move = After(move, PlanFirst(planner, detection, grasps, {q_start, may_brush}, rng));
+        const int tried = move.tried;
+        move = PlanFirst(planner, detection, grasps, q_start, may_brush, rng);
+        move.tried += tried;
         return move.plan.has_value();
       };
       plan(all, false);
@@ -58,16 +57,6 @@ class PlannedMover : public Mover {
   }
 
  private:
-  struct Conditions {
-    const Eigen::VectorXd& q_start;
-    bool may_brush;
-  };
-
-  static Move After(const Move& before, Move move) {
-    move.tried += before.tried;
-    return move;
-  }
-
   /// Those whose contacts are predicted to lie within the friction cones, or the others.
   std::vector<std::size_t> Free(const Detection& detection, bool sound) const {
     std::vector<std::size_t> free;
@@ -81,16 +70,21 @@ class PlannedMover : public Mover {
 
   /// A motion for the first of the grasps that has one.
   Move PlanFirst(planning::Planner& planner, const Detection& detection,
-                 std::span<const std::size_t> grasps, const Conditions& conditions,
-                 base::Rng& rng) const {
+                 std::span<const std::size_t> grasps, const Eigen::VectorXd& q_start,
+                 bool may_brush, base::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
     for (const std::size_t i : grasps) {
       if (move.tried == options_.max_plans) break;
       ++move.tried;
-      planning::PickRequest request = RequestFor(detection.grasps[i]);
-      request.q_start = conditions.q_start;
-      request.may_brush = conditions.may_brush;
+      const DetectedGrasp& grasp = detection.grasps[i];
+      planning::PickRequest request;
+      request.X_WH = grasp.X_CH;
+      request.approach_W = grasp.approach_C;
+      request.opening_m = grasp.opening_m;
+      request.closed_gap_m = grasp.width_m;
+      request.q_start = q_start;
+      request.may_brush = may_brush;
       auto planned = planner.Plan(request, rng);
       if (planned.plan) {
         move.plan = std::move(planned.plan);
@@ -106,15 +100,6 @@ class PlannedMover : public Mover {
     return move;
   }
 
-  static planning::PickRequest RequestFor(const DetectedGrasp& grasp) {
-    planning::PickRequest request;
-    request.X_WH = grasp.X_CH;
-    request.approach_W = grasp.approach_C;
-    request.opening_m = grasp.opening_m;
-    request.closed_gap_m = grasp.width_m;
-    return request;
-  }
-
   const MoverOptions& options_;
   double friction_cone_rad_;
   const robot::Robot& robot_;
@@ -125,6 +110,17 @@ class PlannedMover : public Mover {
 std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
                                         const robot::Robot& robot) {
   return std::make_unique<PlannedMover>(options, friction_cone_rad, robot);
+}
+
+void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
+                         ObstacleOptions& obstacles) {
+  map.Read("leftover_obstacles", obstacles.leftovers,
+           "motions keep clear of measured points that belong to no object");
+  map.Read("unseen_obstacles", obstacles.unseen, "and of the space behind objects but the target");
+  map.ReadScaled("approach_mm", options.approach_m, base::kMm, 20.0, 400.0,
+                 "straight approach before the grasp");
+  map.ReadScaled("lift_mm", options.lift_m, base::kMm, 100.0, 400.0, "height of the lift");
+  map.Finish();
 }
 
 }  // namespace rangegrasp::grasp

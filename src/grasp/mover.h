@@ -1,14 +1,7 @@
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <string>
-
-#include "base/rng.h"
-#include "base/words.h"
-#include "grasp/detection.h"
+#include "grasp/detector.h"
 #include "robot/planning/planning.h"
-#include "robot/robot.h"
 
 namespace rangegrasp::grasp {
 
@@ -41,5 +34,10 @@ struct MoverOptions {
 /// come first. The options and the robot must outlive it.
 std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
                                         const robot::Robot& robot);
+
+/// Reads the keys of the mapping `planning`, to its end: the mover's, and what it keeps clear of.
+/// @throws base::InputError
+void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
+                         ObstacleOptions& obstacles);
 
 }  // namespace rangegrasp::grasp

@@ -2,19 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
-#include "base/number.h"
-#include "base/units.h"
+#include "base/words.h"
 #include "base/yaml_map.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
+using base::Pose;
 using base::YamlMap;
 using Eigen::Vector3d;
+using geometry::TriangleMesh;
+using robot::HandModel;
 
 /// Of approach and closing, which the file may give a little askew.
 constexpr double kSquare_rad = base::Deg(5.0);
@@ -54,7 +52,7 @@ Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwi
 }
 
 /// Frame G from the approach and the closing direction, as far as they are square.
-base::Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
+Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
   const Vector3d x = (closing - closing.dot(approach) * approach).normalized();
   Eigen::Matrix3d R;
   R << x, approach.cross(x), approach;
@@ -69,13 +67,13 @@ struct Ways {
   bool either_way = false;        ///< thumb and fingers changed over
 };
 
-std::vector<Proposal> Expand(const base::Pose& X_OG, double width_m, const Ways& given) {
+std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given) {
   const Vector3d closing_O = X_OG.linear().col(0);
   std::vector<Proposal> ways;
   for (const double lean : given.leans_rad) {
     for (const double turn : given.turns_rad) {
       for (int half = 0; half < (given.either_way ? 2 : 1); ++half) {
-        base::Pose X_leaning = X_OG;
+        Pose X_leaning = X_OG;
         X_leaning.linear() = Eigen::AngleAxisd(lean, closing_O) * X_OG.linear();
         Proposal way;
         way.X_CG = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
@@ -165,7 +163,7 @@ NamedGrasps ReadNamedGrasps(const std::filesystem::path& file) {
   return known;
 }
 
-bool IsUpright(const NamedGrasps& known, const base::Pose& X_CO, const Vector3d& up_C) {
+bool IsUpright(const NamedGrasps& known, const Pose& X_CO, const Vector3d& up_C) {
   return (X_CO.linear() * known.up_O).dot(up_C) >= std::cos(kUpright_rad);
 }
 
@@ -174,10 +172,10 @@ bool IsFor(const NamedGrasp& grasp, const std::string& use) {
 }
 
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
-                                          const base::Pose& X_CO, const perception::Scene& scene,
-                                          std::size_t object, const robot::HandModel& hand,
+                                          const Pose& X_CO, const perception::Scene& scene,
+                                          std::size_t object, const HandModel& hand,
                                           const GraspOptions& options,
-                                          std::span<const geometry::TriangleMesh> obstacles_C) {
+                                          std::span<const TriangleMesh> obstacles_C) {
   std::vector<Grasp> grasps;
   std::vector<std::size_t> named;
   const bool upright = IsUpright(known, X_CO, scene.table.plane.normal);
@@ -198,12 +196,12 @@ std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::s
   return placed;
 }
 
-bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const base::Pose& X_CO,
-                     const robot::HandModel& hand) {
-  const base::Pose X_OH = X_CO.inverse() * grasp.X_CH;
-  const robot::HandModel::State& held = hand.AtGap(grasp.width_m);
+bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const Pose& X_CO,
+                     const HandModel& hand) {
+  const Pose X_OH = X_CO.inverse() * grasp.X_CH;
+  const HandModel::State& held = hand.AtGap(grasp.width_m);
   return std::ranges::any_of(held.shapes, [&](const geometry::Shape& shape) {
-    const geometry::TriangleMesh mesh_H = geometry::Tessellate(shape);
+    const TriangleMesh mesh_H = geometry::Tessellate(shape);
     return std::ranges::any_of(known.keep_free_O, [&](const Eigen::AlignedBox3d& box_O) {
       // A triangle's box is enough here: the shapes are as small as a finger's segments.
       return std::ranges::any_of(mesh_H.triangles, [&](const auto& triangle) {

@@ -1,13 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <filesystem>
-#include <span>
-#include <string>
-#include <vector>
-
-#include "base/frames.h"
-#include "grasp/grasp.h"
 #include "grasp/proposals.h"
 
 namespace rangegrasp::grasp {

@@ -1,22 +1,21 @@
 #include "grasp/obstacles.h"
 
-#include <algorithm>
-#include <array>
 #include <map>
 #include <set>
-#include <utility>
 
-#include "geometry/bounds.h"
-#include "geometry/groups.h"
-#include "geometry/hull.h"
-#include "geometry/kd_tree.h"
+#include "grasp/detector.h"
 #include "grasp/surface.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
+using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
+using geometry::KdTree;
+using geometry::Observation;
 using geometry::Points;
+using geometry::TriangleMesh;
+using perception::Scene;
 
 /// Shadows start this far behind the surface that throws them: the surface itself is an obstacle
 /// already, and what leans on it need not be moved through its noise.
@@ -25,7 +24,7 @@ constexpr double kBehind_m = 0.002;
 constexpr double kMaxShadow_m = 2.0;
 
 /// Points above the table's clearance that no object holds.
-Points LeftoverPoints(const perception::Scene& scene) {
+Points LeftoverPoints(const Scene& scene) {
   std::vector<char> known(scene.points_C.size(), 0);
   for (const auto i : scene.table.points) known[i] = 1;
   for (const auto& object : scene.objects) {
@@ -45,9 +44,8 @@ Points DirectionsFrom(const Vector3d& place_C, const Points& points) {
   return directions;
 }
 
-/// Drops the points that are seen beside an object's.
-void DropMixed(const perception::Scene& scene, const Points& places_C, double width_m,
-               Points& points) {
+/// Drops the points that are seen next to an object's.
+void DropMixed(const Scene& scene, const Points& places_C, double width_m, Points& points) {
   Points of_objects;
   for (const auto& object : scene.objects) {
     for (const auto i : object.points) of_objects.push_back(scene.points_C[scene.source[i]]);
@@ -55,8 +53,8 @@ void DropMixed(const perception::Scene& scene, const Points& places_C, double wi
   if (of_objects.empty()) return;
   for (const Vector3d& place_C : places_C) {
     const Points directions = DirectionsFrom(place_C, of_objects);
-    const geometry::KdTree tree(directions);
-    std::vector<geometry::KdTree::Neighbor> nearest;
+    const KdTree tree(directions);
+    std::vector<KdTree::Neighbor> nearest;
     std::erase_if(points, [&](const Vector3d& p) {
       const double distance_m = (p - place_C).norm();
       tree.Within((p - place_C) / distance_m, width_m / distance_m, nearest);
@@ -67,11 +65,10 @@ void DropMixed(const perception::Scene& scene, const Points& places_C, double wi
 
 /// Whether a group is so near to the target, and so small, that it is a part of it, for all that
 /// can be seen: a corner that lost points have cut off. It goes with the target.
-bool IsPartOf(const geometry::KdTree& target, double target_extent_m, const Points& group,
-              double link_m) {
+bool IsPartOf(const KdTree& target, double target_extent_m, const Points& group, double link_m) {
   if (geometry::BoundsOf(group).diagonal().norm() >= target_extent_m) return false;
-  std::vector<geometry::KdTree::Neighbor> near;
-  return std::any_of(group.begin(), group.end(), [&](const Vector3d& p) {
+  std::vector<KdTree::Neighbor> near;
+  return std::ranges::any_of(group, [&](const Vector3d& p) {
     target.Within(p, link_m, near);
     return !near.empty();
   });
@@ -84,8 +81,8 @@ Points Outermost(const Points& points) {
   std::set<std::size_t> found;
   for (int k = 0; k < 27; ++k) {
     const Vector3d direction(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-    const auto furthest = std::max_element(
-        points.begin(), points.end(),
+    const auto furthest = std::ranges::max_element(
+        points,
         [&](const Vector3d& p, const Vector3d& q) { return p.dot(direction) < q.dot(direction); });
     found.insert(static_cast<std::size_t>(furthest - points.begin()));
   }
@@ -93,7 +90,7 @@ Points Outermost(const Points& points) {
 }
 
 /// The hull of boxes of an edge about the points.
-geometry::TriangleMesh HullAbout(const Points& points, double edge_m) {
+TriangleMesh HullAbout(const Points& points, double edge_m) {
   Points corners;
   for (const Vector3d& p : points) {
     for (int k = 0; k < 8; ++k) {
@@ -106,10 +103,10 @@ geometry::TriangleMesh HullAbout(const Points& points, double edge_m) {
 
 /// What the points of a thing that need not be convex, as a box that is open, fill: a hull about
 /// those of each cell.
-geometry::TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
+TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
   std::map<std::array<long, 3>, Points> cells;
   for (const Vector3d& p : points) cells[GridCell(p, cell_m)].push_back(p);
-  geometry::TriangleMesh filled;
+  TriangleMesh filled;
   for (const auto& [cell, inside] : cells) {
     geometry::Append(HullAbout(Outermost(inside), edge_m), filled);
   }
@@ -117,8 +114,8 @@ geometry::TriangleMesh FilledCells(const Points& points, double cell_m, double e
 }
 
 /// The space between a surface and its shadow on the table, seen from a place.
-geometry::TriangleMesh ShadowOf(const geometry::TriangleMesh& surface_C, const Vector3d& place_C,
-                                const geometry::Plane& table) {
+TriangleMesh ShadowOf(const TriangleMesh& surface_C, const Vector3d& place_C,
+                      const geometry::Plane& table) {
   Points corners;
   for (const Vector3d& vertex : surface_C.vertices) {
     const Vector3d away = (vertex - place_C).normalized();
@@ -131,14 +128,70 @@ geometry::TriangleMesh ShadowOf(const geometry::TriangleMesh& surface_C, const V
   return geometry::ConvexHull(corners);
 }
 
-void AddIfSolid(geometry::TriangleMesh mesh, std::vector<geometry::TriangleMesh>& meshes) {
+void AddIfSolid(TriangleMesh mesh, std::vector<TriangleMesh>& meshes) {
   if (!mesh.triangles.empty()) meshes.push_back(std::move(mesh));
 }
 
+/// A convex body as its faces' planes.
+class Convex {
+ public:
+  explicit Convex(const TriangleMesh& mesh) {
+    Vector3d middle = Vector3d::Zero();
+    for (const Vector3d& vertex : mesh.vertices) {
+      bounds_.extend(vertex);
+      middle += vertex / static_cast<double>(mesh.vertices.size());
+    }
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vector3d& on = mesh.vertices[a];
+      const Vector3d normal = (mesh.vertices[b] - on).cross(mesh.vertices[c] - on).normalized();
+      const double sign = normal.dot(middle - on) > 0.0 ? -1.0 : 1.0;
+      planes_.emplace_back(sign * normal, on);
+    }
+  }
+
+  const AlignedBox3d& bounds() const { return bounds_; }
+  bool Contains(const Vector3d& p) const {
+    return bounds_.contains(p) && std::ranges::all_of(planes_, [&](const auto& plane) {
+             return plane.signedDistance(p) <= 0.0;
+           });
+  }
+
+ private:
+  AlignedBox3d bounds_;
+  std::vector<Eigen::Hyperplane<double, 3>> planes_;
+};
+
+AlignedBox3d Measured(const Observation& observation) {
+  AlignedBox3d bounds;
+  for (const geometry::View& view : observation.views) {
+    for (const Vector3d& p : view.image.points_C) {
+      if (p.allFinite()) bounds.extend(p);
+    }
+  }
+  return bounds;
+}
+
+void AddBox(const AlignedBox3d& box, TriangleMesh& mesh) {
+  // Corners in Eigen's order: bit 0 is x, bit 1 is y, bit 2 is z.
+  static constexpr std::uint32_t kFaces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                                  {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                                  {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (int k = 0; k < 8; ++k) {
+    mesh.vertices.push_back(box.corner(static_cast<AlignedBox3d::CornerType>(k)));
+  }
+  for (const auto& face : kFaces) {
+    mesh.triangles.push_back({first + face[0], first + face[1], first + face[2]});
+  }
+}
+
+/// Of what is unseen: half of a finger's width, so that one finds its way between two cells.
+constexpr double kCell_m = 0.010;
+
 }  // namespace
 
-Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
-                      const geometry::Points& places_C, const ObstacleOptions& options) {
+Obstacles ObstaclesOf(const Scene& scene, std::size_t target, const geometry::Points& places_C,
+                      const ObstacleOptions& options) {
   Obstacles obstacles;
   const double gap_m = scene.sampling.gap_m;
   if (options.leftovers && gap_m > 0.0) {
@@ -146,7 +199,7 @@ Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
     DropMixed(scene, places_C, options.mixed_gaps * gap_m, leftover);
     const double link_m = options.link_gaps * gap_m;
     const Points& target_C = scene.objects[target].completed_C;
-    const geometry::KdTree of_target(target_C);
+    const KdTree of_target(target_C);
     const double target_extent_m = geometry::BoundsOf(target_C).diagonal().norm();
     for (const Points& group : geometry::GroupsWithin(leftover, link_m)) {
       if (group.size() < static_cast<std::size_t>(options.min_points)) continue;
@@ -162,6 +215,52 @@ Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
                  obstacles.unseen_C);
     }
   }
+  return obstacles;
+}
+
+TriangleMesh UnseenByAll(const Observation& observation, std::span<const TriangleMesh> shadows_C,
+                         double cell_m) {
+  TriangleMesh unseen;
+  std::vector<Convex> shadows;
+  AlignedBox3d bounds;
+  for (const auto& mesh : shadows_C) {
+    shadows.emplace_back(mesh);
+    bounds.extend(shadows.back().bounds());
+  }
+  bounds = bounds.intersection(Measured(observation));
+  if (bounds.isEmpty() || bounds.sizes().minCoeff() < cell_m) return unseen;
+  geometry::SeenSpace space(bounds, cell_m);
+  for (const geometry::View& view : observation.views) space.Add(view);
+  const auto counts = [&](const Eigen::Vector3i& cell) {
+    if (space.At(cell) != geometry::SeenSpace::Cell::kUnseen) return false;
+    const Vector3d middle = space.MiddleOf(cell);
+    return std::ranges::any_of(shadows, [&](const Convex& one) { return one.Contains(middle); });
+  };
+  const Vector3d half = Vector3d::Constant(0.5 * cell_m);
+  for (int y = 0; y < space.Size().y(); ++y) {
+    for (int x = 0; x < space.Size().x(); ++x) {
+      AlignedBox3d column;  // of the cells since the last that does not count
+      for (int z = 0; z <= space.Size().z(); ++z) {
+        const Eigen::Vector3i cell(x, y, z);
+        if (z < space.Size().z() && counts(cell)) {
+          column.extend(space.MiddleOf(cell) - half).extend(space.MiddleOf(cell) + half);
+        } else if (!column.isEmpty()) {
+          AddBox(column, unseen);
+          column.setEmpty();
+        }
+      }
+    }
+  }
+  return unseen;
+}
+
+Obstacles ObstaclesOfViews(const Scene& scene, std::size_t target, const Observation& observation,
+                           const ObstacleOptions& options) {
+  Obstacles obstacles = ObstaclesOf(scene, target, PlacesOf(observation), options);
+  if (observation.views.size() < 2 || obstacles.unseen_C.empty()) return obstacles;
+  TriangleMesh unseen = UnseenByAll(observation, obstacles.unseen_C, kCell_m);
+  obstacles.unseen_C.clear();
+  if (!unseen.triangles.empty()) obstacles.unseen_C.push_back(std::move(unseen));
   return obstacles;
 }
 

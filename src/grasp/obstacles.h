@@ -1,30 +1,29 @@
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "geometry/mesh.h"
+#include "geometry/observation.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::grasp {
 
 /// What a motion must keep clear of besides the perceived objects.
 struct ObstacleOptions {
-  /// What was measured above the table and belongs to no object: outliers that a filter took out,
-  /// segments that are too small, needles.
+  /// What was measured above the table and belongs to no object: outliers, small segments, needles.
   bool leftovers = true;
-  /// Fewer points are noise: what is 10 mm wide gives so many even between coarse profiles.
-  int min_points = 3;
-  /// Points are of one thing within so many gaps between neighboring points; groups that hang on
-  /// the target so, and are smaller than it, are its own and go with it.
+  int min_points = 3;  ///< what is 10 mm wide gives so many even between coarse profiles
+  /// Within so many gaps between neighboring points they are of one thing; smaller groups that are
+  /// so near to the target are its own.
   double link_gaps = 3.0;
-  /// Such a thing is filled cell by cell of this edge: hulls of less than that close no gap that a
-  /// finger fits into. Smaller: more of them to check against.
+  /// Such a thing is filled by hulls in cells of this edge, which close no gap that a finger fits
+  /// into. Smaller: more of them to check against.
   double cell_m = 0.02;
-  /// A point seen within so many gaps of an object's outline, as seen from the sensor, is a mixed
-  /// point: the light of the object's edge and of what is behind it.
+  /// Points within so many gaps of an object's outline, as seen from the sensor, are mixed points.
   double mixed_gaps = 1.5;
-  /// Space behind the other objects that the sensor did not see: something may stand there. Behind
-  /// the target itself a finger has to go; its completed surface stands for what is there.
+  /// Space behind the objects but the target that no sensor saw: something may stand there.
   bool unseen = true;
 };
 
@@ -43,5 +42,22 @@ struct Obstacles {
 /// O(n log n) for n points above the table.
 Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
                       const geometry::Points& places_C, const ObstacleOptions& options);
+
+/// Of the space that single views did not see, what none of them saw: a motion need not keep clear
+/// of the shadow of one view that another view looked into. Within the bounds of what was measured,
+/// by cells of cell_m (SeenSpace): a cell counts if its middle lies in one of the shadows and no
+/// ray went through it.
+/// @param shadows_C  convex and closed, of any of the views
+/// @return upright boxes, each closed, as one mesh; none if all of it was seen.
+geometry::TriangleMesh UnseenByAll(const geometry::Observation& observation,
+                                   std::span<const geometry::TriangleMesh> shadows_C,
+                                   double cell_m);
+
+/// ObstaclesOf for all views of an observation. Of several, space is unseen if none of them
+/// saw it (UnseenByAll).
+/// @param target  position in scene.objects
+Obstacles ObstaclesOfViews(const perception::Scene& scene, std::size_t target,
+                           const geometry::Observation& observation,
+                           const ObstacleOptions& options);
 
 }  // namespace rangegrasp::grasp

@@ -1,15 +1,19 @@
 #include "grasp/proposals.h"
 
-#include <algorithm>
+#include <Eigen/Eigenvalues>
 #include <stdexcept>
 
-#include "grasp/internal/choosing.h"
-#include "grasp/internal/object_surfaces.h"
-#include "robot/collision/hand_collider.h"
+#include "base/statistics.h"
+#include "grasp/internal/placing.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
+using base::Pose;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geometry::Indices;
+using geometry::PointSpan;
 using robot::HandModel;
 
 std::size_t OpenState(double width_m, double room_m, const HandModel& hand,
@@ -18,7 +22,7 @@ std::size_t OpenState(double width_m, double room_m, const HandModel& hand,
 }
 
 /// About thumb and fingers, along the axes of G.
-Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const base::Pose& X_GH) {
+Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const Pose& X_GH) {
   Eigen::AlignedBox3d box_G;
   for (std::size_t i = 0; i < state.shapes.size(); ++i) {
     if (!state.is_finger[i]) continue;
@@ -29,11 +33,55 @@ Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const base::Pose& X
   return box_G;
 }
 
+/// Unit; the direction in which points spread least.
+Vector3d LeastAxis(PointSpan points, const Vector3d& mean) {
+  Matrix3d covariance = Matrix3d::Zero();
+  for (const Vector3d& p : points) covariance += (p - mean) * (p - mean).transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors().col(0);
+}
+
+std::vector<double> Along(PointSpan points, const Vector3d& direction) {
+  std::vector<double> along;
+  for (const Vector3d& p : points) along.push_back(direction.dot(p));
+  return along;
+}
+
+/// What the pads close on.
+struct Bar {
+  Vector3d middle_C;
+  double width_m;
+};
+
+/// Where the handle is farthest out: single samples beside it do not count.
+Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
+             const HandleOptions& options) {
+  const double end = base::QuantileOf(Along(handle.points_C, out), 0.98);
+  geometry::Points bar;
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : handle.points_C) {
+    if (out.dot(p) < end - options.bar_m) continue;
+    bar.push_back(p);
+    mean += p;
+  }
+  mean /= static_cast<double>(bar.size());
+  const auto along = Along(bar, across);
+  const double low = base::QuantileOf(along, 0.05);
+  const double high = base::QuantileOf(along, 0.95);
+  return {mean + (0.5 * (low + high) - across.dot(mean)) * across,
+          std::max(options.min_width_m, high - low)};
+}
+
+Proposal Way(const Bar& bar, const Vector3d& approach, const Vector3d& closing, double score) {
+  Matrix3d R_CG;
+  R_CG << closing, approach.cross(closing), approach;
+  return {base::MakePose(R_CG, bar.middle_C), bar.width_m, approach, score};
+}
+
 }  // namespace
 
 Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOptions& options) {
   const HandModel::State& held = hand.AtGap(proposal.width_m);
-  const base::Pose X_HG =
+  const Pose X_HG =
       base::MakePose(hand.X_HG_tip.linear(), 0.5 * (held.thumb_pad_H + held.finger_pad_H));
   const std::size_t open = OpenState(proposal.width_m, options.placing.opening_m, hand, options);
   Grasp grasp;
@@ -46,11 +94,10 @@ Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOpti
   return grasp;
 }
 
-geometry::Indices BetweenFingers(const Grasp& grasp, const HandModel& hand,
-                                 geometry::PointSpan points_C) {
-  const base::Pose X_GC = grasp.X_CG.inverse();
+Indices BetweenFingers(const Grasp& grasp, const HandModel& hand, PointSpan points_C) {
+  const Pose X_GC = grasp.X_CG.inverse();
   const auto box_G = FingerBox(hand.AtGap(grasp.opening_m), X_GC * grasp.X_CH);
-  geometry::Indices between;
+  Indices between;
   for (std::uint32_t i = 0; i < points_C.size(); ++i) {
     if (box_G.contains(X_GC * points_C[i])) between.push_back(i);
   }
@@ -62,9 +109,8 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
                     std::span<const geometry::TriangleMesh> obstacles_C,
                     std::vector<Grasp>& grasps) {
   if (object >= scene.objects.size()) throw std::invalid_argument("CheckProposals: no such object");
-  const collision::HandCollider collider(hand, internal::Others(scene, object, obstacles_C),
-                                         internal::SurfaceOf(scene.objects[object]),
-                                         scene.table.plane,
+  const collision::HandCollider collider(hand, Others(scene, object, obstacles_C),
+                                         SurfaceOf(scene.objects[object]), scene.table.plane,
                                          {options.object_clearance_m, options.table_clearance_m});
   for (Grasp& grasp : grasps) {
     if (grasp.collides) continue;
@@ -79,6 +125,29 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
     grasp.collides = !opening;
     if (opening) grasp.opening_m = hand.states[*opening].gap_m;
   }
+}
+
+std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& up_C,
+                                          const HandleOptions& options) {
+  if (handle.points_C.size() < 3) return {};
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : handle.points_C) mean += p;
+  mean /= static_cast<double>(handle.points_C.size());
+  const Vector3d across = LeastAxis(handle.points_C, mean);
+  const Vector3d from_body = mean - handle.body_C;
+  const Vector3d out = (from_body - across.dot(from_body) * across).normalized();
+  const Bar bar = OuterBar(handle, out, across, options);
+  std::vector<Proposal> ways;
+  const int steps = static_cast<int>(std::lround(base::kPi / options.step_rad));
+  for (int k = -steps; k < steps; ++k) {
+    const Vector3d approach = Eigen::AngleAxisd(k * options.step_rad, across) * -out;
+    const double down = -approach.dot(up_C);
+    // Through the body it cannot come, nor through the table.
+    if (approach.dot(out) > 0.1 || down < -std::sin(options.max_rise_rad)) continue;
+    for (const double sign : {1.0, -1.0}) ways.push_back(Way(bar, approach, sign * across, down));
+  }
+  std::ranges::stable_sort(ways, std::ranges::greater(), &Proposal::score);
+  return ways;
 }
 
 }  // namespace rangegrasp::grasp

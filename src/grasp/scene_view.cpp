@@ -1,9 +1,13 @@
 #include "grasp/scene_view.h"
 
-#include <algorithm>
-
 namespace rangegrasp::draw {
 namespace {
+
+using Eigen::Vector3d;
+using geometry::PointSpan;
+using geometry::Select;
+using perception::Scene;
+using robot::HandModel;
 
 // Colours, sizes of dots and widths of lines on a white ground; grasps stand out.
 const Color kTable{0.55F, 0.65F, 0.80F, 1.0F};
@@ -28,39 +32,37 @@ constexpr double kViewUp = 0.25;
 constexpr double kViewSide = 0.45;
 constexpr double kMinRadius_m = 0.1;
 
-void DrawObject(const perception::Scene& scene, const perception::PerceivedObject& object,
-                const Color& color, Canvas& canvas) {
-  canvas.dots.push_back(
-      {geometry::Select(scene.cloud.points, object.points), color, kObjectDot_px});
+void DrawObject(const Scene& scene, const perception::PerceivedObject& object, const Color& color,
+                Canvas& canvas) {
+  canvas.dots.push_back({Select(scene.cloud.points, object.points), color, kObjectDot_px});
   if (object.top && !object.top->rim.empty()) {
-    auto rim = geometry::Select(scene.cloud.points, object.top->rim);
+    auto rim = Select(scene.cloud.points, object.top->rim);
     rim.push_back(rim.front());
     canvas.lines.push_back({std::move(rim), kRim, kRim_px});
   }
 }
 
-void DrawGrasp(const grasp::Grasp& grasp, const robot::HandModel& hand, Canvas& canvas) {
+void DrawGrasp(const grasp::Grasp& grasp, const HandModel& hand, Canvas& canvas) {
   geometry::TriangleMesh mesh;
   for (const auto& shape : hand.AtGap(grasp.opening_m).shapes) {
     geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), grasp.X_CH),
                      mesh);
   }
-  const Eigen::Vector3d tool = grasp.X_CG.translation();
+  const Vector3d tool = grasp.X_CG.translation();
   canvas.lines.push_back(
       {{tool - kApproach_m * grasp.X_CG.linear().col(2), tool}, kApproach, kApproach_px});
-  const Eigen::Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
+  const Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
   canvas.dots.push_back({{tool - half, tool + half}, kApproach, kContactDot_px});
   canvas.surfaces.push_back({std::move(mesh), kHand});
 }
 
 }  // namespace
 
-Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
-                 const std::vector<std::vector<grasp::Grasp>>& grasps,
-                 const robot::HandModel& hand) {
+Canvas DrawScene(PointSpan points_C, const Scene& scene,
+                 const std::vector<std::vector<grasp::Grasp>>& grasps, const HandModel& hand) {
   Canvas canvas;
-  canvas.dots.push_back({geometry::Select(points_C, scene.table.points), kTable, kDot_px});
-  canvas.dots.push_back({geometry::Select(points_C, scene.outliers), kOutlier, kOutlierDot_px});
+  canvas.dots.push_back({Select(points_C, scene.table.points), kTable, kDot_px});
+  canvas.dots.push_back({Select(points_C, scene.outliers), kOutlier, kOutlierDot_px});
   std::vector<char> used(scene.cloud.size(), 0);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     DrawObject(scene, scene.objects[i], PaletteColor(i), canvas);
@@ -72,27 +74,26 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
   }
   canvas.dots.push_back({std::move(rest), kRest, kDot_px});
   for (const auto& of_object : grasps) {
-    const auto best = std::find_if(of_object.begin(), of_object.end(),
-                                   [](const grasp::Grasp& g) { return !g.collides; });
+    const auto best =
+        std::ranges::find_if(of_object, [](const grasp::Grasp& g) { return !g.collides; });
     if (best != of_object.end()) DrawGrasp(*best, hand, canvas);
   }
   return canvas;
 }
 
-View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C) {
+View LookAtScene(const Scene& scene, const Vector3d& sensor_origin_C) {
   return LookAtPoints(scene.cloud.points, scene.table.plane.normal, sensor_origin_C);
 }
 
-View LookAtPoints(geometry::PointSpan points, const Eigen::Vector3d& up,
-                  const Eigen::Vector3d& sensor_origin_C) {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+View LookAtPoints(PointSpan points, const Vector3d& up, const Vector3d& sensor_origin_C) {
+  Vector3d center = Vector3d::Zero();
   double radius = kMinRadius_m;
   if (!points.empty()) {
     center = geometry::Centroid(points);
     for (const auto& p : points) radius = std::max(radius, (p - center).norm());
   }
-  const Eigen::Vector3d to_sensor = (sensor_origin_C - center).normalized();
-  const Eigen::Vector3d side = up.cross(to_sensor).normalized();
+  const Vector3d to_sensor = (sensor_origin_C - center).normalized();
+  const Vector3d side = up.cross(to_sensor).normalized();
   View view;
   view.target = center;
   view.eye =

@@ -1,11 +1,7 @@
 #pragma once
 
-#include <vector>
-
 #include "geometry/draw/canvas.h"
 #include "grasp/grasp.h"
-#include "perception/scene.h"
-#include "robot/hand_model.h"
 
 namespace rangegrasp::draw {
 

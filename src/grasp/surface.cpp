@@ -1,15 +1,14 @@
 #include "grasp/surface.h"
 
-#include <Eigen/Geometry>
-#include <cmath>
 #include <map>
-
-#include "geometry/triangle_point.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
 using Eigen::Vector3d;
+using geometry::TriangleMesh;
+using perception::PerceivedObject;
+using perception::Scene;
 
 /// Of a perceived point: neighbors are about 2 mm apart in a scan.
 constexpr double kPointArea_m2 = 4e-6;
@@ -19,7 +18,7 @@ constexpr double kMinFilled = 0.1;
 /// Half the side of a speck: a point for all that is compared with it, but with an area.
 constexpr double kHalfSpeck_m = 0.0005;
 
-double TotalArea(const geometry::TriangleMesh& mesh) {
+double TotalArea(const TriangleMesh& mesh) {
   double area = 0.0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3d& p = mesh.vertices[a];
@@ -30,9 +29,12 @@ double TotalArea(const geometry::TriangleMesh& mesh) {
 
 double Fraction(double x) { return x - std::floor(x); }
 
+/// Grid of the specks that stand for objects whose surface is not known.
+constexpr double kSpeckCell_m = 0.002;
+
 }  // namespace
 
-SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t count) {
+SurfaceSamples SampleSurface(const TriangleMesh& mesh, std::size_t count) {
   SurfaceSamples samples;
   const double total = TotalArea(mesh);
   if (total <= 0.0 || count == 0) return samples;
@@ -60,8 +62,7 @@ SurfaceSamples SampleSurface(const geometry::TriangleMesh& mesh, std::size_t cou
   return samples;
 }
 
-SurfaceSamples SampleObject(const perception::Scene& scene,
-                            const perception::PerceivedObject& object, std::size_t count) {
+SurfaceSamples SampleObject(const Scene& scene, const PerceivedObject& object, std::size_t count) {
   SurfaceSamples samples = SampleSurface(object.surface_C, count);
   if (!samples.points.empty()) return samples;
   const bool normals = scene.cloud.normals.size() == scene.cloud.points.size();
@@ -73,7 +74,7 @@ SurfaceSamples SampleObject(const perception::Scene& scene,
   return samples;
 }
 
-Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& samples) {
+Vector3d CenterOfMass(const TriangleMesh& mesh, const SurfaceSamples& samples) {
   Vector3d mean = Vector3d::Zero();
   if (samples.points.empty()) return mean;
   Vector3d lower = samples.points.front();
@@ -108,10 +109,10 @@ std::array<long, 3> GridCell(const Vector3d& p, double cell_m) {
   return {std::lround(c.x()), std::lround(c.y()), std::lround(c.z())};
 }
 
-geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
+TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
   std::map<std::array<long, 3>, Vector3d> cells;
   for (const Vector3d& p : points) cells.try_emplace(GridCell(p, cell_m), p);
-  geometry::TriangleMesh mesh;
+  TriangleMesh mesh;
   for (const auto& [cell, p] : cells) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.push_back(p + Vector3d(kHalfSpeck_m, 0.0, -kHalfSpeck_m));
@@ -120,6 +121,20 @@ geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
     mesh.triangles.push_back({first, first + 1, first + 2});
   }
   return mesh;
+}
+
+TriangleMesh SurfaceOf(const PerceivedObject& object) {
+  if (!object.surface_C.triangles.empty()) return object.surface_C;
+  return SpeckMesh(object.completed_C, kSpeckCell_m);
+}
+
+std::vector<TriangleMesh> Others(const Scene& scene, std::size_t own,
+                                 std::span<const TriangleMesh> obstacles_C) {
+  std::vector<TriangleMesh> surfaces(obstacles_C.begin(), obstacles_C.end());
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (i != own) surfaces.push_back(SurfaceOf(scene.objects[i]));
+  }
+  return surfaces;
 }
 
 }  // namespace rangegrasp::grasp

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <span>
+#include <vector>
 
 #include "geometry/mesh.h"
 #include "perception/scene.h"
@@ -35,5 +37,12 @@ std::array<long, 3> GridCell(const Eigen::Vector3d& p, double cell_m);
 /// One small triangle (side 1 mm) for every cell of a grid of cell_m that holds points: a surface
 /// for point sets that have none.
 geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m);
+
+/// What stands for an object in collision checks: its surface, or specks where it has none.
+geometry::TriangleMesh SurfaceOf(const perception::PerceivedObject& object);
+
+/// Those of all objects but one, and obstacles.
+std::vector<geometry::TriangleMesh> Others(const perception::Scene& scene, std::size_t own,
+                                           std::span<const geometry::TriangleMesh> obstacles_C);
 
 }  // namespace rangegrasp::grasp

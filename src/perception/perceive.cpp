@@ -2,32 +2,29 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
-#include <string>
-#include <utility>
 
 #include "base/error.h"
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "geometry/alpha_shape.h"
-#include "geometry/kd_tree.h"
-#include "geometry/normals.h"
-#include "perception/find_table.h"
 #include "perception/internal/container.h"
-#include "perception/internal/measured_points.h"
 #include "perception/internal/objects.h"
-#include "perception/point_filter.h"
+#include "perception/preprocess.h"
 
 namespace rangegrasp::perception {
 namespace {
 
 using geometry::Indices;
+using geometry::Observation;
+using geometry::Points;
+using geometry::PointSpan;
+using geometry::Select;
 
 /// Fewer points are no scan of a table; the hull and the fits behind it would only fail later.
 constexpr std::size_t kMinPoints = 100;
 
-Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, double clearance_m) {
+Indices AboveTable(PointSpan points, const geometry::Plane& table, double clearance_m) {
   Indices above;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (table.Distance(points[i]) > clearance_m) above.push_back(static_cast<std::uint32_t>(i));
@@ -36,7 +33,7 @@ Indices AboveTable(geometry::PointSpan points, const geometry::Plane& table, dou
 }
 
 /// What there was instead of a table.
-std::string NoTable(geometry::PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
+std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
   const auto best =
       geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
   return fmt::format("no table (best plane: {} points of {})", best ? best->inliers.size() : 0,
@@ -52,7 +49,7 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
   std::vector<bool> kept(above.size(), false);
   const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter,
                                         options.filter_unit_m, options.filter_keep_m};
-  for (const auto k : CompressionRateFilter(geometry::Select(scene.points_C, above), as_options)) {
+  for (const auto k : CompressionRateFilter(Select(scene.points_C, above), as_options)) {
     kept[k] = true;
   }
   for (std::size_t k = 0; k < above.size(); ++k) {
@@ -78,8 +75,8 @@ void AdaptToTable(Scene& scene, PerceptionOptions& options) {
 
 /// From the neighborhood of each point, or of the faces of the mesh that segments are cut from
 /// (section 5.1.3).
-geometry::Points NormalsOf(geometry::PointSpan points, const PerceptionOptions& options,
-                           geometry::PointSpan places_C, const Indices& place_of) {
+Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan places_C,
+                 const Indices& place_of) {
   const geometry::KdTree tree(points);
   if (options.preprocess.neighborhood_normals) {
     const double radius_m = options.preprocess.normal_radius_m;
@@ -109,8 +106,8 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
   for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
     if (!std::ranges::binary_search(scene.container, i)) rest.push_back(i);
   }
-  const geometry::PointCloud inside{geometry::Select(scene.cloud.points, rest),
-                                    geometry::Select(scene.cloud.normals, rest)};
+  const geometry::PointCloud inside{Select(scene.cloud.points, rest),
+                                    Select(scene.cloud.normals, rest)};
   for (Indices& segment : Segment(inside, options.segment)) {
     for (auto& i : segment) i = rest[i];
     if (internal::IsPieceOfWall(scene.cloud, *container, as_options, segment)) {
@@ -123,7 +120,7 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
 }
 
 /// The median of what views state of the noise of samples; nullopt if none states any.
-std::optional<double> StatedNoise(const geometry::Observation& observation,
+std::optional<double> StatedNoise(const Observation& observation,
                                   const std::vector<SampleId>& samples) {
   std::vector<double> noises_m;
   for (const SampleId& id : samples) {
@@ -137,9 +134,9 @@ std::optional<double> StatedNoise(const geometry::Observation& observation,
 }
 
 /// One view of all that was measured from each place.
-std::vector<internal::SensorView> ViewsFrom(geometry::PointSpan places_C, const Indices& place_of,
-                                            geometry::PointSpan points_C) {
-  std::vector<geometry::Points> seen_from(places_C.size());
+std::vector<internal::SensorView> ViewsFrom(PointSpan places_C, const Indices& place_of,
+                                            PointSpan points_C) {
+  std::vector<Points> seen_from(places_C.size());
   for (std::size_t i = 0; i < points_C.size(); ++i) seen_from[place_of[i]].push_back(points_C[i]);
   std::vector<internal::SensorView> views;
   for (std::size_t place = 0; place < seen_from.size(); ++place) {
@@ -148,66 +145,17 @@ std::vector<internal::SensorView> ViewsFrom(geometry::PointSpan places_C, const 
   return views;
 }
 
-}  // namespace
-
-void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
-  PreprocessOptions& p = options.preprocess;
-  SegmentOptions& s = options.segment;
-  FeatureOptions& f = options.features;
-  MergeOptions& m = f.merge;
-  CompletionOptions& c = f.completion;
-  for (AdaptiveLength* length : {&p.preselection_m,
-                                 &p.plane_distance_m,
-                                 &p.table_clearance_m,
-                                 &p.filter_unit_m,
-                                 &p.filter_keep_m,
-                                 &p.smooth_radius_m,
-                                 &p.normal_radius_m,
-                                 &s.min_alpha_m,
-                                 &s.max_alpha_m,
-                                 &s.convexity.link_m,
-                                 &s.convexity.patch_m,
-                                 &s.convexity.step_m,
-                                 &f.top.plane_distance_m,
-                                 &f.top.slab_m,
-                                 &f.top.rim_alpha_m,
-                                 &f.top.bridged_rim_alpha_m,
-                                 &f.circle.distance_m,
-                                 &f.axis.section_m,
-                                 &f.axis.max_sunk_m,
-                                 &f.axis.lid_distance_m,
-                                 &m.fragment_gap_m,
-                                 &m.footprint_margin_m,
-                                 &m.height_margin_m,
-                                 &m.max_in_front_m,
-                                 &f.container.wall_m,
-                                 &f.container.rim_margin_m,
-                                 &c.free_margin_m,
-                                 &c.end_band_m,
-                                 &c.wall_outline_m,
-                                 &c.lean_margin_m,
-                                 &c.cell_m,
-                                 &c.attached_m,
-                                 &c.link_m,
-                                 &c.on_table_m}) {
-    length->AdaptTo(sampling);
-  }
-  s.min_points.AdaptTo(sampling);
-}
-
-namespace {
-
 /// What all later steps start from.
 struct Begun {
   Scene scene;                ///< with its points, sampling and table
   PerceptionOptions options;  ///< with lengths that suit the sampling
-  geometry::Points places_C;  ///< of the sensors
+  Points places_C;            ///< of the sensors
   Indices place_of;           ///< one a point of the scene
   Indices above;              ///< the table; positions in the scene's points
 };
 
-Begun Begin(const geometry::Observation& observation, const PerceptionOptions& given,
-            base::Rng& rng, const std::optional<Workspace>& workspace) {
+Begun Begin(const Observation& observation, const PerceptionOptions& given, base::Rng& rng,
+            const std::optional<Workspace>& workspace) {
   base::Stopwatch watch;
   internal::MeasuredPoints measured = internal::Gather(observation, workspace);
   if (measured.points_C.size() < kMinPoints) {
@@ -239,23 +187,23 @@ Begun Begin(const geometry::Observation& observation, const PerceptionOptions& g
 
 }  // namespace
 
-Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
+Scene PerceiveTable(const Observation& observation, const PerceptionOptions& options,
                     base::Rng& rng, const std::optional<Workspace>& workspace) {
   Begun begun = Begin(observation, options, rng, workspace);
   begun.scene.source = std::move(begun.above);
-  begun.scene.cloud.points = geometry::Select(begun.scene.points_C, begun.scene.source);
+  begun.scene.cloud.points = Select(begun.scene.points_C, begun.scene.source);
   return std::move(begun.scene);
 }
 
-Scene Perceive(const geometry::Observation& observation, const PerceptionOptions& given,
-               base::Rng& rng, const std::optional<Workspace>& workspace) {
+Scene Perceive(const Observation& observation, const PerceptionOptions& given, base::Rng& rng,
+               const std::optional<Workspace>& workspace) {
   Begun begun = Begin(observation, given, rng, workspace);
   Scene scene = std::move(begun.scene);
   PerceptionOptions& options = begun.options;
   base::Stopwatch watch;
 
   FilterPoints(begun.above, options.preprocess, scene);
-  scene.cloud.points = geometry::Select(scene.points_C, scene.source);
+  scene.cloud.points = Select(scene.points_C, scene.source);
   scene.seconds.emplace_back("filter", watch.Restart());
 
   if (options.preprocess.smooth && !scene.source.empty()) {
@@ -283,7 +231,7 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
   return scene;
 }
 
-Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
+Scene Perceive(PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
                const PerceptionOptions& options, base::Rng& rng) {
   const geometry::RangeImage image{.profiles = 1,
                                    .samples = static_cast<int>(points_C.size()),

@@ -1,34 +1,9 @@
 #pragma once
 
-#include <optional>
-
-#include "base/frames.h"
-#include "base/rng.h"
-#include "geometry/observation.h"
-#include "perception/feature_options.h"
-#include "perception/preprocess_options.h"
-#include "perception/sampling.h"
+#include "perception/perception_options.h"
 #include "perception/scene.h"
-#include "perception/segment.h"
 
 namespace rangegrasp::perception {
-
-struct PerceptionOptions {
-  PreprocessOptions preprocess;
-  SegmentOptions segment;
-  FeatureOptions features;
-  SamplingOptions sampling;
-  /// The sensor's noise where it is known [m]; else it is measured.
-  std::optional<double> noise_m;
-  /// The noise is the median of what the observation states of its samples, but for those that it
-  /// states none of. For a sensor whose errors are the same over whole neighborhoods, so that they
-  /// do not show there, and that does not measure the table.
-  bool stated_noise = false;
-};
-
-/// Sets every length that stands for noise or spacing, and was not given, to what the sampling
-/// asks for.
-void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 
 /// A round part of the table: points further than radius_m from the z axis of its frame are left
 /// out (the arm, its pedestal and the table's rim stand there).
@@ -57,7 +32,8 @@ Scene Perceive(const geometry::Observation& observation, const PerceptionOptions
 
 /// What comes before any object, for what finds objects in another way: the points, their sampling,
 /// the table; the cloud is what lies above the table, neither filtered nor smoothed, without
-/// normals. @throws as Perceive
+/// normals.
+/// @throws as Perceive
 Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOptions& options,
                     base::Rng& rng, const std::optional<Workspace>& workspace = std::nullopt);
 

@@ -2,17 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
-#include <optional>
-#include <vector>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 
 namespace rangegrasp::perception {
 namespace {
 
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using geometry::Plane;
 using geometry::Points;
 using geometry::PointSpan;
@@ -35,7 +34,7 @@ class Neighborhoods {
  public:
   Neighborhoods(PointSpan points, std::size_t size) : points_(points), size_(size) {}
 
-  Neighborhood Round(const Eigen::Vector3d& middle) {
+  Neighborhood Round(const Vector3d& middle) {
     // The last neighborhood's size is a good guess of this one's.
     while (!Collect(middle)) guess_ *= 4.0;
     std::vector<double> nearest = within_.squared_distance;
@@ -56,10 +55,10 @@ class Neighborhoods {
   static constexpr double kGuess = 2.0;  ///< larger: more to sort; smaller: more second passes
 
   /// Everything within the guess; whether that is enough.
-  bool Collect(const Eigen::Vector3d& middle) {
+  bool Collect(const Vector3d& middle) {
     within_.points.clear();
     within_.squared_distance.clear();
-    for (const Eigen::Vector3d& p : points_) {
+    for (const Vector3d& p : points_) {
       const double along_x = p.x() - middle.x();
       if (along_x * along_x > guess_) continue;  // says enough of most points
       const double squared = (p - middle).squaredNorm();
@@ -76,10 +75,10 @@ class Neighborhoods {
   Neighborhood within_;
 };
 
-std::vector<Eigen::Vector2d> InPlane(const Plane& plane, const Points& points) {
-  const Eigen::Vector3d u = plane.normal.unitOrthogonal();
-  const Eigen::Vector3d v = plane.normal.cross(u);
-  std::vector<Eigen::Vector2d> flat;
+std::vector<Vector2d> InPlane(const Plane& plane, const Points& points) {
+  const Vector3d u = plane.normal.unitOrthogonal();
+  const Vector3d v = plane.normal.cross(u);
+  std::vector<Vector2d> flat;
   flat.reserve(points.size());
   for (const auto& p : points) flat.emplace_back(p.dot(u), p.dot(v));
   return flat;

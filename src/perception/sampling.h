@@ -21,13 +21,12 @@ struct Sampling {
 struct SamplingOptions {
   /// Places that are looked at; their median counts. More cost a pass over all points each.
   int places = 32;
-  /// Points round a place: enough to reach over five profiles of a line scanner whose points are
-  /// three times closer along them, and few enough to lie on one face.
+  /// Points round a place: over five profiles of a line scanner whose points are three times closer
+  /// along them, and on one face.
   int neighbors = 64;
-  /// Shares of a neighborhood's squared radius within which a point's nearest neighbor surely is
-  /// in the neighborhood.
+  /// Of a neighborhood's squared radius: the nearest neighbors of inner points are in it.
   double inner_share = 0.4;
-  std::size_t table_points = 10000;  ///< about so many tell of the noise about the table
+  std::size_t table_points = 10000;  ///< about so many measure the noise about the table
   int max_rounds = 20;               ///< of growing the band round the table
   /// Ends the growing: a change of the deviation by less than this share.
   double settled = 0.02;

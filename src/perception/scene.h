@@ -1,17 +1,10 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "geometry/mesh.h"
 #include "geometry/observation.h"
-#include "geometry/plane.h"
-#include "geometry/point_cloud.h"
 #include "perception/sampling.h"
 
 namespace rangegrasp::perception {
@@ -85,8 +78,8 @@ struct Scene {
   /// of its scan.
   geometry::Points points_C;
   std::vector<SampleId> samples;  ///< one a point of points_C: what it was measured as
-  Sampling sampling;  ///< as measured, or as told; zeros where lengths were not to be adapted
-  Table table;        ///< its points are positions in points_C
+  Sampling sampling;              ///< measured or stated; zeros where lengths were not adapted
+  Table table;                    ///< its points are positions in points_C
   geometry::PointCloud cloud;  ///< points above the table after the filters, smoothed, with normals
   geometry::Indices source;    ///< one a point of cloud: its position in points_C
   geometry::Indices outliers;  ///< removed by the filter; positions in points_C

@@ -2,25 +2,364 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
-#include <optional>
+#include <queue>
+#include <set>
 #include <stdexcept>
 
-#include "geometry/alpha_components.h"
-#include "geometry/kd_tree.h"
-#include "geometry/signed_graph.h"
-#include "geometry/union_find.h"
-#include "perception/internal/convexity.h"
-#include "perception/internal/patches.h"
+#include "geometry/alpha_shape.h"
+#include "geometry/graph.h"
 
 namespace rangegrasp::perception {
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using geometry::Indices;
 using geometry::KdTree;
+using geometry::PointCloud;
 using geometry::PointSpan;
+
+/// Which points are neighbors on a surface: of each those that it has, ascending. Symmetric.
+using Links = geometry::Adjacency;
+
+/// A piece of surface that is small and nearly flat.
+struct Patch {
+  std::uint32_t points = 0;
+  Vector3d center = Vector3d::Zero();
+  Vector3d normal = Vector3d::Zero();   ///< unit, as the points' normals
+  Matrix3d spread = Matrix3d::Zero();   ///< sum of d d^T, d from the center [m^2]
+  Matrix3d turning = Matrix3d::Zero();  ///< sum of (n - normal) d^T [m]
+
+  /// How fast its normals turn along a direction [rad/m], by least squares: > 0 where it is convex
+  /// that way.
+  double TurningAlong(const Vector3d& direction) const {
+    const double length = direction.dot(spread * direction);
+    return length > 0.0 ? direction.dot(turning * direction) / length : 0.0;
+  }
+};
+struct Patches {
+  std::vector<Patch> patches;
+  std::vector<std::uint32_t> patch_of;  ///< one a point
+};
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// Whether a and b lie in each other's tangent planes, within the angle of the slope.
+bool Tangential(const PointCloud& cloud, std::uint32_t a, std::uint32_t b, double max_slope) {
+  const Vector3d d = cloud.points[b] - cloud.points[a];
+  const double most = max_slope * d.norm();
+  return std::abs(cloud.normals[a].dot(d)) <= most && std::abs(cloud.normals[b].dot(d)) <= most;
+}
+
+/// The direction of the line that the neighbors of a point lie on; zero if they spread across, too.
+Vector3d LineOf(const PointCloud& cloud, std::uint32_t point,
+                const std::vector<KdTree::Neighbor>& near, double on_a_line) {
+  // The furthest one says which way the line goes, the others how far they are from it.
+  const auto furthest = std::ranges::max_element(
+      near, {}, [](const auto& n) { return std::pair(n.squared_distance, n.index); });
+  const Vector3d line = (cloud.points[furthest->index] - cloud.points[point]).normalized();
+  double along = 0.0;
+  double across = 0.0;
+  for (const auto& n : near) {
+    const Vector3d d = cloud.points[n.index] - cloud.points[point];
+    const double on = line.dot(d);
+    along += on * on;
+    across += n.squared_distance - on * on;
+  }
+  if (across > on_a_line * on_a_line * along) return Vector3d::Zero();
+  return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
+}
+
+/// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
+/// wall, have their own.
+std::array<long, 4> CellOf(const Vector3d& p, const Vector3d& normal, double size_m) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return {std::lround(p.x() / size_m), std::lround(p.y() / size_m), std::lround(p.z() / size_m),
+          2 * axis + (normal[axis] < 0.0 ? 1 : 0)};
+}
+
+/// The point nearest to the middle of each cell's points, in the order of the cells.
+Indices FindSeeds(const PointCloud& cloud, const ConvexityOptions& options) {
+  std::map<std::array<long, 4>, Indices> cells;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    cells[CellOf(cloud.points[i], cloud.normals[i], options.patch_m)].push_back(i);
+  }
+  Indices seeds;
+  for (const auto& [cell, points] : cells) {
+    if (points.size() < static_cast<std::size_t>(options.min_seed_points)) continue;
+    Vector3d middle = Vector3d::Zero();
+    for (const auto i : points) middle += cloud.points[i];
+    middle /= static_cast<double>(points.size());
+    seeds.push_back(*std::ranges::min_element(
+        points, {}, [&](std::uint32_t i) { return (cloud.points[i] - middle).squaredNorm(); }));
+  }
+  return seeds;
+}
+
+/// Splits a surface into patches of about patch_m that do not bend: grown along the links from
+/// seeds that are spread evenly over the surface and the directions it faces, nearest first, by
+/// distance and normal (simple non-iterative clustering: Achanta and Suesstrunk 2017). Every patch
+/// is connected. O(m log m), m links.
+class PatchGrowth {
+ public:
+  PatchGrowth(const PointCloud& cloud, const Links& links, const ConvexityOptions& options)
+      : cloud_(cloud),
+        links_(links),
+        per_square_m_(1.0 / (options.patch_m * options.patch_m)),
+        per_square_turn_(1.0 / (options.patch_turn * options.patch_turn)) {
+    grown_.patch_of.assign(cloud.size(), kNone);
+    nearest_.assign(cloud.size(), std::numeric_limits<double>::infinity());
+  }
+
+  Patches Run(const Indices& seeds) {
+    for (const auto seed : seeds) Open(seed);
+    Empty();
+    // What no seed reached: pieces of too few points for one.
+    for (std::uint32_t i = 0; i < cloud_.size(); ++i) {
+      if (grown_.patch_of[i] != kNone) continue;
+      Open(i);
+      Empty();
+    }
+    for (Patch& patch : grown_.patches) {
+      patch.center /= static_cast<double>(patch.points);
+      patch.normal.normalize();
+    }
+    for (std::uint32_t i = 0; i < cloud_.size(); ++i) {
+      Patch& patch = grown_.patches[grown_.patch_of[i]];
+      const Vector3d d = cloud_.points[i] - patch.center;
+      patch.spread += d * d.transpose();
+      patch.turning += (cloud_.normals[i] - patch.normal) * d.transpose();
+    }
+    return std::move(grown_);
+  }
+
+ private:
+  struct Candidate {
+    double distance;
+    std::uint32_t point;
+    std::uint32_t patch;
+    bool operator<(const Candidate& other) const {
+      if (distance != other.distance) return distance > other.distance;
+      return std::pair(point, patch) > std::pair(other.point, other.patch);
+    }
+  };
+
+  void Open(std::uint32_t seed) {
+    queue_.push({0.0, seed, static_cast<std::uint32_t>(grown_.patches.size())});
+    grown_.patches.emplace_back();
+  }
+
+  void Empty() {
+    while (!queue_.empty()) {
+      const Candidate next = queue_.top();
+      queue_.pop();
+      if (grown_.patch_of[next.point] != kNone) continue;
+      Take(next.point, next.patch);
+    }
+  }
+
+  void Take(std::uint32_t point, std::uint32_t p) {
+    grown_.patch_of[point] = p;
+    Patch& patch = grown_.patches[p];
+    ++patch.points;
+    patch.center += cloud_.points[point];
+    patch.normal += cloud_.normals[point];
+    const Vector3d center = patch.center / static_cast<double>(patch.points);
+    const Vector3d normal = patch.normal.normalized();
+    for (const auto other : links_.Of(point)) {
+      if (grown_.patch_of[other] != kNone) continue;
+      const double distance = (cloud_.points[other] - center).squaredNorm() * per_square_m_ +
+                              (cloud_.normals[other] - normal).squaredNorm() * per_square_turn_;
+      // A nearer patch that waits for the point will have it.
+      if (distance > nearest_[other]) continue;
+      nearest_[other] = distance;
+      queue_.push({distance, other, p});
+    }
+  }
+
+  const PointCloud& cloud_;
+  const Links& links_;
+  double per_square_m_;
+  double per_square_turn_;
+  Patches grown_;  ///< centers and normals are sums until the end
+  std::priority_queue<Candidate> queue_;
+  std::vector<double> nearest_;  ///< of each point, to the patches that wait for it
+};
+
+/// Points within link_m; and where a surface is seen at a grazing angle, so that there are few of
+/// them, points further off that lie in each other's tangent planes.
+Links FindLinks(const PointCloud& cloud, const ConvexityOptions& options) {
+  const KdTree tree(cloud.points);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // both ways
+  const auto link = [&](std::uint32_t a, std::uint32_t b) {
+    pairs.emplace_back(a, b);
+    pairs.emplace_back(b, a);
+  };
+  std::vector<KdTree::Neighbor> near;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    tree.Within(cloud.points[i], options.link_m, near);
+    for (const auto& n : near) {
+      if (n.index < i) link(i, n.index);
+    }
+    const Vector3d line = LineOf(cloud, i, near, options.on_a_line);
+    if (line.isZero()) continue;
+    tree.Within(cloud.points[i], options.grazing_reach * options.link_m, near);
+    std::ranges::sort(near, {},
+                      [](const auto& n) { return std::pair(n.squared_distance, n.index); });
+    int left = options.few_links;
+    for (const auto& n : near) {
+      if (left == 0) break;
+      if (n.squared_distance < options.link_m * options.link_m) continue;
+      const Vector3d d = cloud.points[n.index] - cloud.points[i];
+      if (std::abs(line.dot(d)) > options.max_along_line * d.norm()) continue;
+      if (!Tangential(cloud, i, n.index, options.max_link_slope)) continue;
+      link(i, n.index);
+      --left;
+    }
+  }
+  return geometry::Unique(geometry::MakeAdjacency(pairs, cloud.size()));
+}
+
+/// The border of two patches a < b.
+struct Border {
+  std::uint32_t links = 0;             ///< how many cross it: its length
+  Vector3d across = Vector3d::Zero();  ///< mean of the links from a to b [m]
+};
+
+/// Bodies that are smaller than the options' specks, or slivers along their borders, join the
+/// neighbor that they share the longest border with, the smallest first.
+class Specks {
+ public:
+  Specks(const Links& links, const Patches& patches, const ConvexityOptions& options,
+         geometry::UnionFind& bodies)
+      : bodies_(bodies), options_(options), of_(patches.patches.size()) {
+    std::vector<bool> near_border(patches.patch_of.size(), false);
+    for (std::uint32_t i = 0; i < patches.patch_of.size(); ++i) {
+      const std::uint32_t own = bodies_.Find(patches.patch_of[i]);
+      ++of_[own].points;
+      for (const auto k : links.Of(i)) {
+        const std::uint32_t other = bodies_.Find(patches.patch_of[k]);
+        if (other == own) continue;
+        ++of_[own].border[other];
+        near_border[i] = true;
+      }
+    }
+    const auto hops = std::lround(options.sliver_depth * options.patch_m / options.link_m);
+    for (long hop = 1; hop < hops; ++hop) Widen(links, patches, near_border);
+    for (std::uint32_t i = 0; i < patches.patch_of.size(); ++i) {
+      of_[bodies_.Find(patches.patch_of[i])].at_border += near_border[i] ? 1 : 0;
+    }
+    speck_ = options.speck_patches * static_cast<double>(patches.patch_of.size()) /
+             std::max(1.0, static_cast<double>(patches.patches.size()));
+  }
+
+  void Join() {
+    for (std::uint32_t root = 0; root < of_.size(); ++root) Consider(root);
+    while (!small_.empty()) {
+      const std::uint32_t root = small_.begin()->second;
+      const std::uint32_t into = std::ranges::max_element(of_[root].border, {}, [](const auto& s) {
+                                   return s.second;
+                                 })->first;
+      small_.erase({of_[root].points, root});
+      small_.erase({of_[into].points, into});
+      bodies_.Unite(root, into);
+      const std::uint32_t kept = bodies_.Find(into);
+      Absorb(kept == into ? root : into, kept);
+      Consider(kept);
+    }
+  }
+
+ private:
+  struct Body {
+    std::uint32_t points = 0;
+    std::uint32_t at_border = 0;                    ///< points with a link to another body
+    std::map<std::uint32_t, std::uint32_t> border;  ///< links to each other body
+  };
+
+  /// Marks the points of the same body that have a link to a marked one.
+  void Widen(const Links& links, const Patches& patches, std::vector<bool>& marked) {
+    std::vector<bool> wider = marked;
+    for (std::uint32_t i = 0; i < marked.size(); ++i) {
+      if (!marked[i]) continue;
+      for (const auto k : links.Of(i)) {
+        if (bodies_.Find(patches.patch_of[k]) == bodies_.Find(patches.patch_of[i])) wider[k] = true;
+      }
+    }
+    marked = std::move(wider);
+  }
+
+  void Consider(std::uint32_t root) {
+    const Body& body = of_[root];
+    if (body.points == 0 || body.border.empty()) return;
+    const bool speck = body.points < speck_;
+    const bool sliver = body.at_border > options_.sliver_share * body.points;
+    if (speck || sliver) small_.emplace(body.points, root);
+  }
+
+  void Absorb(std::uint32_t gone, std::uint32_t kept) {
+    of_[kept].points += of_[gone].points;
+    // Points at the border of the two are inside now; which of them lie at another, too, is not
+    // known: taken as none.
+    of_[kept].at_border -= std::min(of_[kept].at_border, of_[gone].at_border);
+    for (const auto& [other, links] : of_[gone].border) {
+      of_[other].border.erase(gone);
+      if (other == kept) continue;
+      of_[kept].border[other] += links;
+      of_[other].border[kept] += links;
+    }
+    of_[gone] = {};
+  }
+
+  geometry::UnionFind& bodies_;
+  const ConvexityOptions& options_;
+  std::vector<Body> of_;  ///< by root
+  double speck_ = 0.0;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> small_;  ///< points and root
+};
+
+/// All borders, by the positions of their patches.
+std::map<std::pair<std::uint32_t, std::uint32_t>, Border> FindBorders(const PointCloud& cloud,
+                                                                      const Links& links,
+                                                                      const Patches& patches) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Border> found;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    for (const auto k : links.Of(i)) {
+      const std::uint32_t a = patches.patch_of[i];
+      const std::uint32_t b = patches.patch_of[k];
+      if (a >= b) continue;
+      Border& border = found[{a, b}];
+      ++border.links;
+      border.across += cloud.points[k] - cloud.points[i];
+    }
+  }
+  for (auto& [pair, border] : found) border.across /= static_cast<double>(border.links);
+  return found;
+}
+
+/// How much a border speaks for its patches being of one body, -1 .. 1: see SegmentByConvexity.
+double Togetherness(const Patch& a, const Patch& b, const Border& border,
+                    const ConvexityOptions& options) {
+  const double angle = std::acos(std::clamp(a.normal.dot(b.normal), -1.0, 1.0));
+  const Vector3d between = (b.center - a.center).normalized();
+  const double bend = (b.normal - a.normal).dot(between);
+  if (angle < options.concavity_rad) {
+    const Vector3d normal = (a.normal + b.normal).normalized();
+    return std::abs(normal.dot(border.across)) > options.step_m ? -1.0 : 1.0;
+  }
+  if (bend > 0.0) return 1.0;
+  // What both patches bend by themselves is the inside of something round, or noise.
+  const double own =
+      std::max(a.TurningAlong(between), b.TurningAlong(between)) * (b.center - a.center).norm();
+  const double crease_rad = angle * std::clamp(1.0 - std::min(0.0, own) / bend, 0.0, 1.0);
+  if (crease_rad < options.concavity_rad) return 1.0;
+  return -options.concave_weight * std::min(1.0, (crease_rad - options.concavity_rad) /
+                                                     (options.concave_rad - options.concavity_rad));
+}
 
 /// The points of each label, for the labels with enough of them (labels go by descending size).
 std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
@@ -30,10 +369,16 @@ std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_
     if (label[i] >= 0) segments[static_cast<std::size_t>(label[i])].push_back(i);
   }
   if (!options.drop_small_segments) return segments;
-  std::erase_if(segments, [&options](const Indices& segment) {
-    return segment.size() < static_cast<std::size_t>(std::max<int>(options.min_points, 0));
-  });
+  const auto min_points = static_cast<std::size_t>(std::max<int>(options.min_points, 0));
+  std::erase_if(segments, [&](const Indices& segment) { return segment.size() < min_points; });
   return segments;
+}
+
+std::vector<Indices> Collect(geometry::UnionFind& regions, std::size_t points,
+                             const SegmentOptions& options) {
+  std::vector<std::int32_t> label;
+  const auto labels = geometry::LabelBySize(regions, std::vector<bool>(points, true), label);
+  return Collect(label, labels, options);
 }
 
 void Check(const SegmentOptions& options) {
@@ -85,7 +430,7 @@ std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& optio
   return Collect(parts.component, parts.components, options);
 }
 
-double NormalWeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+double NormalWeight(const Vector3d& a, const Vector3d& b) {
   return 1.0 - std::abs(a.dot(b) / (a.norm() * b.norm()));
 }
 
@@ -110,30 +455,27 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
       }
     }
   }
-  std::vector<std::int32_t> label;
-  const std::int32_t labels =
-      geometry::LabelBySize(regions, std::vector<bool>(points.size(), true), label);
-  return Collect(label, labels, options);
+  return Collect(regions, points.size(), options);
 }
 
-std::vector<Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
-                                        const SegmentOptions& options) {
+std::vector<Indices> SegmentByConvexity(const PointCloud& cloud, const SegmentOptions& options) {
   Check(options);
   Check(options.convexity);
   if (cloud.normals.size() != cloud.size()) {
     throw std::invalid_argument("SegmentByConvexity: needs one normal a point");
   }
-  const internal::Links links = internal::FindLinks(cloud, options.convexity);
-  const internal::Patches grown = internal::GrowPatches(cloud, links, options.convexity);
-  const auto borders = internal::FindBorders(cloud, links, grown);
+  const Links links = FindLinks(cloud, options.convexity);
+  const Patches grown =
+      PatchGrowth(cloud, links, options.convexity).Run(FindSeeds(cloud, options.convexity));
   std::vector<geometry::SignedEdge> edges;
-  for (const auto& border : borders) {
-    const double together = internal::Togetherness(grown.patches[border.a], grown.patches[border.b],
-                                                   border, options.convexity);
-    edges.push_back({border.a, border.b, together * border.links});
+  for (const auto& [pair, border] : FindBorders(cloud, links, grown)) {
+    const auto [a, b] = pair;
+    const double together =
+        Togetherness(grown.patches[a], grown.patches[b], border, options.convexity);
+    edges.push_back({a, b, together * border.links});
   }
   geometry::UnionFind bodies = geometry::ContractGreedily(grown.patches.size(), edges);
-  internal::JoinSpecks(links, grown, options.convexity, bodies);
+  Specks(links, grown, options.convexity, bodies).Join();
   geometry::UnionFind points(cloud.size());
   // The other points of a body join its first.
   std::vector<std::optional<std::uint32_t>> first(grown.patches.size());
@@ -142,13 +484,10 @@ std::vector<Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
     if (!of_body) of_body = i;
     points.Unite(*of_body, i);
   }
-  std::vector<std::int32_t> label;
-  const std::int32_t labels =
-      geometry::LabelBySize(points, std::vector<bool>(cloud.size(), true), label);
-  return Collect(label, labels, options);
+  return Collect(points, cloud.size(), options);
 }
 
-std::vector<Indices> Segment(const geometry::PointCloud& cloud, const SegmentOptions& options) {
+std::vector<Indices> Segment(const PointCloud& cloud, const SegmentOptions& options) {
   if (options.method == SegmentMethod::kRegionGrowing) {
     return SegmentByRegionGrowing(cloud.points, cloud.normals, options);
   }

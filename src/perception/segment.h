@@ -1,12 +1,7 @@
 #pragma once
 
-#include <array>
-#include <string_view>
-#include <vector>
-
 #include "base/units.h"
-#include "geometry/point_cloud.h"
-#include "perception/additions.h"
+#include "base/words.h"
 #include "perception/sampling.h"
 
 namespace rangegrasp::perception {
@@ -20,12 +15,11 @@ constexpr std::array<std::string_view, 3> WordsOf(SegmentMethod) {
 struct ConvexityOptions {
   /// Points this near are neighbors: the next line of a line scanner and its diagonals.
   AdaptiveLength link_m{0.0035, {.noises = 1.5, .spacings = 2.0, .gaps = 1.5}};
-  /// Where a face is seen at a grazing angle, the neighbors of a point all lie on its line: their
-  /// spread across it is less than this share of that along.
+  /// On a face seen at a grazing angle the neighbors of a point spread less than this share across
+  /// its line. There it looks grazing_reach times as far across it for few_links more: the line's
+  /// share of their direction is at most max_along_line (45 deg), and they lie in each other's
+  /// tangent planes within a sine of max_link_slope (20 deg).
   double on_a_line = 0.3;
-  /// There it looks this many times as far across the line for so many more, along its surface:
-  /// the line's share of the direction to them is at most max_along_line (45 deg), and they lie in
-  /// each other's tangent planes within a sine of max_link_slope (20 deg).
   double grazing_reach = 4.0;
   int few_links = 6;
   double max_along_line = 0.7;
@@ -33,45 +27,54 @@ struct ConvexityOptions {
   /// Size of a patch. Larger: small things and narrow faces go with their neighbors; smaller: noise
   /// bends patches.
   AdaptiveLength patch_m{0.015, {.noises = 20.0, .gaps = 4.0}};
-  /// The length of the difference of two unit normals that separates points as patch_m does: 30
-  /// deg. Smaller: patches of curved surfaces become narrow; larger: they bend round edges.
+  /// Difference of unit normals (30 deg) that separates points as patch_m does. Smaller: patches of
+  /// curved surfaces become narrow; larger: they bend round edges.
   double patch_turn = 0.52;
   int min_seed_points = 4;
-  /// Patches whose normals differ by less are of one surface, concave or not: noise. What both of
-  /// them bend by themselves does not count: the inside of a bowl is one surface.
+  /// Patches that bend less against each other are of one surface: noise.
   double concavity_rad = base::Deg(14.0);
-  /// From here on a concave border speaks against with its full weight: the more it bends, the less
-  /// it is noise or a rounded inside.
-  double concave_rad = base::Deg(40.0);
+  double concave_rad = base::Deg(40.0);  ///< from here on a concave border has its full weight
   /// Of a link over a concave border, to that of one over a convex or smooth border. Larger: fewer
   /// leaks; smaller: fewer dents that cut.
   double concave_weight = 4.0;
   /// Bodies of less than so many mean patches are no bodies and join a neighbor.
   double speck_patches = 5.0;
-  /// So do slivers along a seam, where normals turn from one side to the other: more than this
-  /// share of their points lies within sliver_depth patches of the border with another body.
+  /// So do slivers along a seam: more than this share of their points lies within sliver_depth
+  /// patches of the border with another body.
   double sliver_share = 0.6;
   double sliver_depth = 0.35;
-  /// Patches that face the same way and are further apart than this along their normals are two
-  /// surfaces, one behind the other: half the way to the next line of points.
+  /// Patches that face the same way, further apart along their normals, are two surfaces: half the
+  /// way to the next line of points.
   AdaptiveLength step_m{0.002, {.noises = 2.0, .gaps = 0.5}};
 };
+
+struct SegmentAdditions {
+  bool bounded_alpha = true;
+  bool drop_small_segments = true;
+};
+constexpr std::array<base::Addition<SegmentAdditions>, 2> AdditionsOf(const SegmentAdditions*) {
+  using A = SegmentAdditions;
+  return {{
+      {"bounded_alpha", &A::bounded_alpha,
+       "bounds on the mesh's alpha, so that one straggler cannot join all; off: d_max as it is"},
+      {"drop_small_segments", &A::drop_small_segments, "segments of less than 40 points are noise"},
+  }};
+}
+static_assert(base::AllAdditionsListed<SegmentAdditions>());
 
 /// Section 5.1.2.
 struct SegmentOptions : SegmentAdditions {
   /// The dissertation's choice is the mesh, which takes what touches for one.
   SegmentMethod method = SegmentMethod::kConvexity;
-  /// alpha of the mesh; 0: taken from d_max, the largest nearest-neighbor distance, as the
-  /// dissertation does.
+  /// alpha of the mesh; 0: d_max, the largest nearest-neighbor distance (dissertation).
   double alpha_m = 0.0;
-  /// With bounded_alpha: bounds on an alpha taken from d_max: one and a half to five point
-  /// spacings, so that an even scan does not fall apart and one straggler cannot join everything.
+  /// With bounded_alpha, on d_max: 1.5 to 5 point spacings, so that an even scan stays together and
+  /// one straggler cannot join everything.
   AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
   AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
   /// With drop_small_segments: smaller ones are. 18 mm square of the dissertation's scanner.
   AdaptiveCount min_points{40, 3.4e-4, 8};
-  /// How far region growing looks for neighbors, in mean nearest-neighbor distances: on a surface
-  /// that the scan samples evenly, far enough for the next row of points and its diagonals.
+  /// Of region growing, in mean nearest-neighbor distances: the next row of points and diagonals.
   double neighborhood = 3.0;
   ConvexityOptions convexity;
 };
@@ -97,10 +100,10 @@ std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points
                                                       const SegmentOptions& options);
 
 /// Cuts along concave edges, where bodies meet that touch (after Stein et al. 2014, "Object
-/// partitioning using local convexity"). Surfaces are taken apart into small flat patches
-/// (internal/patches.h). The border of two patches speaks for their being of one body where they
-/// are convex, or face the same way without a step; against it where they are concave, by how much
-/// they bend more than each by itself; both by its length. What speaks more against than for is cut
+/// partitioning using local convexity"). Surfaces are split into small flat patches. The border of
+/// two patches speaks for their being of one body where they are convex, or face the same way
+/// without a step; against it where they are concave, by how much they bend more than each by
+/// itself; both by its length. What speaks more against than for is cut
 /// (geometry::ContractGreedily), so that a leak does not join two bodies. Specks and slivers along
 /// the cuts join a neighbor. Segments largest first, ties by first point; positions ascending.
 /// O(m log m), m pairs of neighboring points.

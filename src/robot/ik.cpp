@@ -1,13 +1,91 @@
 #include "robot/ik.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/units.h"
-#include "robot/internal/ik_solver.h"
 
 namespace rangegrasp::robot {
 namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// The joints' longest step in one iteration (the largest joint). Beyond it the linearisation says
+/// little; larger: wild starts leave the branch they were drawn on, smaller: more iterations.
+constexpr double kMaxStep_rad = 0.6;
+/// [m^2] keeps the system solvable where the Jacobian is singular and the error is nearly zero.
+constexpr double kMinDamping_m2 = 1e-8;
+/// A start is given up when over so many iterations ...
+constexpr int kPatience = 8;
+/// ... its squared error did not fall below this share: it is stuck at the limits. Larger: time
+/// goes into starts that end nowhere.
+constexpr double kMinProgress = 0.7;
+
+/// Position and rotation error (the rotation vector of R_target R^T) in W.
+Vector6 PoseError(const base::Pose& X_target, const base::Pose& X) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_target.linear() * X.linear().transpose()));
+  Vector6 error;
+  error << X_target.translation() - X.translation(), turn.angle() * turn.axis();
+  return error;
+}
+
+/// dq = J^T (J J^T + damping I)^-1 e, and once more without the joints that it would push out.
+Eigen::VectorXd Step(Eigen::MatrixXd& J, const Vector6& error, double damping,
+                     const Eigen::VectorXd& q, const Eigen::VectorXd& lower,
+                     const Eigen::VectorXd& upper) {
+  Eigen::VectorXd dq;
+  for (int pass = 0; pass < 2; ++pass) {
+    Matrix6 A = damping * Matrix6::Identity();
+    A.noalias() += J * J.transpose();
+    dq = J.transpose() * A.llt().solve(error);
+    bool held = false;
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      if ((q[i] >= upper[i] && dq[i] > 0.0) || (q[i] <= lower[i] && dq[i] < 0.0)) {
+        J.col(i).setZero();
+        held = true;
+      }
+    }
+    if (!held) break;
+  }
+  return dq;
+}
+
+struct IkTolerance {
+  double position_m;
+  double rotation_rad;
+  int iterations;
+};
+
+/// Levenberg-Marquardt from q towards X_WH inside [lower, upper]; q holds the result. Damping is
+/// half the squared error (Sugihara 2011); joints at a limit that the step would leave are held.
+/// @return false if the tolerance was not met or the error stalled.
+bool RefineIk(const Robot& robot, const base::Pose& X_WH, const Eigen::VectorXd& lower,
+              const Eigen::VectorXd& upper, const IkTolerance& tolerance, Eigen::VectorXd& q) {
+  Eigen::MatrixXd J;
+  double checkpoint = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= tolerance.iterations; ++i) {
+    Vector6 error = PoseError(X_WH, robot.HandPoseAndJacobian(q, J));
+    if (error.head<3>().norm() <= tolerance.position_m &&
+        error.tail<3>().norm() <= tolerance.rotation_rad) {
+      return true;
+    }
+    error.tail<3>() *= kRotationRadius_m;
+    J.bottomRows<3>() *= kRotationRadius_m;
+    const double cost = error.squaredNorm();
+    if (i % kPatience == kPatience - 1) {
+      if (cost > kMinProgress * checkpoint) return false;
+      checkpoint = cost;
+    }
+    Eigen::VectorXd dq = Step(J, error, 0.5 * cost + kMinDamping_m2, q, lower, upper);
+    const double max_step = dq.cwiseAbs().maxCoeff();
+    if (max_step > kMaxStep_rad) dq *= kMaxStep_rad / max_step;
+    q = (q + dq).cwiseMax(lower).cwiseMin(upper);
+  }
+  return false;
+}
 
 /// Of the angles that differ by whole turns the one nearest to the seed's, within the limits: of a
 /// joint with more than one turn.
@@ -19,6 +97,32 @@ void Unwind(const Eigen::VectorXd& seed, const Eigen::VectorXd& lower, const Eig
   }
 }
 
+// How joint paths follow the hand's poses.
+/// A joint moves no further from one pose to the next: one that does has changed its branch, or
+/// passes a singular pose.
+constexpr double kMaxJump_rad = 0.2;
+/// Of the step within the null space at a joint's limit. Larger: the arm leaves the limits sooner,
+/// and turns its elbow more on the way.
+constexpr double kNullSpaceStep_rad = 0.02;
+/// Few iterations: near the solution, every one about doubles the digits.
+constexpr IkTolerance kFollowTolerance{1e-6, 1e-5, 20};
+/// [m^2] keeps J J^T invertible at singular poses; 1e-9 of its entries' order of 0.1 to 1.
+constexpr double kRegularisation_m2 = 1e-9;
+
+/// A step away from the limits that leaves the hand where it is (to first order): the descent of
+/// sum ((q - middle) / half range)^6 within the null space of the Jacobian. It hardly acts in the
+/// middle of the range, so that paths stay short.
+Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q, double step_rad) {
+  const Eigen::ArrayXd half = 0.5 * (robot.upper - robot.lower).array();
+  const Eigen::ArrayXd share = (q - 0.5 * (robot.upper + robot.lower)).array() / half;
+  const Eigen::VectorXd descent = -step_rad * share.pow(5);
+  Eigen::MatrixXd J;
+  robot.HandPoseAndJacobian(q, J);
+  Matrix6 A = kRegularisation_m2 * Matrix6::Identity();
+  A.noalias() += J * J.transpose();
+  return descent - J.transpose() * A.llt().solve(J * descent);
+}
+
 }  // namespace
 
 std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
@@ -26,14 +130,14 @@ std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
                                      base::Rng& rng) {
   const Eigen::VectorXd lower = robot.lower.array() + options.limit_margin_rad;
   const Eigen::VectorXd upper = robot.upper.array() - options.limit_margin_rad;
-  const internal::IkTolerance tolerance{options.position_tolerance_m,
-                                        options.rotation_tolerance_rad, options.iterations};
+  const IkTolerance tolerance{options.position_tolerance_m, options.rotation_tolerance_rad,
+                              options.iterations};
   std::vector<Eigen::VectorXd> solutions;
   for (int start = 0; start <= options.starts && solutions.size() < options.max_solutions;
        ++start) {
     Eigen::VectorXd q = seed.cwiseMax(lower).cwiseMin(upper);
     for (Eigen::Index i = 0; start > 0 && i < q.size(); ++i) q[i] = rng.Uniform(lower[i], upper[i]);
-    if (!internal::RefineIk(robot, X_WH, lower, upper, tolerance, q)) continue;
+    if (!RefineIk(robot, X_WH, lower, upper, tolerance, q)) continue;
     Unwind(seed, lower, upper, q);
     const bool known = std::any_of(solutions.begin(), solutions.end(), [&](const auto& other) {
       return (other - q).cwiseAbs().maxCoeff() < options.distinct_rad;
@@ -44,6 +148,44 @@ std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
     return (a - seed).squaredNorm() < (b - seed).squaredNorm();
   });
   return solutions;
+}
+
+std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
+                                                        const Eigen::VectorXd& q_start,
+                                                        const std::vector<base::Pose>& poses_WH) {
+  std::vector<Eigen::VectorXd> path;
+  path.reserve(poses_WH.size());
+  Eigen::VectorXd q = q_start;
+  for (const base::Pose& X_WH : poses_WH) {
+    Eigen::VectorXd next = (q + NullSpaceStep(robot, q, kNullSpaceStep_rad))
+                               .cwiseMax(robot.lower)
+                               .cwiseMin(robot.upper);
+    if (!RefineIk(robot, X_WH, robot.lower, robot.upper, kFollowTolerance, next)) return {};
+    if ((next - q).cwiseAbs().maxCoeff() > kMaxJump_rad) return {};
+    path.push_back(next);
+    q = next;
+  }
+  return path;
+}
+
+std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
+                                                         const Eigen::VectorXd& q_start,
+                                                         const base::Pose& X_WH, double step_m) {
+  const base::Pose X_start = robot.HandPose(q_start);
+  const Eigen::Quaterniond from(X_start.linear());
+  const Eigen::Quaterniond to(X_WH.linear());
+  const Eigen::Vector3d way = X_WH.translation() - X_start.translation();
+  const double length = std::max(way.norm(), kRotationRadius_m * from.angularDistance(to));
+  const int steps = std::max(1, static_cast<int>(std::ceil(length / step_m)));
+  std::vector<base::Pose> poses;
+  for (int i = 1; i <= steps; ++i) {
+    const double t = static_cast<double>(i) / steps;
+    poses.push_back(
+        base::MakePose(from.slerp(t, to).toRotationMatrix(), X_start.translation() + t * way));
+  }
+  auto path = FollowPoses(robot, q_start, poses);
+  if (path) path->insert(path->begin(), q_start);
+  return path;
 }
 
 }  // namespace rangegrasp::robot

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "base/rng.h"
@@ -25,5 +26,22 @@ struct IkOptions {
 std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
                                      const Eigen::VectorXd& seed, const IkOptions& options,
                                      base::Rng& rng);
+
+/// Moves the hand through the poses X_WH one after the other from q_start (a pose near the first),
+/// staying on one branch and using the redundancy to keep off the limits: one joint vector a pose,
+/// q_start not among them. nullopt if a pose cannot be met within the joint limits or a joint would
+/// jump.
+std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
+                                                        const Eigen::VectorXd& q_start,
+                                                        const std::vector<base::Pose>& poses_WH);
+
+/// Moves the hand on a straight line in W (rotation by slerp) from X_WH(q_start) to X_WH, by steps
+/// of at most step_m (or of step_m at kRotationRadius_m where the line is mostly a turn), as
+/// FollowPoses does. The first joint vector is q_start. nullopt if the line leaves the joint limits
+/// or jumps.
+std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
+                                                         const Eigen::VectorXd& q_start,
+                                                         const base::Pose& X_WH,
+                                                         double step_m = 0.01);
 
 }  // namespace rangegrasp::robot

@@ -1,9 +1,22 @@
 #include "robot/robot.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <stdexcept>
+
+#include "base/units.h"
+#include "robot/internal/mjcf.h"
 
 namespace rangegrasp::robot {
 namespace {
+
+using internal::Mjcf;
+
+/// The range of a joint without limits to either side of zero, and at least half of it to either
+/// side of home: no motion needs more.
+constexpr double kContinuous_rad = 2.0 * base::kPi;
 
 /// Moves X_WP on to the link: X_WB at joint position angle.
 base::Pose Advance(const base::Pose& X_WP, const Link& link, double angle) {
@@ -19,7 +32,258 @@ double JointAngle(const Link& link, const Eigen::VectorXd& q) {
   return link.joint < 0 ? 0.0 : q[link.joint];
 }
 
+/// Bodies from the base (what the first joint turns on) to the one that carries the hand. The base
+/// is found as the hand's ancestor, whatever it is called; it may be the world itself.
+std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>& arm_joints) {
+  const mjModel& m = mjcf.model();
+  std::vector<int> chain;
+  std::size_t base = 0;
+  for (int body = m.body_parentid[hand]; body > 0; body = m.body_parentid[body]) {
+    chain.push_back(body);
+    if (m.body_jntnum[body] > 0) base = chain.size();
+  }
+  if (base == 0) {
+    mjcf.Fail(
+        "no joint between the world and body \"hand\": attach the hand to the arm's last link");
+  }
+  for (const int joint : arm_joints) {
+    if (std::find(chain.begin(), chain.end(), m.jnt_bodyid[joint]) != chain.end()) continue;
+    mjcf.Fail(fmt::format("joint \"{}\" of tuple \"arm_joints\" does not move body \"hand\"",
+                          mjcf.Name(mjOBJ_JOINT, joint)));
+  }
+  const int base_body = base < chain.size() ? chain[base] : 0;
+  chain.resize(base);
+  chain.push_back(base_body);
+  std::reverse(chain.begin(), chain.end());
+  return chain;
+}
+
+/// The joint of a chain body as a position in arm_joints; -1 if it has none.
+int ArmJoint(const Mjcf& mjcf, int body, const std::vector<int>& arm_joints) {
+  const mjModel& m = mjcf.model();
+  if (m.body_jntnum[body] == 0) return -1;
+  const int id = m.body_jntadr[body];
+  const auto found = std::find(arm_joints.begin(), arm_joints.end(), id);
+  if (m.body_jntnum[body] > 1 || m.jnt_type[id] != mjJNT_HINGE || found == arm_joints.end()) {
+    mjcf.Fail(fmt::format("body \"{}\" should have one hinge joint, listed in \"arm_joints\"",
+                          mjcf.Name(mjOBJ_BODY, body)));
+  }
+  return static_cast<int>(found - arm_joints.begin());
+}
+
+Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& arm_joints) {
+  const mjModel& m = mjcf.model();
+  Link link;
+  link.name = mjcf.Name(mjOBJ_BODY, body);
+  link.parent = parent;
+  link.X_PB = parent < 0 ? mjcf.BodyPose(body)
+                         : internal::FromPosQuat(m.body_pos + 3 * body, m.body_quat + 4 * body);
+  link.axis_B = Eigen::Vector3d::UnitZ();
+  link.anchor_B = Eigen::Vector3d::Zero();
+  link.joint = ArmJoint(mjcf, body, arm_joints);
+  if (link.joint < 0) return link;
+  const int id = m.body_jntadr[body];
+  link.axis_B = Eigen::Map<const Eigen::Vector3d>(m.jnt_axis + 3 * id);
+  link.anchor_B = Eigen::Map<const Eigen::Vector3d>(m.jnt_pos + 3 * id);
+  // MuJoCo draws the body at the joint's reference angle: turn it back to zero.
+  const Eigen::AngleAxisd back(-m.qpos0[m.jnt_qposadr[id]], link.axis_B);
+  link.X_PB =
+      link.X_PB * Eigen::Translation3d(link.anchor_B) * back * Eigen::Translation3d(-link.anchor_B);
+  return link;
+}
+
+/// An arm on the world itself has its base's frame where its first link is: what turns about the
+/// arm turns about that.
+void StandAtTheFirstJoint(std::vector<Link>& links) {
+  links[0].X_PB.translation() = links[1].X_PB.translation();
+  links[1].X_PB.translation().setZero();
+}
+
+/// The position in the chain of the body that a body hangs rigidly on or is; nullopt of what is no
+/// part of the arm: another tree, the hand, and (where the world is the base) all that is fixed.
+std::optional<std::size_t> LinkOf(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+                                  int body) {
+  if (mjcf.InSubtree(body, hand)) return std::nullopt;
+  for (int b = body; b > 0; b = mjcf.model().body_parentid[b]) {
+    const auto found = std::find(chain.begin(), chain.end(), b);
+    if (found != chain.end()) return static_cast<std::size_t>(found - chain.begin());
+  }
+  return std::nullopt;
+}
+
+/// Gives each link the geoms of its body and of what hangs on it (not the hand).
+void AddShapes(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+               std::vector<Link>& links) {
+  const mjModel& m = mjcf.model();
+  for (int g = 0; g < m.ngeom; ++g) {
+    const auto position = LinkOf(mjcf, chain, hand, m.geom_bodyid[g]);
+    if (!mjcf.Collides(g) || !position) continue;
+    const base::Pose X_BS = mjcf.BodyPose(chain[*position]).inverse() * mjcf.GeomPose(g);
+    links[*position].shapes.push_back(mjcf.ShapeOf(g, X_BS));
+  }
+}
+
+bool Excluded(const mjModel& m, int a, int b) {
+  const int low = std::min(a, b);
+  const int high = std::max(a, b);
+  return std::any_of(m.exclude_signature, m.exclude_signature + m.nexclude, [&](int signature) {
+    return signature == (low << 16) + high || signature == (high << 16) + low;
+  });
+}
+
+/// Whether the engine lets the geoms of two bodies collide: the bodies are not excluded from it,
+/// and one's type meets the other's affinity.
+bool GeomsMeet(const mjModel& m, int g, int h) {
+  const bool types = (m.geom_contype[g] & m.geom_conaffinity[h]) != 0 ||
+                     (m.geom_contype[h] & m.geom_conaffinity[g]) != 0;
+  return types && !Excluded(m, m.geom_bodyid[g], m.geom_bodyid[h]);
+}
+
+/// Geoms of each link, and last of the hand.
+std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<int>& chain,
+                                           int hand) {
+  const mjModel& m = mjcf.model();
+  std::vector<std::vector<int>> geoms(chain.size() + 1);
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (!mjcf.Collides(g)) continue;
+    if (mjcf.InSubtree(m.geom_bodyid[g], hand)) {
+      geoms.back().push_back(g);
+    } else if (const auto link = LinkOf(mjcf, chain, hand, m.geom_bodyid[g])) {
+      geoms[*link].push_back(g);
+    }
+  }
+  return geoms;
+}
+
+/// How many joints lie between the base and each link, and last the hand: what hangs rigidly
+/// together has one number, as in the engine's weld groups.
+std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
+  std::vector<int> groups;
+  int joints = 0;
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    if (i > 0 && mjcf.model().body_jntnum[chain[i]] > 0) ++joints;
+    groups.push_back(joints);
+  }
+  groups.push_back(joints);
+  return groups;
+}
+
+/// As the engine counts: what is rigidly joined, or neighbors across one joint, never collides. An
+/// exclusion of the hand's root body counts for its fingers, too.
+std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<int>& chain,
+                                          int hand) {
+  const mjModel& m = mjcf.model();
+  std::vector<int> bodies = chain;
+  bodies.push_back(hand);
+  const std::vector<int> groups = WeldGroups(mjcf, chain);
+  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
+  std::vector<std::array<int, 2>> pairs;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      if (groups[j] - groups[i] < 2 || Excluded(m, bodies[i], bodies[j])) continue;
+      const bool meet = std::any_of(geoms[i].begin(), geoms[i].end(), [&](int g) {
+        return std::any_of(geoms[j].begin(), geoms[j].end(),
+                           [&](int h) { return GeomsMeet(m, g, h); });
+      });
+      if (meet) pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
+    }
+  }
+  return pairs;
+}
+
+/// How far from z = 0 the table's top may lie: rounding of its file's numbers.
+constexpr double kTableTop_m = 1e-6;
+
+/// The table's top is what lies level at z = 0 under the workspace.
+bool IsTableTop(const Mjcf& mjcf, int geom, const base::Pose& X_WWorkspace) {
+  const mjModel& m = mjcf.model();
+  if (m.geom_type[geom] == mjGEOM_PLANE) return true;
+  if (m.geom_type[geom] != mjGEOM_BOX) return false;
+  const base::Pose X_WS = mjcf.GeomPose(geom);
+  const Eigen::Map<const Eigen::Vector3d> half(m.geom_size + 3 * geom);
+  const double top = X_WS.translation().z() + X_WS.linear().row(2).cwiseAbs().dot(half);
+  const Eigen::Vector3d p_S = X_WS.inverse() * X_WWorkspace.translation();
+  return std::abs(top) < kTableTop_m && std::abs(p_S.x()) <= half.x() &&
+         std::abs(p_S.y()) <= half.y();
+}
+
+/// Fixed geoms other than the arm's.
+struct FixedGeoms {
+  std::vector<int> tops;  ///< of the table
+  std::vector<int> others;
+};
+
+FixedGeoms FindFixed(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+                     const base::Pose& X_WWorkspace) {
+  const mjModel& m = mjcf.model();
+  // An open box with objects in it is part of what is to be seen, not of the work cell's drawing.
+  const int container = mjcf.FindIfAny(mjOBJ_SITE, "container");
+  const int container_body = container < 0 ? -1 : m.site_bodyid[container];
+  FixedGeoms fixed;
+  for (int g = 0; g < m.ngeom; ++g) {
+    const int body = m.geom_bodyid[g];
+    if (body == container_body || m.body_weldid[body] != 0 || !mjcf.Collides(g)) continue;
+    if (LinkOf(mjcf, chain, hand, body)) continue;
+    (IsTableTop(mjcf, g, X_WWorkspace) ? fixed.tops : fixed.others).push_back(g);
+  }
+  return fixed;
+}
+
+/// Whether the engine lets no geom of a link collide with `geom`.
+bool NeverMeets(const mjModel& m, const std::vector<int>& geoms_of_link, int geom) {
+  return std::none_of(geoms_of_link.begin(), geoms_of_link.end(),
+                      [&](int g) { return GeomsMeet(m, g, geom); });
+}
+
+void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& robot) {
+  const int dof = static_cast<int>(arm_joints.size());
+  robot.lower.resize(dof);
+  robot.upper.resize(dof);
+  robot.home = mjcf.Numeric("home", dof);
+  for (int i = 0; i < dof; ++i) {
+    const int id = arm_joints[static_cast<std::size_t>(i)];
+    const bool limited = mjcf.model().jnt_limited[id] != 0;
+    const double* range = mjcf.model().jnt_range + 2 * id;
+    const double half = 0.5 * kContinuous_rad;
+    robot.lower[i] = limited ? range[0] : std::min(-kContinuous_rad, robot.home[i] - half);
+    robot.upper[i] = limited ? range[1] : std::max(kContinuous_rad, robot.home[i] + half);
+  }
+  robot.velocity = mjcf.Numeric("joint_velocity", dof);
+  robot.acceleration = mjcf.Numeric("joint_acceleration", dof);
+}
+
+/// Of the site "wrist_scanner" in the hand's root body; nullopt if the scene has none.
+std::optional<base::Pose> WristScanner(const Mjcf& mjcf, int hand) {
+  const int site = mjcf.FindIfAny(mjOBJ_SITE, "wrist_scanner");
+  if (site < 0) return std::nullopt;
+  const mjModel& m = mjcf.model();
+  if (m.body_weldid[m.site_bodyid[site]] != m.body_weldid[hand]) {
+    mjcf.Fail(
+        "site \"wrist_scanner\" should move with body \"hand\": put it on the arm's last link");
+  }
+  return mjcf.BodyPose(hand).inverse() * mjcf.SitePose(site);
+}
+
 }  // namespace
+
+std::size_t HandModel::IndexAtGap(double gap_m) const {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    if (states[i].gap_m >= gap_m && states[i].gap_m < states[best].gap_m) best = i;
+  }
+  return best;
+}
+
+void CheckStates(const HandModel& hand) {
+  if (hand.states.empty()) throw std::invalid_argument("hand model: no states");
+  const std::size_t shapes = hand.states.front().shapes.size();
+  for (const HandModel::State& state : hand.states) {
+    if (state.shapes.size() != shapes || state.is_finger.size() != shapes ||
+        state.is_thumb.size() != shapes) {
+      throw std::invalid_argument("hand model: states differ in their shapes");
+    }
+  }
+}
 
 std::vector<base::Pose> Robot::LinkPoses(const Eigen::VectorXd& q) const {
   std::vector<base::Pose> poses_W;
@@ -57,10 +321,43 @@ base::Pose Robot::HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd&
   return X_WH;
 }
 
-Eigen::MatrixXd Robot::HandJacobian(const Eigen::VectorXd& q) const {
-  Eigen::MatrixXd J_WH;
-  HandPoseAndJacobian(q, J_WH);
-  return J_WH;
+Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
+  const Mjcf mjcf(scene_mjcf);
+  const int hand = mjcf.Require(mjOBJ_BODY, "hand");
+  const std::vector<int> arm_joints = mjcf.Tuple("arm_joints", mjOBJ_JOINT);
+  const std::vector<int> chain = ChainBodies(mjcf, hand, arm_joints);
+
+  Robot robot;
+  ReadLimits(mjcf, arm_joints, robot);
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    robot.links_.push_back(MakeLink(mjcf, chain[i], static_cast<int>(i) - 1, arm_joints));
+  }
+  if (chain.front() == 0) StandAtTheFirstJoint(robot.links_);
+  AddShapes(mjcf, chain, hand, robot.links_);
+  robot.self_pairs_ = SelfPairs(mjcf, chain, hand);
+  const mjModel& m = mjcf.model();
+  robot.X_FH = internal::FromPosQuat(m.body_pos + 3 * hand, m.body_quat + 4 * hand);
+  robot.X_WScanner = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "scanner"));
+  robot.X_HWristScanner = WristScanner(mjcf, hand);
+  robot.X_WDelivery = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "delivery"));
+  const int workspace = mjcf.Require(mjOBJ_SITE, "workspace");
+  robot.X_WWorkspace = mjcf.SitePose(workspace);
+  robot.workspace_radius_m = m.site_size[3 * workspace];
+  const FixedGeoms fixed = FindFixed(mjcf, chain, hand, robot.X_WWorkspace);
+  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
+  for (const int g : fixed.others) {
+    robot.workcell_.push_back(mjcf.ShapeOf(g, mjcf.GeomPose(g)));
+    robot.workcell_.back().name = mjcf.GeomTitle(g);
+  }
+  for (const std::vector<int>& of_link : geoms) {
+    std::vector<char>& ignored = robot.ignored_.emplace_back();
+    for (const int g : fixed.others) ignored.push_back(NeverMeets(m, of_link, g) ? 1 : 0);
+    robot.ignores_table_.push_back(!fixed.tops.empty() &&
+                                   std::all_of(fixed.tops.begin(), fixed.tops.end(),
+                                               [&](int g) { return NeverMeets(m, of_link, g); }));
+  }
+  robot.hand_ = internal::SampleHand(mjcf, hand);
+  return robot;
 }
 
 }  // namespace rangegrasp::robot

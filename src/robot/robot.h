@@ -9,9 +9,43 @@
 
 #include "base/frames.h"
 #include "geometry/shape.h"
-#include "robot/hand_model.h"
 
 namespace rangegrasp::robot {
+
+/// The hand as a caliper: one closing number moves all driven fingers; shapes and tool centres at
+/// each closing. Sampled once from the hand's MJCF.
+struct HandModel {
+  /// One state of the hand, in its root body's frame H.
+  struct State {
+    double closing = 0.0;  ///< 0 open .. 1 closed (pads touch, or the end of the drives' way)
+    double gap_m = 0.0;    ///< shortest distance from the thumb's to the fingers' last segments
+    std::vector<geometry::Shape> shapes;  ///< all collision shapes of the hand (X_BS is X_HS here)
+    std::vector<char> is_finger;   ///< one a shape: pads and segments that may touch the object
+    std::vector<char> is_thumb;    ///< one a shape
+    Eigen::Vector3d thumb_pad_H;   ///< the point of the thumb that meets the fingers when closed
+    Eigen::Vector3d finger_pad_H;  ///< the mean of the fingers' points that meet the thumb
+    /// The published tool centres: between the tips of thumb and index finger (cylindrical and rim
+    /// grasps); between that of the thumb and the middle of those of index and little finger (power
+    /// grasps). They move as the hand closes.
+    Eigen::Vector3d tip_center_H;
+    Eigen::Vector3d power_center_H;
+  };
+  std::vector<State> states;  ///< ascending closing, 24 of them
+  /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
+  base::Pose X_HG_tip = base::Pose::Identity();
+  base::Pose X_HG_power = base::Pose::Identity();  ///< the same of the power grasp
+  /// Held level, with a straight approach: no best pitch of this hand was measured.
+  bool level = false;
+  double depth_m = 0.0;  ///< from the palm's front to the line of the tips
+
+  double MaxGap() const { return states.front().gap_m; }
+  /// The position of the state whose gap is nearest above gap_m (of the open one if none is).
+  std::size_t IndexAtGap(double gap_m) const;
+  const State& AtGap(double gap_m) const { return states[IndexAtGap(gap_m)]; }
+};
+
+/// @throws std::invalid_argument if there are no states, or they differ in their number of shapes.
+void CheckStates(const HandModel& hand);
 
 /// The length [m] that a turn of the hand by 1 rad counts as: about the hand's length.
 constexpr double kRotationRadius_m = 0.25;
@@ -20,19 +54,17 @@ constexpr double kRotationRadius_m = 0.25;
 struct Link {
   std::string name;
   int parent = -1;  ///< position in Robot::links(), -1: W (of the base, links()[0], alone)
-  base::Pose X_PB =
-      base::Pose::Identity();  ///< in the parent's frame (base: in W), at joint position 0
-  int joint = -1;              ///< the joint that moves this link, -1: fixed to its parent
-  Eigen::Vector3d axis_B;      ///< the joint's axis through anchor_B
+  base::Pose X_PB = base::Pose::Identity();  ///< at joint position 0 (of the base: X_WB)
+  int joint = -1;          ///< the joint that moves this link, -1: fixed to its parent
+  Eigen::Vector3d axis_B;  ///< the joint's axis through anchor_B
   Eigen::Vector3d anchor_B;
   std::vector<geometry::Shape> shapes;
 };
 
 /// The kinematics and geometry of the arm and hand in a scene file (hinges, with or without limits;
-/// the base is what the first of them turns on, whatever its name or mounting), and the fixed
-/// geometry round them that a work cell's drawing would give (table, pedestal, scanner). No object,
-/// no truth: it reads the scene as written, before objects are put in, and leaves out the body that
-/// holds the site "container", an open box for objects.
+/// the base is what the first of them turns on), and the fixed geometry round them that a work
+/// cell's drawing would give (table, pedestal, scanner). No object, no truth: it reads the scene as
+/// written, before objects are put in, without the body of the site "container", an open box.
 class Robot {
  public:
   /// @throws base::InputError naming the file and the missing tuple, joint, site ...
@@ -48,9 +80,7 @@ class Robot {
   std::vector<base::Pose> LinkPoses(const Eigen::VectorXd& q) const;
   /// The hand's root body in W.
   base::Pose HandPose(const Eigen::VectorXd& q) const;
-  /// 6 x dof: linear [m/rad] then angular velocity of the hand's root body, in W.
-  Eigen::MatrixXd HandJacobian(const Eigen::VectorXd& q) const;
-  /// Both in one sweep along the chain; J_WH is resized only where its size is wrong.
+  /// The same, and 6 x dof: linear [m/rad] then angular velocity of the hand's root body, in W.
   base::Pose HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const;
 
   /// Pairs of links (positions in links(); links().size() stands for the hand) that may hit each
@@ -58,7 +88,7 @@ class Robot {
   /// excludes or whose geoms never meet by their types. Ascending.
   const std::vector<std::array<int, 2>>& self_pairs() const { return self_pairs_; }
   /// Whether the MJCF keeps a link (links().size(): the hand) from colliding with a shape of
-  /// workcell(), or with the table's top: an arm that stands on the floor beside the table.
+  /// workcell(), or with the table's top (of an arm on the floor next to the table).
   bool Ignores(std::size_t link, std::size_t shape) const { return ignored_[link][shape] != 0; }
   bool IgnoresTable(std::size_t link) const { return ignores_table_[link] != 0; }
 

@@ -2,10 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <array>
-#include <cmath>
-
 #include "base/file.h"
 #include "base/units.h"
 
@@ -14,6 +10,8 @@ namespace {
 
 using base::kDeg;
 using base::kMm;
+using base::Pose;
+using Eigen::Vector3d;
 
 // What a file may hold: far beyond any cell, near enough to find a wrong unit.
 constexpr double kMaxDistance_mm = 1e5;
@@ -22,8 +20,8 @@ constexpr double kQuaternionTolerance = 1e-4;
 
 }  // namespace
 
-base::Pose ReadPose(base::YamlMap& map, const std::string& of) {
-  Eigen::Vector3d position;
+Pose ReadPose(base::YamlMap& map, const std::string& of) {
+  Vector3d position;
   constexpr std::array<const char*, 3> kPositionKeys = {"x_mm", "y_mm", "z_mm"};
   for (int i = 0; i < 3; ++i) {
     const char* key = kPositionKeys[static_cast<std::size_t>(i)];
@@ -45,14 +43,14 @@ base::Pose ReadPose(base::YamlMap& map, const std::string& of) {
   return base::MakePose(rotation.normalized().toRotationMatrix(), position);
 }
 
-base::Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
+Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
   map.Require(key);
   base::YamlMap pose = map.Child(key, of);
   return ReadPose(pose, of);
 }
 
-std::string PoseText(const std::string& name, const base::Pose& pose) {
-  const Eigen::Vector3d p = pose.translation() * base::kMmPerM;
+std::string PoseText(const std::string& name, const Pose& pose) {
+  const Vector3d p = pose.translation() * base::kMmPerM;
   const Eigen::Quaterniond q(pose.rotation());
   return fmt::format(
       "{}:\n  x_mm: {:.17g}\n  y_mm: {:.17g}\n  z_mm: {:.17g}\n  qw: {:.17g}\n  qx: {:.17g}\n  qy: "

@@ -15,13 +15,14 @@ struct HandEye {
   double turn_error_rad = 0.0;
 };
 
-/// YAML. @throws base::InputError naming file, line and key; base::RunError if it cannot be
-/// written.
+/// YAML.
+/// @throws base::InputError naming file, line and key; base::RunError if it cannot be written.
 HandEye ReadHandEye(const std::filesystem::path& file);
 void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file);
 
 /// A pose as calibration files hold it: x_mm, y_mm, z_mm and a unit quaternion, to the end of the
-/// mapping. @param of  whose pose in which frame, for the keys' documentation.
+/// mapping.
+/// @param of  whose pose in which frame, for the keys' documentation.
 /// @throws base::InputError naming file, line and key.
 base::Pose ReadPose(base::YamlMap& map, const std::string& of);
 /// The same of the mapping under a key, which must be there.

@@ -5,11 +5,28 @@
 #include "base/frames.h"
 #include "base/rng.h"
 #include "geometry/observation.h"
+#include "geometry/point_cloud.h"
 #include "sensing/line_scanner_options.h"
-#include "sensing/scan_truth.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing {
+
+/// Why a sample of the range image is what it is. A sample is a laser ray, so that what lies in the
+/// laser's shadow has no sample at all (the image jumps there): see ClassifySurface.
+enum class SampleState : std::uint8_t {
+  kMeasured,
+  kCameraShadow,  ///< lit by the laser, within the camera's view, but hidden from the camera
+  kDropout,       ///< seen, but lost to grazing incidence, low albedo, gloss or clarity
+  kOutOfView      ///< the ray meets nothing, or its spot lies outside the sensor's window
+};
+
+/// What only the scorer may read; the same layout as the image. Of a measured sample: the surface
+/// that gave most of its light; of any other: the first surface that the ray meets.
+struct ScanTruth {
+  std::vector<SampleState> state;
+  std::vector<std::uint32_t> label;  ///< 0 where nothing was met
+  std::vector<double> true_range_m;  ///< from the laser to that surface; NaN where nothing
+};
 
 /// Predicted standard deviation [m] of the depth of a plane, at a depth:
 ///   sigma_z^2 = (Zc^2 p / (f b))^2 (sigma_centroid^2 + sigma_speckle^2 + quantisation^2 / 12) with
@@ -40,5 +57,24 @@ struct Scan {
 /// triangle that is not finite or out of range.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const LineScannerOptions& options, base::Rng& rng);
+
+/// What scanner and surroundings make of a point of a surface.
+enum class SurfaceState : std::uint8_t {
+  kSeen,          ///< lit, and open to the camera
+  kLaserShadow,   ///< open to the camera, not lit
+  kCameraShadow,  ///< lit, hidden from the camera
+  kBothShadows,
+  kOutOfView  ///< outside the sweep, the fan or the sensor's window
+};
+
+/// Classifies points [m] of a surface (of the table's plane, say), each at the pan angle whose fan
+/// passes through it: is the segment to the laser free, and the one to the camera? Surfaces within
+/// 0.5 mm of a point hide it from nothing, so that it may lie on a mesh itself. Independent of the
+/// sampling, noise and drop-outs; orientation plays no part.
+/// @throws std::invalid_argument as ScanScene.
+std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
+                                          std::span<const sim::VisualMesh> meshes,
+                                          const base::Pose& X_WS,
+                                          const LineScannerOptions& options);
 
 }  // namespace rangegrasp::sensing

@@ -1,9 +1,6 @@
 #include "sensing/line_scanner_options.h"
 
 #include <stdexcept>
-#include <string>
-
-#include "base/range_check.h"
 
 namespace rangegrasp::sensing {
 namespace {
@@ -15,18 +12,15 @@ constexpr double kMicrometer = 1e-6;
 constexpr char kType[] = "line_scanner";
 constexpr char kDropoutsDoNotBegin[] = "dropout_begin_deg must be less than dropout_end_deg";
 
+/// Every key with its option, range and documentation. The source is a file, or a check of ranges.
 template <typename Source, typename Options>
-void ReadSampling(Source& from, Options& o) {
+void ReadKeys(Source& from, Options& o) {
   from.Read("samples", o.samples, 2, 8192, "points of a profile, along the line");
   from.Read("profiles", o.profiles, 1, 8192, "laser lines of a scan");
   from.ReadScaled("fan_deg", o.fan_rad, kDeg, 0.1, 120.0,
                   "opening of the laser's fan, and of the camera along the line");
   from.ReadScaled("pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0,
                   "angle from the first to the last profile, symmetric round straight ahead");
-}
-
-template <typename Source, typename Options>
-void ReadCamera(Source& from, Options& o) {
   from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0,
                   "distance from the laser to the camera");
   from.ReadScaled("focal_length_mm", o.focal_length_m, kMm, 0.5, 500.0,
@@ -39,10 +33,6 @@ void ReadCamera(Source& from, Options& o) {
                   "depth at which the camera's axis meets the laser's plane");
   from.ReadScaled("near_mm", o.near_m, kMm, 0.0, 10000.0,
                   "what is nearer to the head is the head itself and neither shows nor hides");
-}
-
-template <typename Source, typename Options>
-void ReadNoise(Source& from, Options& o) {
   from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0,
                   "1/e^2 width of the line on a surface");
   from.Read("blur_px", o.blur_px, 0.0, 100.0,
@@ -57,10 +47,6 @@ void ReadNoise(Source& from, Options& o) {
             "step in which the centroid is given, 0 for none");
   from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0,
                   "standard deviation of the pan angle, one value a profile");
-}
-
-template <typename Source, typename Options>
-void ReadDropouts(Source& from, Options& o) {
   from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
                   "angle of incidence from which samples are lost");
   from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
@@ -69,34 +55,16 @@ void ReadDropouts(Source& from, Options& o) {
                   "gloss blinds the camera when it is this near to the mirror direction");
   from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
                   "edge of the patches that incidence and gloss lose as a whole, 0 for samples");
-}
-
-template <typename Source, typename Options>
-void ReadCalibration(Source& from, Options& o) {
   from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
                   "error of the known position of the head, root mean square");
   from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
                   "error of its known orientation, likewise");
-}
-
-template <typename Source, typename Options>
-void ReadColor(Source& from, Options& o) {
   from.Read("color", o.color, "each sample's color is seen, too, by the room's light");
   from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "its noise, of 255");
   from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
             "of its channels' balance, as a share; one draw a channel and scan");
   from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
                   "how far beside a sample its color is seen, root mean square; one draw a scan");
-}
-
-template <typename Source, typename Options>
-void ReadKeys(Source& from, Options& options) {
-  ReadSampling(from, options);
-  ReadCamera(from, options);
-  ReadNoise(from, options);
-  ReadDropouts(from, options);
-  ReadCalibration(from, options);
-  ReadColor(from, options);
 }
 
 bool DropoutsBegin(const LineScannerOptions& options) {

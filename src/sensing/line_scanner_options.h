@@ -59,7 +59,7 @@ struct LineScannerOptions {
 /// out of range.
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file);
 
-/// The same from a mapping, whose keys are documented by it. @throws base::InputError likewise.
+/// The same from a mapping, which documents its keys.
 LineScannerOptions ReadLineScanner(base::YamlMap& map);
 
 /// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
-#include "sim/internal/kinematics.h"
-#include "sim/internal/names.h"
-#include "sim/internal/visual.h"
+#include "sim/internal/engine.h"
+#include "sim/internal/scene_builder.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -89,6 +89,16 @@ std::vector<ContactForce> HandForces(const World& world, double min_N) {
     if (force_W.norm() > min_N) forces.push_back({internal::Vec3(contact.pos), force_W});
   }
   return forces;
+}
+
+geometry::ColoredMesh ObjectSurface(const ObjectModel& object) {
+  const internal::BuiltScene built = internal::BuildObject(object);
+  const mjModel* model = built.model.get();
+  const int root = built.objects.front().body;
+  const internal::DataPtr data = internal::DataAtZero(model);
+  VisualMesh visual = internal::VisualOfTree(model, data.get(), root);
+  return {geometry::Transformed(visual.mesh_W, internal::BodyPose(data.get(), root).inverse()),
+          std::move(visual.colors)};
 }
 
 }  // namespace rangegrasp::sim

@@ -6,6 +6,7 @@
 
 #include "base/frames.h"
 #include "geometry/mesh.h"
+#include "geometry/ray_caster.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -34,5 +35,10 @@ struct ContactForce {
 /// The contacts of the hand that bear more than min_N, as of the last step.
 /// @throws base::InputError if the scene has no body "hand".
 std::vector<ContactForce> HandForces(const World& world, double min_N);
+
+/// What is seen of an object (geoms of groups 0 to 2 that are not transparent) with its colors, in
+/// the frame B of its root body, so that World::ObjectPose is its pose.
+/// @throws base::InputError naming the file if it is no object.
+geometry::ColoredMesh ObjectSurface(const ObjectModel& object);
 
 }  // namespace rangegrasp::sim

@@ -1,29 +1,103 @@
 #include "sim/execute.h"
 
 #include <fmt/format.h>
+#include <mujoco/mujoco.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
-#include "robot/mjcf/hand_file.h"
+#include "robot/mjcf/hand.h"
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
 #include "sim/internal/engine.h"
-#include "sim/internal/glove.h"
 #include "sim/internal/hand_controller.h"
-#include "sim/internal/kinematics.h"
 #include "sim/internal/servo.h"
-#include "sim/internal/slip_sensor.h"
-#include "sim/internal/user.h"
-#include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
 namespace {
 
 using internal::PoseInHand;
+using internal::Vec3;
+
+// Of a person's arm that takes something with care; the object follows it within centimetres.
+constexpr double kStiffness_N_m = 250.0;
+constexpr double kTurnStiffness_Nm_rad = 1.0;
+// Critical damping of 0.4 kg, and of something 0.2 m long.
+constexpr double kDamping_N_s_m = 20.0;
+constexpr double kTurnDamping_Nm_s_rad = 0.03;
+// Of the way that the object is drawn; it hangs behind the person's hand.
+constexpr double kDone = 0.8;
+
+/// A person's hand on an object, as a spring and a damper between the object's centre of mass and a
+/// place that the person moves: it draws along a direction with a force that rises to the stated
+/// one, and carries the object's weight and keeps its orientation as soon as it draws. Nothing acts
+/// on the robot but through the object.
+class User {
+ public:
+  /// Takes hold of the object where it is.
+  /// @param direction_W  unit
+  User(World& world, int object, const Eigen::Vector3d& direction_W, const UserOptions& options)
+      : world_(world),
+        object_(object),
+        direction_W_(direction_W),
+        options_(options),
+        start_W_(world.ObjectCenterOfMass(object)),
+        R_WO_(world.ObjectPose(object).linear()) {}
+  /// Lets go.
+  ~User() { std::fill_n(world_.data()->xfrc_applied + 6 * world_.object_body(object_), 6, 0.0); }
+  User(const User&) = delete;
+  User& operator=(const User&) = delete;
+
+  double pull_N() const { return pull_N_; }  ///< along the direction, as of the last tick
+  /// The object has come nearly all the way.
+  bool Done() const { return Drawn() > kDone * options_.draw_m; }
+
+  /// Once before each step.
+  void Tick() {
+    const Eigen::Vector3d& along = direction_W_;
+    const double dt = world_.physics().timestep_s;
+    // The force rises at its rate until it is the stated one; then the hand goes where the object
+    // goes.
+    const double rate_m_s = options_.force_N / options_.rise_s / kStiffness_N_m;
+    const double most_m = Drawn() + options_.force_N / kStiffness_N_m;
+    drawn_to_m_ = std::min({drawn_to_m_ + rate_m_s * dt, most_m, options_.draw_m});
+
+    double velocity[6];  // turning, then moving, in W
+    const int body = world_.object_body(object_);
+    mj_objectVelocity(world_.model(), world_.data(), mjOBJ_BODY, body, velocity, 0);
+    const Eigen::Vector3d goal_W = start_W_ + drawn_to_m_ * along;
+    Eigen::Vector3d force_W = kStiffness_N_m * (goal_W - world_.ObjectCenterOfMass(object_)) -
+                              kDamping_N_s_m * Vec3(velocity + 3) -
+                              world_.ObjectMass(object_) * Vec3(world_.model()->opt.gravity);
+    pull_N_ = force_W.dot(along);
+    if (pull_N_ > options_.force_N) force_W += (options_.force_N - pull_N_) * along;
+    pull_N_ = std::min(pull_N_, options_.force_N);
+    const Eigen::AngleAxisd turned(R_WO_ * world_.ObjectPose(object_).linear().transpose());
+    const Eigen::Vector3d torque_W = kTurnStiffness_Nm_rad * turned.angle() * turned.axis() -
+                                     kTurnDamping_Nm_s_rad * Vec3(velocity);
+    mjtNum* applied = world_.data()->xfrc_applied + 6 * body;
+    for (int k = 0; k < 3; ++k) {
+      applied[k] = force_W[k];
+      applied[3 + k] = torque_W[k];
+    }
+  }
+
+ private:
+  // How far the object has come [m].
+  double Drawn() const { return (world_.ObjectCenterOfMass(object_) - start_W_).dot(direction_W_); }
+
+  World& world_;
+  int object_;
+  Eigen::Vector3d direction_W_;
+  UserOptions options_;
+  Eigen::Vector3d start_W_;  ///< of the object's centre of mass
+  Eigen::Matrix3d R_WO_;     ///< when it was taken hold of
+  double drawn_to_m_ = 0.0;  ///< where the person's hand is along the direction
+  double pull_N_ = 0.0;
+};
 
 // Times of a trial, in simulated seconds. Limits end what does not end by itself: larger ones only
 // cost time.
@@ -120,7 +194,7 @@ class Execution {
     if (Over()) return;
     Wait(kApproachSettle_s);
     Moment("pregrasp");
-    log_.tracking_error_m = HandError();
+    log_.tracking_error_m = (HandNow() - HandAt(command_.position)).norm();
     stage_ = "close";
     controller_.Close(program_.firm);
     GiveWayUntil([&] { return controller_.Gripping() || controller_.FullyClosed(); },
@@ -163,8 +237,7 @@ class Execution {
     double hardest_N = 0.0;
     for (int object = 0; object < world_.objects(); ++object) {
       if (world_.parked(object)) continue;
-      const double pressure_N =
-          internal::PressureOn(world_.model(), world_.data(), hand_, world_.object_body(object));
+      const double pressure_N = internal::PressureOn(world_, hand_, object);
       if (pressure_N <= hardest_N) continue;
       hardest_N = pressure_N;
       target_ = object;
@@ -238,12 +311,11 @@ class Execution {
     return internal::BodyPose(copy.get(), hand_.body()).translation();
   }
 
-  // How far the hand is from where the arm's joints were sent.
-  double HandError() { return (HandNow() - HandAt(command_.position)).norm(); }
-
   void Deliver() {
     stage_ = "deliver";
-    FollowUntilContact(program_.lower, "lower");
+    if (!Follow(program_.lower, Start::kKeepOffset, Motion::kGuarded)) {
+      log_.stopped_by_contact.emplace_back("lower");
+    }
     Wait(kCarrySettle_s);
     Moment("delivered");
     LetGo();
@@ -292,16 +364,12 @@ class Execution {
   // Jacobian J of the tools' centre they are changed by -J^T f.
   Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
     const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
-    const Eigen::Matrix3Xd J =
-        servo_.Jacobian(world_.model(), world_.data(), hand_.body(), ToolCenter_W());
+    const Eigen::Vector3d tool_W =
+        internal::SitePose(world_.data(), mjcf::ToolSite(world_.model(), "tcp_tip")).translation();
+    const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(), tool_W);
     const Eigen::Matrix3d levers =
         J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
     return -levers.ldlt().solve(J * change);
-  }
-
-  Eigen::Vector3d ToolCenter_W() const {
-    return internal::SitePose(world_.data(), mjcf::ToolSite(world_.model(), "tcp_tip"))
-        .translation();
   }
 
   void LetGo() {
@@ -372,12 +440,6 @@ class Execution {
     }
     command_.velocity.setZero();
     return true;
-  }
-
-  void FollowUntilContact(const base::JointTrajectory& trajectory, const char* motion) {
-    if (!Follow(trajectory, Start::kKeepOffset, Motion::kGuarded)) {
-      log_.stopped_by_contact.emplace_back(motion);
-    }
   }
 
   // A motion that has to come to its end: if it does not, the grasp has failed.
@@ -452,9 +514,7 @@ class Execution {
             .slip_m = slip_m_};
   }
 
-  internal::Touch TouchNow() const {
-    return internal::TouchOf(world_.model(), world_.data(), hand_, world_.object_body(target_));
-  }
+  internal::Touch TouchNow() const { return internal::TouchOf(world_, hand_, target_); }
   bool HeldNow() const {
     const internal::Touch touch = TouchNow();
     return !lost_ && touch.hand && !touch.other;
@@ -474,7 +534,7 @@ class Execution {
   internal::AuditRecorder audit_;
   const double start_s_;
 
-  std::optional<internal::User> user_;  ///< from when they take hold until they have the object
+  std::optional<User> user_;  ///< from when they take hold until they have the object
 
   ExecutionLog log_;
   internal::JointCommand command_;

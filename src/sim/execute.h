@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/rng.h"
-#include "base/trajectory.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {
@@ -108,7 +108,7 @@ struct Audit {
   std::string failed;  ///< the first figure out of bounds, with value and bound; empty if valid
 };
 
-/// What the hand's joints tell of what it holds, without truth.
+/// What the hand's joints show of what it holds, without truth.
 struct ApertureLog {
   double lifted_rad = 0.0;   ///< from the closed end, when the lift has ended
   double carried_rad = 0.0;  ///< above the delivery place; 0 where it was not carried
@@ -164,11 +164,11 @@ struct ExecutionLog {
 
 /// What a viewer may see of an execution at a moment.
 struct ExecutionState {
-  std::string
-      stage;  ///< "reach", "approach", "close", "lift", "carry", "deliver", "hand over", "end"
+  /// "reach", "approach", "close", "lift", "carry", "deliver", "hand over", "end"
+  std::string stage;
   double time_s = 0.0;   ///< of the world
   int target = 0;        ///< the object that it is of
-  double force_N = 0.0;  ///< that the grip is told
+  double force_N = 0.0;  ///< command of the grip
   double felt_N = 0.0;   ///< on the pads of the side that is pressed less
   double slip_m = 0.0;   ///< way of the object in the hand since this has closed; 0 before
 };

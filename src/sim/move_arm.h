@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/trajectory.h"
+#include "base/frames.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {

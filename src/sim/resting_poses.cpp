@@ -9,10 +9,9 @@
 #include <numeric>
 
 #include "base/units.h"
-#include "geometry/hull.h"
-#include "sim/internal/kinematics.h"
+#include "geometry/mesh.h"
+#include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
-#include "sim/internal/visual.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -315,15 +314,9 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   const internal::BuiltScene built = internal::BuildObject(object);
   const mjModel* model = built.model.get();
   const int root = built.objects[0].body;
-  mjData* raw = nullptr;
-  internal::CallEngine(nullptr, [&] { raw = mj_makeData(model); });
-  const internal::DataPtr data(raw);
-  internal::CallEngine(nullptr, [&] {
-    mj_kinematics(model, raw);
-    mj_comPos(model, raw);
-  });
-  const Vector3d center_B = CenterOfMass(model, raw, root);
-  const Hull hull(CollisionHull(model, raw, root), center_B);
+  const internal::DataPtr data = internal::DataAtZero(model);
+  const Vector3d center_B = CenterOfMass(model, data.get(), root);
+  const Hull hull(CollisionHull(model, data.get(), root), center_B);
   const auto face_of = [&](std::size_t f) {
     const Facet& facet = hull.facets()[f];
     return RestingFace{Eigen::Quaterniond::FromTwoVectors(facet.normal, -Vector3d::UnitZ()),

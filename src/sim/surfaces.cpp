@@ -3,14 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
-#include "base/data_folder.h"
 #include "base/error.h"
+#include "base/installation.h"
 #include "base/words.h"
 #include "base/yaml_map.h"
 
 namespace rangegrasp::sim {
 namespace {
+
+// In the proportion of the table's two numbers.
+FrictionPair PairOf(const GloveRange& range, double static_mu) {
+  return {static_mu, static_mu * range.kinetic / range.middle};
+}
 
 constexpr const char* kFileName = "surfaces.yaml";
 constexpr double kMaxFriction = 3.0;  // rubber on rubber
@@ -56,6 +62,34 @@ Surface ReadSurface(base::YamlMap map, const std::string& name) {
 }
 
 }  // namespace
+
+FrictionPair DrawnFriction(const GloveRange& range, double u) {
+  const double width = range.high - range.low;
+  const double at_mode = (range.middle - range.low) / width;
+  const double mu = u < at_mode
+                        ? range.low + std::sqrt(u * width * (range.middle - range.low))
+                        : range.high - std::sqrt((1.0 - u) * width * (range.high - range.middle));
+  return PairOf(range, mu);
+}
+
+FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options,
+                           std::optional<double> u) {
+  if (options.glove_friction) return {*options.glove_friction, *options.glove_friction};
+  switch (options.friction) {
+    case FrictionChoice::kDrawn:
+      if (u) return DrawnFriction(range, *u);
+      break;
+    case FrictionChoice::kLow:
+      return PairOf(range, range.low);
+    case FrictionChoice::kHigh:
+      return PairOf(range, range.high);
+    case FrictionChoice::kKinetic:
+      return {range.kinetic, range.kinetic};
+    case FrictionChoice::kMiddle:
+      break;
+  }
+  return PairOf(range, range.middle);
+}
 
 std::filesystem::path ShippedSurfaces() { return base::DataFolder() / "models" / kFileName; }
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "geometry/mesh.h"
-#include "geometry/mesh_colors.h"
+#include "geometry/ray_caster.h"
 
 namespace rangegrasp::sim {
 

@@ -1,9 +1,9 @@
 #include "sim/world.h"
 
 #include <fmt/format.h>
+#include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -12,14 +12,11 @@
 
 #include "base/error.h"
 #include "base/words.h"
-#include "sim/friction.h"
-#include "sim/internal/kinematics.h"
-#include "sim/internal/names.h"
+#include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
-#include "sim/internal/visual.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::sim {
-
 using internal::ObjectEntry;
 using internal::Vec3;
 
@@ -382,7 +379,6 @@ Eigen::VectorXd World::ArmPositions() const {
 }
 
 double World::time_s() const { return data()->time; }
-
 void World::Refresh() { impl_->Refresh(); }
 
 void World::Step() {
@@ -464,5 +460,24 @@ int World::WarningCount() const {
 }
 
 const PhysicsOptions& World::physics() const { return impl_->physics; }
+std::string EngineVersion() { return mj_versionString(); }
+
+std::string ObjectTitle(const ObjectModel& object) {
+  char error[1000] = "";
+  const internal::SpecPtr spec(
+      mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));
+  if (!spec) {
+    throw base::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
+  }
+  mjsElement* title = mjs_findElement(spec.get(), mjOBJ_TEXT, "title");
+  return title ? mjs_getString(mjs_asText(title)->data) : object.name;
+}
+
+std::shared_ptr<mjModel_> CompileModel(const std::filesystem::path& mjcf,
+                                       std::vector<std::string>& warnings) {
+  internal::BuiltScene built = internal::BuildScene(mjcf, {}, {});
+  warnings.insert(warnings.end(), built.warnings.begin(), built.warnings.end());
+  return {built.model.release(), internal::ModelDeleter()};
+}
 
 }  // namespace rangegrasp::sim

@@ -29,7 +29,7 @@ struct FrictionPair {
   double static_mu = 0.6;
   double kinetic_mu = 0.5;
 };
-/// Which friction the glove has on a surface, of the range that is known (sim/friction.h).
+/// Which friction the glove has on a surface, of the range that is known (sim/surfaces.h).
 enum class FrictionChoice { kDrawn, kMiddle, kLow, kHigh, kKinetic };
 constexpr std::array<std::string_view, 5> WordsOf(FrictionChoice) {
   return {"drawn", "middle", "low", "high", "kinetic"};
@@ -57,7 +57,8 @@ class World {
  public:
   /// Joins scene and objects (mjSpec) and compiles. All objects are parked; the arm stands in its
   /// custom numeric "home", where there is one. An object's sliding friction on the table is set
-  /// from its surface (sim/surfaces.h). @throws base::InputError naming the file and the
+  /// from its surface (sim/surfaces.h).
+  /// @throws base::InputError naming the file and the
   /// engine's message, or why an object is none.
   World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
         const PhysicsOptions& options);
@@ -142,5 +143,25 @@ class World {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The physics engine's version, e.g. "4.0.0".
+std::string EngineVersion();
+
+/// What an object is called in tables: the custom text "title" of its MJCF, else its name.
+/// @throws base::InputError naming the file if it cannot be parsed.
+std::string ObjectTitle(const ObjectModel& object);
+
+}  // namespace rangegrasp::sim
+
+struct mjModel_;
+
+namespace rangegrasp::sim {
+
+/// An MJCF file as a run compiles it: with the gravity compensation that its arm asks for
+/// (numeric "gravity_compensation"). It may be a scene, an arm, a hand or an object.
+/// @param warnings  receives the compiler's
+/// @throws base::InputError with the file and the engine's message.
+std::shared_ptr<mjModel_> CompileModel(const std::filesystem::path& mjcf,
+                                       std::vector<std::string>& warnings);
 
 }  // namespace rangegrasp::sim

@@ -2,9 +2,570 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
 #include "base/words.h"
+#include "grasp/detector.h"
+#include "sim/resting_poses.h"
+#include "trial/internal/arranging.h"
 
 namespace rangegrasp::trial {
+namespace {
+
+using internal::OutOfView;
+using internal::PlaceInDisc;
+using internal::RandomRotation;
+using internal::Resting;
+using internal::Shuffle;
+
+// How many other objects something touches.
+int Touching(const sim::World& world, int object, double touch_m) {
+  int touching = 0;
+  for (int other = 0; other < world.objects(); ++other) {
+    if (other == object) continue;
+    // Strictly: what is further apart has the limit for its distance.
+    if (world.ObjectDistance(object, other, touch_m) < touch_m) ++touching;
+  }
+  return touching;
+}
+
+bool AnyTouchesArm(const sim::World& world, double touch_m) {
+  for (int object = 0; object < world.objects(); ++object) {
+    if (world.RobotDistance(object, touch_m) < touch_m) return true;
+  }
+  return false;
+}
+
+// What all arrangers share.
+class WorldArranger : public Arranger {
+ protected:
+  WorldArranger(const Options& options, const robot::Robot& robot,
+                const sensing::LineScannerOptions& scanner)
+      : options_(options), robot_(robot), scanner_(scanner) {}
+
+  sim::World WorldOf(const std::vector<std::string>& objects) const {
+    std::vector<sim::ObjectModel> models;
+    for (const std::string& object : objects) models.push_back(ObjectModelOf(options_, object));
+    return sim::World(options_.scene, models, options_.physics);
+  }
+
+  // A drawn number of them, in random order.
+  void DrawSome(std::vector<std::string>& others, base::Rng& rng) const {
+    const ClutterOptions& clutter = options_.clutter;
+    const auto range = static_cast<std::size_t>(clutter.max_others - clutter.min_others + 1);
+    const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);
+    Shuffle(others, rng);
+    others.resize(count);
+  }
+
+  bool AllInView(const sim::World& world) const {
+    return OutOfView(world, robot_.X_WScanner, scanner_).empty();
+  }
+
+  const Options& options_;
+  const robot::Robot& robot_;
+  const sensing::LineScannerOptions& scanner_;
+};
+
+// An arrangement that does not rest in view is drawn again, so often at most. None of the 120
+// trials of laser_single needs it (seed 1); a scene where all of these fail is out of the sensor's
+// view.
+constexpr int kMaxDraws = 50;
+
+class SingleArranger : public WorldArranger {
+ public:
+  SingleArranger(const Options& options, const robot::Robot& robot,
+                 const sensing::LineScannerOptions& scanner)
+      : WorldArranger(options, robot, scanner), resting_(options, robot, options.objects) {}
+
+  std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
+                                     Redraws& redraws) const override {
+    Arrangement trial{WorldOf({target})};
+    trial.world.SetArm(robot_.home);
+    for (int draw = 0; draw < kMaxDraws; ++draw) {
+      const auto rest = resting_.Drop(trial.world, trial.target, rng);
+      const auto wrong = rest ? PutDown(*rest->face, rng, trial) : Redraw::kOtherPose;
+      if (wrong) {
+        ++redraws[*wrong];
+        continue;
+      }
+      trial.pose_class = rest->pose->label;
+      return trial;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // @return nullopt if it rests where it was put down, on that face and in view.
+  std::optional<Redraw> PutDown(const sim::RestingFace& face, base::Rng& rng,
+                                Arrangement& trial) const {
+    const base::Pose X_WO =
+        resting_.PutDown(face, robot_.workspace_radius_m, trial.world, trial.target, rng);
+    if (!trial.world.Settle()) return Redraw::kNotAtRest;
+    if (!Resting::IsAsPutDown(X_WO, trial.world, trial.target)) return Redraw::kOtherPose;
+    if (!AllInView(trial.world)) return Redraw::kOutOfView;
+    return std::nullopt;
+  }
+
+  Resting resting_;
+};
+
+// Places that are tried for one object among those that lie there already.
+constexpr int kMaxPlaces = 100;
+// Drops of something that is to lie and comes to stand.
+constexpr int kMaxDrops = 20;
+
+void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list) {
+  for (const std::string& name : names) {
+    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+  }
+}
+
+class ScatteredArranger : public WorldArranger {
+ public:
+  ScatteredArranger(const Options& options, const robot::Robot& robot,
+                    const sensing::LineScannerOptions& scanner)
+      : WorldArranger(options, robot, scanner),
+        clutter_(options.clutter),
+        resting_(options, robot, AllObjects(options)) {
+    for (const std::string& target : options.objects) {
+      const std::size_t count = Choice(target).size();
+      if (count >= static_cast<std::size_t>(clutter_.max_others)) continue;
+      throw base::InputError(
+          fmt::format("arrangement: scattered: clutter.max_others is {}, but clutter.others (by "
+                      "default objects) names {} beside {} and clutter.always",
+                      clutter_.max_others, count, target));
+    }
+  }
+
+  std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
+                                     Redraws& redraws) const override {
+    Arrangement trial{WorldWith(target, rng)};
+    trial.world.SetArm(robot_.home);
+    for (int draw = 0; draw < clutter_.max_draws; ++draw) {
+      if (const auto wrong = PutDownAll(rng, trial)) {
+        ++redraws[*wrong];
+        continue;
+      }
+      return trial;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  /// What may lie beside a target and what is always there.
+  std::vector<std::string> Choice(const std::string& target) const {
+    std::vector<std::string> choice;
+    AddOnce(clutter_.others.empty() ? options_.objects : clutter_.others, choice);
+    std::erase_if(choice, [&](const std::string& name) {
+      const auto& always = clutter_.always;
+      return name == target || std::find(always.begin(), always.end(), name) != always.end();
+    });
+    return choice;
+  }
+
+  /// The target first, then what is always there, then others.
+  sim::World WorldWith(const std::string& target, base::Rng& rng) const {
+    std::vector<std::string> names{target};
+    AddOnce(clutter_.always, names);
+    std::vector<std::string> others = Choice(target);
+    DrawSome(others, rng);
+    AddOnce(others, names);
+    return WorldOf(names);
+  }
+
+  /// @return what is wrong with the arrangement.
+  std::optional<Redraw> PutDownAll(base::Rng& rng, Arrangement& trial) const {
+    sim::World& world = trial.world;
+    for (int object = 0; object < world.objects(); ++object) world.ParkObject(object);
+    std::vector<sim::AtRest> rests;
+    for (int object = 0; object < world.objects(); ++object) {
+      const auto rest = PoseFor(world, object, rng);
+      if (!rest) return Redraw::kOtherPose;
+      rests.push_back(*rest);
+    }
+    std::vector<base::Pose> poses_W;
+    for (int object = 0; object < world.objects(); ++object) {
+      const auto X_WO =
+          PlaceBeside(*rests[static_cast<std::size_t>(object)].face, object, rng, world);
+      if (!X_WO) return Redraw::kDoesNotFit;
+      poses_W.push_back(*X_WO);
+    }
+    if (!world.Settle(clutter_.settle_limit_s)) return Redraw::kNotAtRest;
+    for (int object = 0; object < world.objects(); ++object) {
+      const base::Pose& X_WO = poses_W[static_cast<std::size_t>(object)];
+      if (!Resting::IsAsPutDown(X_WO, world, object)) return Redraw::kOtherPose;
+      if (world.RobotDistance(object, clutter_.touch_m) < clutter_.touch_m) {
+        return Redraw::kTouchesArm;
+      }
+    }
+    if (!AllInView(world)) return Redraw::kOutOfView;
+    if (clutter_.min_seen_share > 0.0 &&
+        internal::SeenShare(world, 0, robot_.X_WScanner, scanner_) < clutter_.min_seen_share) {
+      return Redraw::kHidden;
+    }
+    trial.pose_class = rests.front().pose->label;
+    trial.touching = Touching(world, 0, clutter_.touch_m);
+    return std::nullopt;
+  }
+
+  /// @return nullopt for a pose that is not to be.
+  std::optional<sim::AtRest> PoseFor(sim::World& world, int object, base::Rng& rng) const {
+    const auto& share = clutter_.standing_share;
+    const bool chosen = share && MayBeTarget(world, object);
+    if (chosen && rng.Uniform(0.0, 1.0) < *share) {
+      return resting_.Standing(world.object_name(object), rng);
+    }
+    for (int drop = 0; drop < kMaxDrops; ++drop) {
+      const auto rest = resting_.Drop(world, object, rng);
+      world.ParkObject(object);
+      if (!rest || !chosen || !Resting::Stands(*rest->face)) return rest;
+    }
+    return std::nullopt;
+  }
+
+  bool MayBeTarget(const sim::World& world, int object) const {
+    const auto& always = clutter_.always;
+    return object == 0 ||
+           std::find(always.begin(), always.end(), world.object_name(object)) != always.end();
+  }
+
+  /// Where it is inside none of those before it. It may touch them.
+  std::optional<base::Pose> PlaceBeside(const sim::RestingFace& face, int object, base::Rng& rng,
+                                        sim::World& world) const {
+    for (int place = 0; place < kMaxPlaces; ++place) {
+      const base::Pose X_WO = resting_.PutDown(face, RadiusFor(world, object), world, object, rng);
+      bool free = true;
+      for (int other = 0; free && other < object; ++other) {
+        free = world.ObjectDistance(object, other, 0.0) >= 0.0;
+      }
+      if (free) return X_WO;
+    }
+    return std::nullopt;
+  }
+
+  /// What may be a target lies where the arm reaches it.
+  double RadiusFor(const sim::World& world, int object) const {
+    return MayBeTarget(world, object)
+               ? robot_.workspace_radius_m
+               : std::max(robot_.workspace_radius_m, clutter_.scatter_radius_m);
+  }
+
+  const ClutterOptions& clutter_;
+  Resting resting_;
+};
+
+// Rotations that are tried for an object that must fit between the box's walls.
+constexpr int kMaxTurns = 50;
+// How often a falling target is looked after: it falls 30 mm in 80 ms.
+constexpr double kLook_s = 0.1;
+
+// Of one arrangement while it is made.
+class Heap {
+ public:
+  Heap(const Options& options, const robot::Robot& robot,
+       const sensing::LineScannerOptions& scanner, sim::World& world)
+      : options_(options),
+        clutter_(options.clutter),
+        robot_(robot),
+        scanner_(scanner),
+        world_(world),
+        container_(world.container()) {}
+
+  // Everything but the target (object 0), one after the other. @return what is wrong with it.
+  std::optional<Redraw> DropOthers(base::Rng& rng) {
+    for (int object = 0; object < world_.objects(); ++object) world_.ParkObject(object);
+    world_.SetArm(robot_.home);
+    center_W_ = PlaceInDisc(robot_.X_WWorkspace, CenterRadius(), rng);
+    std::vector<int> order;
+    for (int object = 1; object < world_.objects(); ++object) order.push_back(object);
+    Shuffle(order, rng);
+    world_.StepCoarsely(true);
+    return DropAll(std::move(order), rng);
+  }
+
+  // The target onto what lies there. @return what is wrong with the arrangement.
+  std::optional<Redraw> DropTarget(base::Rng& rng) {
+    world_.StepCoarsely(true);
+    center_W_ = MiddleOfOthers();
+    if (!LetGo(kTarget, rng)) return Redraw::kDoesNotFit;
+    if (const auto wrong = SettleTarget()) return wrong;
+    world_.StepCoarsely(false);
+    if (const auto wrong = Settle()) return wrong;
+    if (world_.ObjectTop(kTarget) <= OthersTop()) return Redraw::kNotHighest;
+    if (Touching(world_, kTarget, clutter_.touch_m) < MinTouching()) return Redraw::kTouchesFew;
+    if (!InReach()) return Redraw::kOutOfReach;
+    if (AnyTouchesArm(world_, clutter_.touch_m)) return Redraw::kTouchesArm;
+    if (Overlaps()) return Redraw::kOverlaps;
+    if (!OutOfView(world_, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
+    return std::nullopt;
+  }
+
+  int MinTouching() const { return options_.arranger == kTouching ? clutter_.min_touching : 1; }
+
+  static constexpr int kTarget = 0;
+
+ private:
+  // The bag and the box stand in the middle, a few objects anywhere that leaves them in reach.
+  double CenterRadius() const {
+    if (options_.arranger != kTouching) return 0.0;
+    return std::max(0.0, robot_.workspace_radius_m - clutter_.touching_radius_m);
+  }
+
+  // Turned at random, at rest, above what lies below. False if it does not fit into the box.
+  bool LetGo(int object, base::Rng& rng) {
+    for (int turn = 0; turn < kMaxTurns; ++turn) {
+      const Eigen::Matrix3d R_WO = RandomRotation(rng).toRotationMatrix();
+      world_.PlaceObject(object, base::MakePose(R_WO, robot_.X_WWorkspace.translation()));
+      const Eigen::AlignedBox3d bounds = world_.ObjectBounds(object);
+      const auto middle_W = MiddleFor(bounds.sizes(), rng);
+      if (!middle_W) continue;
+      Eigen::Vector3d shift = *middle_W - bounds.center();
+      shift.z() = 0.0;
+      const Eigen::AlignedBox3d there = bounds.translated(shift);
+      shift.z() = TopBelow(object, there) + clutter_.drop_height_m - there.min().z();
+      world_.PlaceObject(object, base::MakePose(R_WO, robot_.X_WWorkspace.translation() + shift));
+      return true;
+    }
+    world_.ParkObject(object);
+    return false;
+  }
+
+  // Where the middle of something of this size is let go; nullopt if it does not fit.
+  std::optional<Eigen::Vector3d> MiddleFor(const Eigen::Vector3d& size, base::Rng& rng) const {
+    if (!container_) {
+      const double radius =
+          options_.arranger == kTouching ? clutter_.touching_radius_m : clutter_.mouth_radius_m;
+      const base::Pose X_WC = base::MakePose(robot_.X_WWorkspace.linear(), center_W_);
+      return PlaceInDisc(X_WC, radius, rng);
+    }
+    // The box stands square to W in all scenes so far; where it does not, less of it is used.
+    const Eigen::Vector2d room = container_->half_m.head<2>() - 0.5 * size.head<2>();
+    if (room.minCoeff() < 0.0) return std::nullopt;
+    const double x = rng.Uniform(-room.x(), room.x());
+    const double y = rng.Uniform(-room.y(), room.y());
+    return container_->X_WI * Eigen::Vector3d(x, y, 0.0);
+  }
+
+  // The target falls onto the middle of what lies there.
+  Eigen::Vector3d MiddleOfOthers() const {
+    Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
+    for (int other = 1; other < world_.objects(); ++other) {
+      sum_W += world_.ObjectCenterOfMass(other);
+    }
+    return sum_W / (world_.objects() - 1);
+  }
+
+  // The highest place of what lies below something with these bounds.
+  double TopBelow(int object, const Eigen::AlignedBox3d& bounds) const {
+    double top = robot_.X_WWorkspace.translation().z();
+    if (container_) top = container_->X_WI.translation().z() - container_->half_m.z();
+    for (int other = 0; other < world_.objects(); ++other) {
+      if (other == object || world_.parked(other)) continue;
+      const Eigen::AlignedBox3d other_bounds = world_.ObjectBounds(other);
+      const bool below =
+          (other_bounds.min().head<2>().array() <= bounds.max().head<2>().array()).all() &&
+          (other_bounds.max().head<2>().array() >= bounds.min().head<2>().array()).all();
+      if (below) top = std::max(top, other_bounds.max().z());
+    }
+    return top;
+  }
+
+  // What rolls away is put back onto the rest.
+  std::optional<Redraw> DropAll(std::vector<int> queue, base::Rng& rng) {
+    const std::size_t max_drops = static_cast<std::size_t>(clutter_.max_put_back) + queue.size();
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      if (next >= max_drops) return Redraw::kLeftTable;
+      if (!LetGo(queue[next], rng)) return Redraw::kDoesNotFit;
+      const double end_s = world_.time_s() + clutter_.interval_s;
+      while (world_.time_s() < end_s) world_.Step();
+      TakeAway(queue);
+      if (next + 1 < queue.size()) continue;
+      if (Settle() == Redraw::kNotAtRest) return Redraw::kNotAtRest;
+      TakeAway(queue);
+      for (const int unseen : OutOfView(world_, robot_.X_WScanner, scanner_)) {
+        PutBack(unseen, queue);
+      }
+    }
+    return std::nullopt;
+  }
+
+  void PutBack(int object, std::vector<int>& queue) {
+    world_.ParkObject(object);
+    queue.push_back(object);
+  }
+
+  // Parks what has left its place and appends it to the queue.
+  void TakeAway(std::vector<int>& queue) {
+    for (int object = 1; object < world_.objects(); ++object) {
+      if (world_.parked(object) || !Lost(object)) continue;
+      PutBack(object, queue);
+    }
+  }
+
+  // The same, and only as long as the target lies highest, so that a lost drop costs little: what
+  // has come to lie lower hardly climbs up again.
+  std::optional<Redraw> SettleTarget() {
+    const double end_s = world_.time_s() + clutter_.settle_limit_s;
+    double rested_s = 0.0;
+    while (world_.time_s() < end_s) {
+      const bool rests = world_.Settle(kLook_s, clutter_.rest_speed_m_s, kLook_s);
+      rested_s = rests ? rested_s + kLook_s : 0.0;
+      if (rested_s >= clutter_.rest_time_s) {
+        return AnyLost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
+      }
+      if (Lost(kTarget)) return Redraw::kLeftTable;
+      if (world_.ObjectTop(kTarget) + clutter_.touch_m < OthersTop()) return Redraw::kNotHighest;
+    }
+    return Redraw::kNotAtRest;
+  }
+
+  // Until all is at rest or something has left its place.
+  std::optional<Redraw> Settle() {
+    const double end_s = world_.time_s() + clutter_.settle_limit_s;
+    while (world_.time_s() < end_s) {
+      const bool rests =
+          world_.Settle(2.0 * clutter_.rest_time_s, clutter_.rest_speed_m_s, clutter_.rest_time_s);
+      if (AnyLost()) return Redraw::kLeftTable;
+      if (rests) return std::nullopt;
+    }
+    return Redraw::kNotAtRest;
+  }
+
+  bool AnyLost() const {
+    for (int object = 0; object < world_.objects(); ++object) {
+      if (!world_.parked(object) && Lost(object)) return true;
+    }
+    return false;
+  }
+
+  bool Lost(int object) const {
+    const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
+    if (!container_) {
+      return !OverWorkspace(center_W, options_.workspace_margin_m);
+    }
+    const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
+    return (center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any();
+  }
+
+  bool OverWorkspace(const Eigen::Vector3d& p_W, double margin_m) const {
+    return WorkspaceOf(robot_, margin_m).Contains(p_W) &&
+           (robot_.X_WWorkspace.inverse() * p_W).z() > 0.0;
+  }
+
+  double OthersTop() const {
+    double top = 0.0;
+    for (int other = 1; other < world_.objects(); ++other) {
+      top = std::max(top, world_.ObjectTop(other));
+    }
+    return top;
+  }
+
+  // A box is where it stands, whatever part of it the arm reaches.
+  bool InReach() const {
+    return container_ || OverWorkspace(world_.ObjectCenterOfMass(kTarget), 0.0);
+  }
+
+  bool Overlaps() const {
+    for (int a = 0; a < world_.objects(); ++a) {
+      if (world_.SceneDistance(a, 0.0) < -clutter_.max_penetration_m) return true;
+      for (int b = a + 1; b < world_.objects(); ++b) {
+        if (world_.ObjectDistance(a, b, 0.0) < -clutter_.max_penetration_m) return true;
+      }
+    }
+    return false;
+  }
+
+  const Options& options_;
+  const ClutterOptions& clutter_;
+  const robot::Robot& robot_;
+  const sensing::LineScannerOptions& scanner_;
+  sim::World& world_;
+  std::optional<sim::Container> container_;
+  Eigen::Vector3d center_W_ = Eigen::Vector3d::Zero();
+};
+
+class ClutterArranger : public WorldArranger {
+ public:
+  ClutterArranger(const Options& options, const robot::Robot& robot,
+                  const sensing::LineScannerOptions& scanner)
+      : WorldArranger(options, robot, scanner) {
+    if (options.objects.size() <= static_cast<std::size_t>(NeededOthers())) {
+      throw base::InputError(fmt::format(
+          "arrangement: {} needs {} objects beside the target's; objects names {} in all",
+          options.arranger, NeededOthers(), options.objects.size()));
+    }
+    if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
+      throw base::InputError(options.scene.string() +
+                             ": arrangement: box needs a scene with a box (a site \"container\", "
+                             "a box that is its interior)");
+    }
+    for (const std::string& object : options.objects) {
+      resting_poses_[object] =
+          sim::StableRestingPoses(ObjectModelOf(options, object), options.min_tipping_rad);
+    }
+  }
+
+  std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
+                                     Redraws& redraws) const override {
+    Arrangement trial{WorldWith(target, rng)};
+    Heap heap(options_, robot_, scanner_, trial.world);
+    for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
+      // Other objects, too: among some the target can hardly be the highest.
+      if (draw > 0 && DrawsOthers()) {
+        trial.world = WorldWith(target, rng);
+      }
+      if (const auto wrong = heap.DropOthers(rng)) {
+        ++redraws[*wrong];
+        continue;
+      }
+      const auto others = trial.world.Save();
+      for (int drop = 0; drop < options_.clutter.target_drops; ++drop) {
+        if (drop > 0) trial.world.Restore(*others);
+        if (const auto wrong = heap.DropTarget(rng)) {
+          ++redraws[*wrong];
+          continue;
+        }
+        const auto rest = sim::FaceAtRest(resting_poses_.at(target),
+                                          trial.world.ObjectPose(Heap::kTarget).linear());
+        trial.pose_class = rest ? rest->pose->label : "leaning";
+        trial.touching = Touching(trial.world, Heap::kTarget, options_.clutter.touch_m);
+        return trial;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  bool DrawsOthers() const {
+    return options_.arranger == kTouching || options_.clutter.draw_others;
+  }
+
+  int NeededOthers() const { return DrawsOthers() ? options_.clutter.max_others : 1; }
+
+  // The target first.
+  sim::World WorldWith(const std::string& target, base::Rng& rng) const {
+    std::vector<std::string> names = OthersOf(target, rng);
+    names.insert(names.begin(), target);
+    return WorldOf(names);
+  }
+
+  std::vector<std::string> OthersOf(const std::string& target, base::Rng& rng) const {
+    std::vector<std::string> others;
+    for (const std::string& object : options_.objects) {
+      if (object != target) others.push_back(object);
+    }
+    if (DrawsOthers()) DrawSome(others, rng);
+    return others;
+  }
+
+  std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
+};
+
+}  // namespace
 
 int Total(const Redraws& redraws) {
   int total = 0;
@@ -18,6 +579,21 @@ std::string Text(const Redraws& redraws) {
     text += fmt::format("{}{} x{}", text.empty() ? "" : ", ", base::Word(reason), count);
   }
   return text;
+}
+
+std::unique_ptr<Arranger> MakeSingleArranger(const Options& options, const robot::Robot& robot,
+                                             const sensing::LineScannerOptions& scanner) {
+  return std::make_unique<SingleArranger>(options, robot, scanner);
+}
+
+std::unique_ptr<Arranger> MakeScatteredArranger(const Options& options, const robot::Robot& robot,
+                                                const sensing::LineScannerOptions& scanner) {
+  return std::make_unique<ScatteredArranger>(options, robot, scanner);
+}
+
+std::unique_ptr<Arranger> MakeClutterArranger(const Options& options, const robot::Robot& robot,
+                                              const sensing::LineScannerOptions& scanner) {
+  return std::make_unique<ClutterArranger>(options, robot, scanner);
 }
 
 }  // namespace rangegrasp::trial

@@ -73,12 +73,22 @@ class Arranger {
 // the mouth of a bag that is emptied (pile), into an open box (box). When they rest, the target
 // follows. Drawn again, the target alone at first and then all, until everything rests in view,
 // nothing overlaps, and the target is the highest (and touches others, for touching).
-//
 
 inline constexpr const char* kSingle = "single";
 inline constexpr const char* kScattered = "scattered";
 inline constexpr const char* kTouching = "touching";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
+
+/// The arrangers of these words: one for single, one for scattered, one for the other three. The
+/// arguments must outlive them.
+/// @throws base::InputError if an object has no resting pose, there are too few, or the scene has
+/// no box.
+std::unique_ptr<Arranger> MakeSingleArranger(const Options& options, const robot::Robot& robot,
+                                             const sensing::LineScannerOptions& scanner);
+std::unique_ptr<Arranger> MakeScatteredArranger(const Options& options, const robot::Robot& robot,
+                                                const sensing::LineScannerOptions& scanner);
+std::unique_ptr<Arranger> MakeClutterArranger(const Options& options, const robot::Robot& robot,
+                                              const sensing::LineScannerOptions& scanner);
 
 }  // namespace rangegrasp::trial

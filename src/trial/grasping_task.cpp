@@ -1,18 +1,36 @@
 #include "trial/grasping_task.h"
 
-#include <nlohmann/json.hpp>
-
 #include "base/error.h"
 #include "base/file.h"
-#include "sim/info.h"
-#include "trial/objects.h"
+#include "sim/world.h"
+#include "trial/options.h"
+#include "trial/recorder.h"
 #include "trial/registry.h"
-#include "trial/replay.h"
 #include "trial/table.h"
-#include "trial/trial_charts.h"
 
 namespace rangegrasp::trial {
 namespace {
+
+experiment::Result ViewTrial(const Cell& cell, const TrialSpec& spec, experiment::View& view) {
+  ViewRecorder recorder(cell);
+  Attempt attempt;
+  const auto result = RunTrial(cell, spec, &recorder.detector(), recorder.Observer(), &attempt);
+  view = recorder.Finish(attempt);
+  return result;
+}
+
+/// Runs a trial again; leaves pictures of every stage (`<id>_perceived.png`, `<id>_lifted.png`,
+/// ...) in the folder and a film of the execution, where they are asked for; or the view, where
+/// that is.
+/// @throws base::InputError if there is no such camera, or no ffmpeg for the film.
+experiment::Result ReplayTrial(const Cell& cell, const TrialSpec& spec,
+                               const experiment::ReplayOptions& options) {
+  if (options.view) return ViewTrial(cell, spec, *options.view);
+  const auto recorder = MakeRecorder(cell, TrialId(spec), options);
+  const auto result = RunTrial(cell, spec, &recorder->detector(), recorder->Observer());
+  recorder->Finish();
+  return result;
+}
 
 using experiment::Case;
 
@@ -37,9 +55,7 @@ class Grasping : public experiment::Task {
     std::vector<Case> cases;
     for (const std::string& object : cell_.options.objects) {
       for (int i = 0; i < cell_.options.trials_per_object; ++i) {
-        const TrialSpec spec{object, i, TrialSeed(seed_, object, i)};
-        const nlohmann::ordered_json params = {{"object", object}, {"index", i}};
-        cases.push_back({TrialId(spec), object, spec.seed, params.dump()});
+        cases.push_back(CaseOf({object, i, TrialSeed(seed_, object, i)}));
       }
     }
     return cases;
@@ -81,6 +97,7 @@ class Grasping : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
+  if (!ModelsPass(options, common)) return nullptr;
   CheckObjects(map, options);
   CheckDetector(map, options, common.case_limit_s);
   options.seed = common.seed;
@@ -95,11 +112,6 @@ const Cell& CellOf(const experiment::Task& task) {
   throw base::InputError("this needs an experiment with `task: grasping`");
 }
 
-TrialSpec SpecOf(const Case& which) {
-  const auto params = nlohmann::json::parse(which.params);
-  return {params.at("object"), params.at("index"), which.seed};
-}
-
 const experiment::TaskKind& GraspingTask() {
   static const experiment::TaskKind kind{
       .name = "grasping",
@@ -109,7 +121,6 @@ const experiment::TaskKind& GraspingTask() {
       .success = "delivered",
       .stops_when_hopeless = true,
       .read = Read,
-      .check = [](base::YamlMap& map) { return CheckModels(ReadOptions(map)); },
       .read_keys = [](base::YamlMap& map) { ReadOptions(map); },
       .report = ReportOf,
       .charts = ChartsOf,

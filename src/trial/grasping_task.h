@@ -12,7 +12,5 @@ const experiment::TaskKind& GraspingTask();
 /// The work cell of a grasping experiment.
 /// @throws base::InputError if the task is of another kind.
 const Cell& CellOf(const experiment::Task& task);
-/// What a case of it is.
-TrialSpec SpecOf(const experiment::Case& which);
 
 }  // namespace rangegrasp::trial

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "geometry/plane.h"
-#include "grasp/detection.h"
+#include "grasp/detector.h"
 #include "sim/execute.h"
 #include "sim/world.h"
-#include "trial/sensor.h"
+#include "trial/cell.h"
 
 namespace rangegrasp::trial {
 
@@ -49,8 +49,8 @@ struct DetectionVerdict {
 struct TargetTruth {
   std::uint32_t label = 0;  ///< of the target, in the truth of each view
   geometry::Plane table_W;  ///< normal up
-  double clearance_m =
-      0.0;  ///< samples lower above the table do not count: preselection's distance
+  /// Samples lower above the table do not count: the preselection's distance.
+  double clearance_m = 0.0;
 };
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
@@ -72,7 +72,7 @@ bool IsAtDelivery(const sim::World& world, int object);
 /// misplaced or invalid_physics.
 Outcome JudgeExecution(const sim::ExecutionLog& log);
 
-/// What became of the objects beside the target.
+/// What became of the other objects.
 struct OthersVerdict {
   int moved = 0;       ///< further than 5 mm, from before the grasp to its end
   int left_table = 0;  ///< no longer over the table

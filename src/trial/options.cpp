@@ -2,11 +2,16 @@
 
 #include <fmt/format.h>
 
-#include "base/read_additions.h"
-#include "grasp/read_options.h"
-#include "perception/read_options.h"
-#include "sim/read_options.h"
-#include "trial/objects.h"
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "base/file.h"
+#include "base/installation.h"
+#include "base/words.h"
+#include "perception/perception_options.h"
+#include "sim/check/check.h"
+#include "sim/surfaces.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::trial {
@@ -15,6 +20,88 @@ namespace {
 using base::kDeg;
 using base::kMm;
 using base::YamlMap;
+
+// ---- keys of the experiment file ----
+
+void ReadPhysicsOptions(YamlMap map, sim::PhysicsOptions& options) {
+  map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
+  map.Read(
+      "friction", options.friction,
+      "of the glove on each object: drawn from its range in each trial; the middle, the low or "
+      "the high end; or the kinetic coefficient in place of the static one");
+  map.Read("glove_friction", options.glove_friction, 0.0, 2.0,
+           "one coefficient for the glove on everything, in place of the table of pairs");
+  map.Finish();
+}
+
+void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions& options) {
+  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0,
+           "first grip at the finger tips; without it the hand's own");
+  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip; likewise");
+  map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
+                 "faces that lean by more than this are gripped with the strongest force at once");
+  map.Read("slip_control", options.slip_control, "grips harder while the load slips");
+  map.ReadScaled("slip_threshold_mm_s", options.slip_threshold_m_s, kMm, 0.1, 1000.0,
+                 "slower sliding along the distal pads is not heard");
+  map.ReadScaled("slip_delay_ms", options.slip_delay_s, 1e-3, 0.0, 1000.0,
+                 "from a slide to the controller");
+  map.ReadScaled("slip_noise_mm_s", options.slip_noise_m_s, kMm, 0.0, 1000.0,
+                 "standard deviation of what is heard");
+  if (options.initial_force_N && options.max_force_N &&
+      *options.initial_force_N > *options.max_force_N) {
+    map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
+             fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
+                         *options.initial_force_N, *options.max_force_N));
+  }
+  map.Finish();
+}
+
+void ReadClutterOptions(YamlMap map, ClutterOptions& options) {
+  map.Read("always", options.always, "scattered: objects that lie there in every trial");
+  map.Read("others", options.others,
+           "scattered: objects that others are drawn from; those of `objects` where it is empty");
+  map.Read("standing_share", options.standing_share, 0.0, 1.0,
+           "scattered: the target and what is always there stand so often; without it as often as "
+           "a drop ends so");
+  map.Read("min_seen_share", options.min_seen_share, 0.0, 1.0,
+           "scattered: of what would be seen of the target alone, so much is seen at least");
+  map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
+                 "scattered: others lie no further from the middle of the workspace");
+  map.Read("min_others", options.min_others, 1, 30,
+           "scattered, touching: objects beside the target, the number is drawn from here ...");
+  map.Read("max_others", options.max_others, 1, 30, "... to here");
+  map.Read("draw_others", options.draw_others,
+           "box, pile: so many are drawn there, too; off: all others");
+  map.Read("min_touching", options.min_touching, 0, 30,
+           "touching: so many of them the target touches at least");
+  map.ReadScaled("touch_mm", options.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
+  map.ReadScaled("drop_height_mm", options.drop_height_m, kMm, 1.0, 300.0,
+                 "objects are let go this high above what lies below");
+  map.ReadScaled("touching_radius_mm", options.touching_radius_m, kMm, 0.0, 300.0,
+                 "touching: radius of the disc over which objects are let go");
+  map.ReadScaled("mouth_radius_mm", options.mouth_radius_m, kMm, 0.0, 300.0,
+                 "pile: radius of the bag's mouth");
+  map.Read("interval_s", options.interval_s, 0.01, 5.0, "from one object to the next");
+  map.Read("max_put_back", options.max_put_back, 0, 1000,
+           "objects that roll off their place are put back, so often at most in one heap");
+  map.Read("target_drops", options.target_drops, 1, 100,
+           "the target is dropped so often at most onto the same heap");
+  map.Read("max_draws", options.max_draws, 1, 1000,
+           "heaps that are drawn before the trial is given up");
+  map.Read("settle_limit_s", options.settle_limit_s, 0.5, 60.0,
+           "an arrangement that moves for longer is drawn again");
+  map.ReadScaled("rest_speed_mm_s", options.rest_speed_m_s, kMm, 0.01, 100.0,
+                 "slower objects rest");
+  map.Read("rest_time_s", options.rest_time_s, 0.05, 5.0, "for as long");
+  map.ReadScaled("max_penetration_mm", options.max_penetration_m, kMm, 0.01, 10.0,
+                 "deepest overlap of two things at rest");
+  if (options.min_others > options.max_others) {
+    map.Fail(map.Has("max_others") ? "max_others" : "min_others",
+             fmt::format("from {} to {}: the first must not be larger", options.min_others,
+                         options.max_others));
+  }
+  map.Finish();
+}
 
 template <typename Switches>
 void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
@@ -39,6 +126,68 @@ void ReadDetector(YamlMap& map, Options& o) {
   }
   map.Read("detector", o.detector, {kDissertation},
            "what finds objects and grasps: a word, or a map with the keys below");
+}
+
+// ---- files of objects ----
+
+// Adds an MJCF file and, by its file="..." attributes, what it refers to.
+void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesystem::path>& files) {
+  const auto path = file.lexically_normal();
+  if (!std::filesystem::is_regular_file(path) || !files.insert(path).second) return;
+  if (path.extension() != ".xml") return;
+  const std::string text = base::ReadFile(path);
+  static const std::regex kFile("file=\"([^\"]+)\"");
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), kFile);
+       it != std::sregex_iterator(); ++it) {
+    CollectModelFiles(path.parent_path() / (*it)[1].str(), files);
+  }
+}
+
+// Of objects that come with the program: beside the experiments, or else in the data folder.
+std::filesystem::path ShippedObjects(const YamlMap& map) {
+  const auto beside = (map.file().parent_path() / "../models/objects").lexically_normal();
+  if (std::filesystem::is_directory(beside)) return beside;
+  try {
+    return base::DataFolder() / "models/objects";
+  } catch (const base::InputError&) {
+    return beside;
+  }
+}
+
+// Of all folders, sorted.
+std::vector<std::string> KnownObjects(const Options& options) {
+  std::set<std::string> known;
+  for (const auto& folder : options.object_folders) {
+    if (!std::filesystem::is_directory(folder)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      if (std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) known.insert(name);
+    }
+  }
+  return {known.begin(), known.end()};
+}
+
+std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
+  std::filesystem::path only = (map.file().parent_path() / "../models/objects").lexically_normal();
+  map.ReadPath("object_folder", only, "holds NAME/NAME.xml for every object");
+  std::vector<std::string> names;
+  map.Read("object_folders", names,
+           "several such folders, relative to the file; of two objects with the same name that of "
+           "the first counts, and shipped ones are found too");
+  if (names.empty()) return {only};
+  if (map.Has("object_folder")) {
+    map.Fail("object_folders", "goes in place of object_folder: put that folder into the list");
+  }
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& name : names) {
+    folders.push_back((map.file().parent_path() / name).lexically_normal());
+    if (std::filesystem::is_directory(folders.back())) continue;
+    map.Fail("object_folders", fmt::format("no folder '{}' (looked for {}; paths are relative to "
+                                           "the YAML file)",
+                                           name, folders.back().string()));
+  }
+  folders.push_back(ShippedObjects(map));
+  return folders;
 }
 
 }  // namespace
@@ -97,8 +246,8 @@ Options ReadOptions(YamlMap& map) {
   map.Read("color", o.color,
            "the sensors see colors, too, which tell known objects apart: line scanners as if their "
            "files said so, of stereo the left picture's");
-  sim::ReadPhysicsOptions(map.Child("physics", "the simulation"), o.physics);
-  sim::ReadHandOptions(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
+  ReadPhysicsOptions(map.Child("physics", "the simulation"), o.physics);
+  ReadHandOptions(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
   // A stereo pair's errors are the same over a window of many samples.
   o.perception.stated_noise = FindSensor(o.sensor_type)->states_noise;
   perception::ReadOptions(map.Child("perception", "from the cloud to objects"), o.perception);
@@ -115,6 +264,83 @@ Options ReadOptions(YamlMap& map) {
   for (const auto& read_keys : KeyReaders()) read_keys(map, o);
   map.Finish();
   return o;
+}
+
+std::vector<std::string> AllObjects(const Options& options) {
+  std::vector<std::string> all = options.objects;
+  for (const auto* names : {&options.clutter.always, &options.clutter.others}) {
+    for (const std::string& name : *names) {
+      if (std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+    }
+  }
+  return all;
+}
+
+sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object) {
+  const auto in = [&](const std::filesystem::path& folder) {
+    return folder / object / (object + ".xml");
+  };
+  for (const auto& folder : options.object_folders) {
+    if (std::filesystem::is_regular_file(in(folder))) return {object, in(folder)};
+  }
+  return {object, in(options.object_folders.front())};
+}
+
+void CheckObjects(const YamlMap& map, const Options& options) {
+  const auto& folders = options.object_folders;
+  if (folders.size() == 1 && !std::filesystem::is_directory(folders.front())) {
+    map.Fail("object_folder", "no folder " + folders.front().string() +
+                                  " (it must hold NAME/NAME.xml for every object)");
+  }
+  std::set<std::string> seen;
+  for (const std::string& object : options.objects) {
+    if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
+  }
+  for (const std::string& object : AllObjects(options)) {
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    if (std::filesystem::is_regular_file(mjcf)) continue;
+    map.Fail("objects",
+             fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
+                         base::NearestWord(object, KnownObjects(options))));
+  }
+}
+
+bool ModelsPass(const Options& options, const experiment::Common& common) {
+  if (!common.on_findings) return true;
+  auto findings = check::CheckModel(options.scene, check::Kind::kScene);
+  check::ObjectBounds bounds;
+  bounds.min_tipping_rad = options.min_tipping_rad;
+  for (const std::string& object : AllObjects(options)) {
+    const sim::ObjectModel model = ObjectModelOf(options, object);
+    if (!std::filesystem::is_regular_file(model.mjcf)) continue;  // CheckObjects names the nearest
+    const auto found = check::CheckObject(model, bounds);
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return common.on_findings(findings);
+}
+
+std::string SceneHash(const Options& options) {
+  std::set<std::filesystem::path> files;
+  CollectModelFiles(options.scene, files);
+  for (const std::string& object : AllObjects(options)) {
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    CollectModelFiles(mjcf, files);
+    for (const auto& surfaces : sim::SurfaceFiles(mjcf)) files.insert(surfaces);
+  }
+  files.insert(options.sensor);
+  for (const auto& file : FindSensor(options.sensor_type)->files(options.sensor)) {
+    files.insert(file);
+  }
+  for (const auto& files_of : FileLists()) {
+    for (const auto& file : files_of(options)) files.insert(file);
+  }
+  // By name, not by path: the same files in another folder hash alike.
+  std::vector<std::pair<std::string, std::filesystem::path>> sorted;
+  for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);
+  std::sort(sorted.begin(), sorted.end());
+  std::uint64_t hash = base::Fnv1a("");
+  for (const auto& [name, file] : sorted) hash = base::Fnv1a(name + base::ReadFile(file), hash);
+  return base::Hex(hash);
 }
 
 }  // namespace rangegrasp::trial

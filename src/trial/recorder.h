@@ -5,8 +5,9 @@
 #include <string>
 
 #include "experiment/task.h"
+#include "experiment/view.h"
 #include "sim/render.h"
-#include "trial/attempt.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::trial {
 
@@ -21,7 +22,8 @@ class Recorder {
   virtual const Detector& detector() const = 0;  ///< the cell's, looked at
   virtual sim::ExecutionObserver Observer() = 0;
   virtual void SetPrefix(const std::string& prefix) = 0;  ///< of the pictures that follow
-  /// A picture of a moment that no execution names. @throws base::InputError for an unknown camera.
+  /// A picture of a moment that no execution names.
+  /// @throws base::InputError for an unknown camera.
   virtual void Take(const std::string& moment, sim::World& world) = 0;
   /// Which moments of executions become pictures; all unless it is set.
   virtual void KeepMoments(std::function<bool(const std::string&)> wanted) = 0;
@@ -30,7 +32,8 @@ class Recorder {
                                          const sim::PinholeView& view)>
                           on_view) = 0;
   /// Writes the sheet, `<first prefix>_sheet.png`, and closes the film; of what never moved it
-  /// shows the start. @throws base::RunError if ffmpeg failed.
+  /// shows the start.
+  /// @throws base::RunError if ffmpeg failed.
   virtual void Finish() = 0;
 };
 
@@ -44,5 +47,29 @@ using RecorderMaker = std::unique_ptr<Recorder> (*)(const Cell& cell, const std:
                                                     const experiment::ReplayOptions& options);
 /// What makes those that take pictures.
 void SetRecorderMaker(RecorderMaker maker);
+
+/// What there is to look at of a trial while it runs: the scan in the colours of the objects that
+/// were perceived, their completed surfaces, the grasps, and what moved. Nothing of the trial
+/// depends on being looked at. The cell must outlive it; it stays where it was made.
+class ViewRecorder {
+ public:
+  explicit ViewRecorder(const Cell& cell);
+  ViewRecorder(const ViewRecorder&) = delete;
+  ViewRecorder& operator=(const ViewRecorder&) = delete;
+
+  const Detector& detector() const { return *detector_; }  ///< the cell's, looked at
+  sim::ExecutionObserver Observer();
+  /// All that was seen.
+  /// @param attempt  what came of the trial
+  experiment::View Finish(const Attempt& attempt);
+
+ private:
+  void OnMoment(const std::string& moment, const sim::World& world);
+
+  const Cell& cell_;
+  experiment::View view_;
+  std::unique_ptr<Detector> detector_;  // writes into view_
+  std::vector<int> bodies_;             // of each of the view's bodies: its number in the world
+};
 
 }  // namespace rangegrasp::trial

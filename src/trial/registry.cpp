@@ -1,9 +1,19 @@
 #include "trial/registry.h"
 
+#include <fmt/format.h>
+
 #include <deque>
 #include <optional>
 
 #include "base/error.h"
+#include "cli/commands.h"
+#include "experiment/experiment.h"
+#include "libraries.h"
+#include "sim/surfaces.h"
+#include "sim/world.h"
+#include "trial/command/grasping_commands.h"
+#include "trial/command/perceive_command.h"
+#include "trial/grasping_task.h"
 
 namespace rangegrasp::trial {
 namespace {
@@ -35,6 +45,68 @@ std::vector<std::string> WordsOfAll(const std::deque<Kind>& kinds) {
   std::vector<std::string> words;
   for (const Kind& kind : kinds) words.push_back(kind.word);
   return words;
+}
+
+// What `rangegrasp list` lists.
+
+std::string ListObjects() {
+  std::string text;
+  for (const auto& file : cli::ShippedFiles("models/objects", ".xml")) {
+    const std::string name = file.stem().string();
+    if (file.parent_path().filename() == name) {
+      text += cli::ListingLine(name, sim::ObjectTitle({name, file}));
+    }
+  }
+  return text;
+}
+
+std::string ListSurfaces() {
+  std::string text;
+  for (const auto& surface : sim::ReadSurfaces(sim::ShippedSurfaces())) {
+    text += cli::ListingLine(surface.name, fmt::format("friction of the glove {:.2f} to {:.2f}",
+                                                       surface.glove.low, surface.glove.high));
+  }
+  return text;
+}
+
+std::string ListFiles(const char* folder, const char* ending) {
+  std::string text;
+  for (const auto& file : cli::ShippedFiles(folder, ending)) text += file.stem().string() + "\n";
+  return text;
+}
+
+std::string ListAdditions() {
+  std::string text;
+  for (const auto& key : AdditionKeys()) text += cli::ListingLine(key.path, key.doc);
+  return text;
+}
+
+void AddListings() {
+  cli::AddListing({"objects", "objects", ListObjects});
+  cli::AddListing({"surfaces", "kinds of surfaces", ListSurfaces});
+  cli::AddListing({"scenes", "scenes", [] { return ListFiles("scenes", ".xml"); }});
+  cli::AddListing({"sensors", "sensors", [] { return ListFiles("models/sensors", ".yaml"); }});
+  cli::AddListing({"additions", "keys of grasping experiments that go beyond the dissertation",
+                   ListAdditions, false});
+}
+
+void AddParts() {
+  AddSensor(
+      {.word = kLineScanner,
+       .laser = [](const std::filesystem::path& file) { return file; },
+       .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
+       .make =
+           [](const Cell& cell) { return MakeLineScanner(cell.scanner, cell.robot.X_WScanner); }});
+  AddArranger({kSingle, MakeSingleArranger});
+  AddArranger({kScattered, MakeScatteredArranger});
+  for (const char* word : {kTouching, kBox, kPile}) {
+    AddArranger({word, MakeClutterArranger});
+  }
+  AddDetector({.word = kDissertation,
+               .make = [](const Options& options, const robot::Robot& robot,
+                          grasp::SceneObserver observer) {
+                 return grasp::MakeDissertationDetector(options, robot, std::move(observer));
+               }});
 }
 
 }  // namespace
@@ -83,13 +155,26 @@ void AddDetectorTo(const Options& options, experiment::Stamp& stamp) {
 
 void AddKeyReader(KeyReader reader) { All().key_readers.push_back(reader); }
 const std::vector<KeyReader>& KeyReaders() { return All().key_readers; }
-
 void AddFileList(FileList files) { All().file_lists.push_back(files); }
 const std::vector<FileList>& FileLists() { return All().file_lists; }
-
 void SetFurtherLooks(const FurtherLooks& looks) { All().further_looks = looks; }
 const FurtherLooks* GetFurtherLooks() {
   return All().further_looks ? &*All().further_looks : nullptr;
 }
 
 }  // namespace rangegrasp::trial
+
+namespace rangegrasp {
+
+void RegisterTrial() {
+  trial::AddParts();
+  experiment::AddKind(trial::GraspingTask());
+  cli::AddCommand(cli::AddPictureCommands);
+  cli::AddCommand(cli::AddPerceiveCommand);
+  cli::AddCommand(cli::AddCheckCommand);
+  trial::AddListings();
+  cli::AddLibrary("mujoco", sim::EngineVersion());
+  for (const auto& [name, version] : trial::kLibraries) cli::AddLibrary(name, version);
+}
+
+}  // namespace rangegrasp

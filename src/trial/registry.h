@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/yaml_map.h"
-#include "experiment/stamp.h"
+#include "experiment/record.h"
 #include "trial/arranger.h"
+#include "trial/cell.h"
 #include "trial/options.h"
-#include "trial/sensor.h"
 
 namespace rangegrasp::trial {
 
@@ -74,12 +74,15 @@ inline constexpr const char* kDissertation = "dissertation";
 inline constexpr const char* kDetectorWithKeys = "keys below";
 void AddDetector(const DetectorKind& kind);
 const DetectorKind* FindDetector(const std::string& word);
-/// The detector that the options name. The arguments must outlive it. @param observer  may be empty
+/// The detector that the options name. The arguments must outlive it.
+/// @param observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer = {});
-/// For tasks that have a method of their own. @throws base::InputError for any other detector.
+/// For tasks that have a method of their own.
+/// @throws base::InputError for any other detector.
 void RequireOwnDetector(const base::YamlMap& map, const Options& options);
-/// For tasks that take any. @throws base::InputError
+/// For tasks that take any.
+/// @throws base::InputError
 void CheckDetector(const base::YamlMap& map, const Options& options, double case_limit_s);
 /// Puts into the stamp's identity what the detector's answers depend on.
 void AddDetectorTo(const Options& options, experiment::Stamp& stamp);
@@ -105,3 +108,11 @@ void SetFurtherLooks(const FurtherLooks& looks);
 const FurtherLooks* GetFurtherLooks();
 
 }  // namespace rangegrasp::trial
+
+namespace rangegrasp {
+
+/// The grasping testbed: its task, words, commands and listings. When the program starts, before
+/// any system.
+void RegisterTrial();
+
+}  // namespace rangegrasp

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <set>
 
-#include "base/csv.h"
+#include "base/file.h"
+#include "base/units.h"
 #include "base/words.h"
-#include "experiment/statistics.h"
-#include "trial/friction_curve.h"
 
 namespace rangegrasp::trial {
 namespace {
@@ -21,6 +22,9 @@ using experiment::Record;
 using experiment::Stamp;
 using nlohmann::ordered_json;
 using Rate = std::optional<double>;
+using experiment::Chart;
+using experiment::Count;
+using experiment::PercentOf;
 
 struct Published {
   Rate detection, grasp;
@@ -163,52 +167,13 @@ std::map<std::string, double> MaxAudit(const std::vector<Record>& records) {
   return max;
 }
 
-}  // namespace
-
-Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
-  Table table;
-  const auto published = PublishedIn(stamp);
-  const std::string& groups = experiment::Need(stamp.identity, "groups");
-  for (const std::string& object : base::Split(groups, ',')) {
-    Row row;
-    row.object = object;
-    const auto title = stamp.data.find(kTitlePrefix + object);
-    if (title != stamp.data.end()) row.title = title->second;
-    for (const Record& record : records) {
-      if (record.which.group == object) CountRecord(record, row);
-    }
-    row.detection_rate = RateOf(row.detected, row.trials);
-    row.grasp_rate = RateOf(row.delivered, row.detected);
-    AddPublished(published, row.title, row);
-    table.rows.push_back(row);
-  }
-  table.overall.object = "overall";
-  table.overall.title = "Overall";
-  for (const Record& record : records) CountRecord(record, table.overall);
-  table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
-  table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
-  if (HasAllRows(published, table.rows)) AddPublished(published, "overall", table.overall);
-  ComparePooled(table);
-  table.pooled_detection_rate = RateOf(table.overall.detected, table.overall.trials);
-  table.pooled_grasp_rate = RateOf(table.overall.delivered, table.overall.detected);
-  table.stage_seconds = experiment::StageTimes(records);
-  table.audit_max = MaxAudit(records);
-  return table;
-}
-
-bool IsBelowPublished(const Table& table, const Row& row) {
-  const auto below = [&](const Rate& p) { return p && *p < table.p_threshold; };
-  return below(row.detection_p_below) || below(row.grasp_p_below);
-}
-
-namespace {
-
 // A p-value, marked where it is below the threshold.
 std::string PText(const Table& table, const Rate& p) {
   if (!p) return "-";
   return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
 }
 
+std::string NameOf(const Row& row) { return row.title.empty() ? row.object : row.title; }
 std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : "-"; }
 
 // The failures of a row, e.g. "no_path 1, dropped 2".
@@ -220,7 +185,7 @@ std::string Failures(const Row& row) {
 
 std::vector<std::string> CellsOf(const Table& table, const Row& row, const std::string& number) {
   return {number,
-          row.title.empty() ? row.object : row.title,
+          NameOf(row),
           fmt::format("{}", row.trials),
           Percent(row.detection_rate),
           IntervalText(row.detected, row.trials),
@@ -247,7 +212,7 @@ void DropComparison(Grid& grid) {
 std::string ComparisonLine(const Table& table) {
   std::vector<std::string> below;
   for (const Row& row : table.rows) {
-    if (IsBelowPublished(table, row)) below.push_back(row.title.empty() ? row.object : row.title);
+    if (IsBelowPublished(table, row)) below.push_back(NameOf(row));
   }
   return fmt::format(
       "p: Fisher's exact test, one-sided, of a lower rate than the published one; significantly "
@@ -296,20 +261,10 @@ std::pair<Rate, Rate> Interval(int k, int n) {
 
 Grid CsvGridOf(const Table& table) {
   Grid grid;
-  grid.header = {"object",
-                 "title",
-                 "trials",
-                 "detected",
-                 "delivered",
-                 "detection_rate",
-                 "detection_low",
-                 "detection_high",
-                 "grasp_rate",
-                 "grasp_low",
-                 "grasp_high",
-                 "published_detection_rate",
-                 "published_grasp_rate",
-                 "failures"};
+  grid.header = base::Split(
+      "object,title,trials,detected,delivered,detection_rate,detection_low,detection_high,"
+      "grasp_rate,grasp_low,grasp_high,published_detection_rate,published_grasp_rate,failures",
+      ',');
   const auto cell = [](const Rate& rate) { return rate ? Fixed(*rate, 4) : std::string(); };
   const auto add = [&](const Row& row) {
     const auto [detection_low, detection_high] = Interval(row.detected, row.trials);
@@ -370,7 +325,7 @@ ordered_json JsonOf(const Table& table) {
 
 // A rate beside its published one; nothing where there is none.
 void AddFigure(const Row& row, const char* what, const Rate& own, const Rate& published,
-               const experiment::Share& counts, const experiment::Share& published_counts,
+               const experiment::Count& counts, const experiment::Count& published_counts,
                std::vector<experiment::PublishedFigure>& figures) {
   if (!published || !row.published_trials) return;
   figures.push_back({.row = row.title + ", " + what,
@@ -396,7 +351,179 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
   return figures;
 }
 
+// A coefficient that is a bin's end belongs to the bin above, whatever its last bit is.
+constexpr double kRounding = 1e-9;
+
+const std::map<int, Count>& BinsOf(const FrictionCurve& curve, const std::string& object) {
+  static const std::map<int, Count> none;
+  const auto found = curve.find(object);
+  return found == curve.end() ? none : found->second;
+}
+
+void AddRow(const std::string& name, const std::map<int, Count>& bins, const std::set<int>& columns,
+            experiment::Grid& grid) {
+  std::vector<std::string> row{name};
+  for (const int column : columns) {
+    const auto bin = bins.find(column);
+    row.push_back(bin == bins.end() ? "-" : fmt::format("{}/{}", bin->second.k, bin->second.n));
+  }
+  grid.rows.push_back(std::move(row));
+}
+
+constexpr const char* kDelivered = "delivered of detected";
+
+// Upper ends of bins; what is larger is in one more. A hold's slip is a millimetre or two, a lost
+// object's is as far as it fell.
+const std::vector<double> kSlipEnds_mm = {1, 2, 5, 10, 20, 50};
+const std::vector<double> kTiltEnds_deg = {1, 2, 5, 10, 20, 45};
+
+// Of a record that counts as detected.
+struct Tried {
+  std::string object;
+  nlohmann::json data;
+  bool delivered = false;
+};
+
+std::vector<Tried> TriedOf(const std::vector<Record>& records) {
+  std::vector<Tried> tried;
+  for (const Record& record : records) {
+    auto data = nlohmann::json::parse(record.result.data, nullptr, false);
+    if (!data.is_object() || !data.value("detected", false)) continue;
+    tried.push_back({record.which.group, std::move(data), record.result.outcome == "delivered"});
+  }
+  return tried;
+}
+
+Chart DeliveredChart(const std::string& title, const std::string& along) {
+  Chart chart;
+  chart.title = title;
+  chart.unit = "%";
+  chart.along = along;
+  chart.series = {{kDelivered, {}}};
+  return chart;
+}
+
+void Add(bool delivered, Count& count) {
+  ++count.n;
+  count.k += delivered ? 1 : 0;
+}
+
+void Add(const std::string& label, const Count& count, Chart& chart) {
+  chart.labels.push_back(label);
+  chart.series.front().values.push_back(PercentOf(count));
+}
+
+Chart::Value PublishedValue(const std::optional<double>& rate) {
+  if (!rate) return {};
+  return {100.0 * *rate, {}, ""};
+}
+
+Chart ObjectChart(const Table& table, const char* title, int Row::*k, int Row::*n,
+                  std::optional<double> Row::*published) {
+  Chart chart;
+  chart.title = title;
+  chart.unit = "%";
+  chart.along = "object";
+  chart.series = {{"this run", {}}, {"published", {}}};
+  bool any = false;
+  for (const Row& row : table.rows) {
+    chart.labels.push_back(row.title.empty() ? row.object : row.title);
+    chart.series[0].values.push_back(PercentOf({row.*k, row.*n}));
+    chart.series[1].values.push_back(PublishedValue(row.*published));
+    any = any || row.*published;
+  }
+  if (!any) chart.series.pop_back();
+  return chart;
+}
+
+// By a word of the records.
+Chart WordChart(const std::vector<Tried>& tried, const char* key, const std::string& title,
+                const std::string& along) {
+  std::map<std::string, Count> counts;
+  for (const Tried& one : tried) {
+    const auto word = one.data.find(key);
+    if (word == one.data.end() || !word->is_string() || word->get_ref<const std::string&>().empty())
+      continue;
+    Add(one.delivered, counts[word->get<std::string>()]);
+  }
+  Chart chart = DeliveredChart(title, along);
+  for (const auto& [word, count] : counts) Add(word, count, chart);
+  return chart;
+}
+
+// By a figure of the executions' logs.
+Chart LogChart(const std::vector<Tried>& tried, const char* key, double scale,
+               const std::vector<double>& ends, const std::string& title,
+               const std::string& along) {
+  std::vector<Count> counts(ends.size() + 1);
+  for (const Tried& one : tried) {
+    const auto log = one.data.find("log");
+    if (log == one.data.end() || !log->contains(key) || !(*log)[key].is_number()) continue;
+    const double figure = scale * (*log)[key].get<double>();
+    const auto bin = std::upper_bound(ends.begin(), ends.end(), figure) - ends.begin();
+    Add(one.delivered, counts[static_cast<std::size_t>(bin)]);
+  }
+  Chart chart = DeliveredChart(title, along);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i].n == 0) continue;
+    const std::string low = i == 0 ? "0" : fmt::format("{:g}", ends[i - 1]);
+    Add(i == ends.size() ? "over " + low : fmt::format("{}-{:g}", low, ends[i]), counts[i], chart);
+  }
+  return chart;
+}
+
+Chart FrictionChart(const std::vector<Record>& records) {
+  std::map<int, Count> counts;
+  for (const auto& [object, bins] : FrictionCurveOf(records)) {
+    for (const auto& [bin, of_object] : bins) {
+      counts[bin].k += of_object.k;
+      counts[bin].n += of_object.n;
+    }
+  }
+  Chart chart =
+      DeliveredChart("Delivered by friction", "static friction of the glove on the object, from");
+  for (const auto& [bin, count] : counts)
+    Add(fmt::format("{:.2f}", bin * kFrictionBin), count, chart);
+  return chart;
+}
+
 }  // namespace
+
+Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
+  Table table;
+  const auto published = PublishedIn(stamp);
+  const std::string& groups = experiment::Need(stamp.identity, "groups");
+  for (const std::string& object : base::Split(groups, ',')) {
+    Row row;
+    row.object = object;
+    const auto title = stamp.data.find(kTitlePrefix + object);
+    if (title != stamp.data.end()) row.title = title->second;
+    for (const Record& record : records) {
+      if (record.which.group == object) CountRecord(record, row);
+    }
+    row.detection_rate = RateOf(row.detected, row.trials);
+    row.grasp_rate = RateOf(row.delivered, row.detected);
+    AddPublished(published, row.title, row);
+    table.rows.push_back(row);
+  }
+  table.overall.object = "overall";
+  table.overall.title = "Overall";
+  for (const Record& record : records) CountRecord(record, table.overall);
+  table.overall.detection_rate = MeanOf(table.rows, &Row::detection_rate);
+  table.overall.grasp_rate = MeanOf(table.rows, &Row::grasp_rate);
+  if (HasAllRows(published, table.rows)) AddPublished(published, "overall", table.overall);
+  ComparePooled(table);
+  table.pooled_detection_rate = RateOf(table.overall.detected, table.overall.trials);
+  table.pooled_grasp_rate = RateOf(table.overall.delivered, table.overall.detected);
+  table.stage_seconds = experiment::StageTimes(records);
+  table.audit_max = MaxAudit(records);
+  return table;
+}
+
+bool IsBelowPublished(const Table& table, const Row& row) {
+  const auto below = [&](const Rate& p) { return p && *p < table.p_threshold; };
+  return below(row.detection_p_below) || below(row.grasp_p_below);
+}
 
 ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
   ordered_json json = ordered_json::object();
@@ -424,6 +551,78 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   report.csv = CsvGridOf(table);
   report.published = FiguresOf(table);
   return report;
+}
+
+FrictionCurve FrictionCurveOf(const std::vector<experiment::Record>& records) {
+  FrictionCurve curve;
+  for (const Tried& one : TriedOf(records)) {
+    const auto friction = one.data.find("friction");
+    if (friction == one.data.end() || !friction->is_number()) continue;
+    const int bin =
+        static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
+    Add(one.delivered, curve[one.object][bin]);
+  }
+  return curve;
+}
+
+experiment::Grid GridOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
+  experiment::Grid grid;
+  if (std::all_of(curve.begin(), curve.end(),
+                  [](const auto& object) { return object.second.size() < 2; })) {
+    return grid;
+  }
+  std::set<int> columns;
+  std::map<int, Count> all;
+  for (const auto& [object, bins] : curve) {
+    for (const auto& [column, bin] : bins) {
+      columns.insert(column);
+      all[column].n += bin.n;
+      all[column].k += bin.k;
+    }
+  }
+  grid.header = {"static friction from"};
+  for (const int column : columns)
+    grid.header.push_back(fmt::format("{:.2f}", column * kFrictionBin));
+  grid.left.assign(grid.header.size(), false);
+  grid.left[0] = true;
+  grid.total = true;
+  for (const std::string& object : objects) AddRow(object, BinsOf(curve, object), columns, grid);
+  AddRow("all", all, columns, grid);
+  return grid;
+}
+
+nlohmann::ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
+  auto json = nlohmann::ordered_json::array();
+  for (const std::string& object : objects) {
+    auto bins = nlohmann::ordered_json::array();
+    for (const auto& [column, bin] : BinsOf(curve, object)) {
+      bins.push_back({{"low", column * kFrictionBin},
+                      {"high", (column + 1) * kFrictionBin},
+                      {"detected", bin.n},
+                      {"delivered", bin.k}});
+    }
+    json.push_back({{"object", object}, {"bins", bins}});
+  }
+  return json;
+}
+
+std::vector<Chart> ChartsOf(const experiment::Stamp& stamp, const std::vector<Record>& records) {
+  const Table table = BuildTable(stamp, records);
+  const auto tried = TriedOf(records);
+  std::vector<Chart> charts = {
+      ObjectChart(table, "Detection rate by object", &Row::detected, &Row::trials,
+                  &Row::published_detection_rate),
+      ObjectChart(table, "Grasping rate by object", &Row::delivered, &Row::detected,
+                  &Row::published_grasp_rate),
+      WordChart(tried, "pose_class", "Delivered by resting pose", "resting pose"),
+      WordChart(tried, "grasp_type", "Delivered by kind of grasp", "kind of grasp"),
+      FrictionChart(records),
+      LogChart(tried, "slip_in_hand_m", base::kMmPerM, kSlipEnds_mm, "Delivered by slip",
+               "slip in the hand while it held, mm"),
+      LogChart(tried, "tilt_in_hand_rad", base::ToDeg(1.0), kTiltEnds_deg, "Delivered by tilt",
+               "turn in the hand while it held, degrees")};
+  std::erase_if(charts, [](const Chart& chart) { return chart.labels.empty(); });
+  return charts;
 }
 
 }  // namespace rangegrasp::trial

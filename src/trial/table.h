@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "experiment/compare.h"
 #include "experiment/record.h"
 #include "experiment/report.h"
-#include "experiment/stamp.h"
+#include "experiment/statistics.h"
 
 namespace rangegrasp::trial {
 
@@ -66,5 +65,27 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
 
 /// {"scan": {"median": s, "p95": s}, ...}
 nlohmann::ordered_json JsonOf(const std::vector<experiment::StageTime>& times);
+
+/// Width of a bin of the coefficient; a bin's number is its lower end over the width.
+inline constexpr double kFrictionBin = 0.05;
+/// By object, then by bin of its static friction: delivered of detected. Trials in which the target
+/// was not detected are left out: the hand never touched it.
+using FrictionCurve = std::map<std::string, std::map<int, experiment::Count>>;
+
+FrictionCurve FrictionCurveOf(const std::vector<experiment::Record>& records);
+
+/// Delivered of detected by bins, a row an object in the given order and one for all; without rows
+/// if all trials are in one bin each (friction was not drawn).
+experiment::Grid GridOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
+
+/// JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
+nlohmann::ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
+
+/// The rates of the table by object, beside the published ones; then what they depend on: how the
+/// object lies, the kind of grasp, friction, and how far the object slid and turned in the hand.
+/// Without such figures in any record a chart is left out.
+/// @throws base::InputError as BuildTable.
+std::vector<experiment::Chart> ChartsOf(const experiment::Stamp& stamp,
+                                        const std::vector<experiment::Record>& records);
 
 }  // namespace rangegrasp::trial

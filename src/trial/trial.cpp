@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/stopwatch.h"
-#include "sim/info.h"
-#include "trial/objects.h"
+#include "base/words.h"
+#include "grasp/surface.h"
+#include "robot/timing.h"
+#include "sim/world.h"
+#include "trial/options.h"
+#include "trial/registry.h"
 
 namespace rangegrasp::trial {
 namespace {
@@ -41,10 +47,284 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
   return RunAttempt(cell, arranged->world, options);
 }
 
+/// About a fingertip that met something: as wide as a finger.
+constexpr double kMet_m = 0.016;
+
+ordered_json JsonOf(const sim::Audit& a) {
+  return {{"penetration_p95_m", a.penetration_p95_m},
+          {"penetration_max_m", a.penetration_max_m},
+          {"penetration_share", a.penetration_share},
+          {"creep_m_s", a.creep_m_s},
+          {"creep_rad_s", a.creep_rad_s},
+          {"equality_share", a.equality_share},
+          {"grip_share", a.grip_share},
+          {"drive_limit_s", a.drive_limit_s},
+          {"tracking_error_rad", a.tracking_error_rad},
+          {"energy_gain_j", a.energy_gain_J},
+          {"warnings", a.warnings},
+          {"failed", a.failed}};
+}
+
+ordered_json JsonOf(const sim::HandOverLog& h) {
+  return {{"early", h.early},
+          {"felt", h.felt},
+          {"felt_n", h.felt_N},
+          {"felt_s", h.felt_s},
+          {"taken", h.taken}};
+}
+
+ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& grasp) {
+  ordered_json json = {{"lift_height_m", log.lift_height_m},
+                       {"held_after_lift", log.held_after_lift},
+                       {"held_after_carry", log.held_after_carry},
+                       {"final_distance_m", log.final_distance_m},
+                       {"at_rest", log.at_rest},
+                       {"touched_by_hand", log.touched_by_hand},
+                       {"lean_rad", log.lean_rad},
+                       {"on_support", log.on_support},
+                       {"tilt_in_hand_rad", log.tilt_in_hand_rad},
+                       {"slip_in_hand_m", log.slip_in_hand_m},
+                       {"grip_force_n", log.grip_force_N},
+                       {"felt_force_n", log.felt_force_N},
+                       {"slips_heard", log.slips_heard},
+                       {"lift_lag_rad", log.lift_lag_rad},
+                       {"tracking_error_m", log.tracking_error_m},
+                       {"joints_at_limits", log.joints_at_limits},
+                       {"stopped_by_contact", log.stopped_by_contact},
+                       {"simulated_s", log.simulated_s},
+                       {"aperture",
+                        {{"lifted_rad", log.aperture.lifted_rad},
+                         {"carried_rad", log.aperture.carried_rad},
+                         {"holds_after_lift", log.aperture.holds_after_lift},
+                         {"holds_after_carry", log.aperture.holds_after_carry}}},
+                       {"grasp",
+                        {{"pitch_rad", grasp.pitch_rad},
+                         {"width_m", grasp.width_m},
+                         {"contact_angle_rad", grasp.contact_angle_rad},
+                         {"score", grasp.score}}},
+                       {"audit", JsonOf(log.audit)}};
+  if (log.hand_over) json["hand_over"] = JsonOf(*log.hand_over);
+  return json;
+}
+
+ordered_json JsonOf(const LookRecord& look) {
+  return {{"gain_m3", look.gain_m3}, {"unseen_m3", look.unseen_m3}, {"way_s", look.way_s},
+          {"arrived", look.arrived}, {"refined", look.refined},     {"deviations", look.deviations},
+          {"sigma_m", look.sigma_m}, {"pairs", look.pairs}};
+}
+
+std::size_t MeasuredSamples(const geometry::Observation& observation) {
+  std::size_t count = 0;
+  for (const auto& view : observation.views) {
+    count += static_cast<std::size_t>(
+        std::count_if(view.image.points_C.begin(), view.image.points_C.end(),
+                      [](const Eigen::Vector3d& p) { return p.allFinite(); }));
+  }
+  return count;
+}
+
+/// What the log says of an execution that failed; may be empty.
+std::string WhyOf(const sim::ExecutionLog& log) {
+  if (!log.audit.failed.empty() || log.stopped_by_contact.empty()) return log.audit.failed;
+  return "the drives felt something in the way, or fell behind, in: " +
+         base::Join(log.stopped_by_contact);
+}
+
+std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
+  return std::count_if(detection.grasps.begin(), detection.grasps.end(),
+                       [](const grasp::DetectedGrasp& g) { return !g.collides; });
+}
+
+// One attempt while it runs: what a stage leaves for the next.
+class AttemptRun {
+ public:
+  AttemptRun(const Cell& cell, sim::World& world, const AttemptOptions& options)
+      : cell_(cell),
+        world_(world),
+        options_(options),
+        q_start_(options.q_start.value_or(cell.robot.home)) {}
+
+  Attempt Run() {
+    try {
+      RunStages();
+    } catch (const DetectorFailed& e) {
+      End(Outcome::kDetectorFailed, e.what());
+    } catch (const std::exception& e) {
+      End(Outcome::kCrashed, e.what());
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void End(Outcome outcome, const std::string& detail) {
+    result_.outcome = outcome;
+    result_.detail = detail;
+  }
+  void Begin(const char* stage) {
+    result_.stage = stage;
+    watch_.Restart();
+  }
+  void Timed(const char* stage) {
+    experiment::AddSeconds(stage, watch_.Restart(), result_.seconds);
+  }
+  base::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
+
+  void RunStages() {
+    // Of an attempt that ends before anything moves, too.
+    if (options_.observer.on_moment) options_.observer.on_moment("start", world_);
+    Begin("scan");
+    std::optional<Sensed> own;
+    if (!options_.sensed) {
+      own = LookAround();
+      Timed("scan");
+    }
+    const Sensed& sensed = own ? *own : *options_.sensed;
+    result_.scan_points = MeasuredSamples(sensed.observation);
+    if (options_.on_sensed) options_.on_sensed(sensed);
+
+    Begin("perceive");
+    Detect(sensed.observation);
+    result_.target =
+        options_.target ? options_.target : AimedAt(result_.detected.detection, sensed, world_);
+    if (!Accept(sensed)) return;
+
+    Move();
+  }
+
+  // From as many places as the experiment asks for.
+  Sensed LookAround() {
+    Sensed first = Look(cell_, world_, options_.seed);
+    const FurtherLooks* further = GetFurtherLooks();
+    if (!further || !further->wanted(cell_.options)) return first;
+    Timed("scan");
+    LookedAround around = further->look(cell_, std::move(first), world_, options_.seed);
+    q_start_ = around.q;
+    result_.looks = std::move(around.looks);
+    Timed("look");
+    if (options_.observer.on_moment) options_.observer.on_moment("looked", world_);
+    return std::move(around.sensed);
+  }
+
+  // Comes down where something was met before only if nothing else is left.
+  void Move() {
+    base::Rng rng = Stream("plan");
+    base::Rng noise = Stream("execute");
+    grasp::Detection known = result_.detected.detection;
+    Eigen::VectorXd q = q_start_;
+    before_W_ = CentersOf(world_);
+    for (bool last = false; !last;) {
+      ++result_.approaches;
+      last = result_.approaches >= cell_.options.max_approaches;
+      Begin("plan");
+      grasp::Move move = cell_.mover->Plan(known, q, rng);
+      if (!move.plan && result_.approaches > 1) {
+        move = cell_.mover->Plan(result_.detected.detection, q, rng);
+        last = true;
+      }
+      Timed("plan");
+      result_.plans += move.tried;
+      result_.blind = move.blind;
+      result_.brushes = move.brushes;
+      if (!move.plan) return End(Outcome::kNoPath, move.failures);
+      result_.executed.push_back(move.grasp);
+      Execute(*move.plan, known.grasps[move.grasp], noise, last);
+      const auto& met_W = result_.log->met_W;
+      if (met_W.empty() || !result_.log->audit.failed.empty()) return;
+      known.obstacles.measured_C.push_back(grasp::SpeckMesh(met_W, kMet_m));
+      q = world_.ArmPositions();
+    }
+  }
+
+  void Detect(const geometry::Observation& observation) {
+    base::Rng rng = Stream("perceive");
+    const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
+    result_.detected = detector.Detect(observation, rng, options_.turn);
+    const auto& seconds = result_.detected.seconds;
+    result_.seconds.insert(result_.seconds.end(), seconds.begin(), seconds.end());
+    if (options_.prefer) options_.prefer(result_.detected.detection);
+  }
+
+  // Whether there is something to plan for; if not, the attempt has ended.
+  bool Accept(const Sensed& sensed) {
+    if (options_.target ? !IsTarget(sensed) : !IsAnything()) return false;
+    if (FreeGrasps(result_.detected.detection) == 0) {
+      Begin("grasp");
+      const std::string& why = result_.detected.why_none;
+      End(Outcome::kNoGrasp, !why.empty() ? why
+                                          : fmt::format("{} candidates, all collide",
+                                                        result_.detected.detection.grasps.size()));
+      return false;
+    }
+    result_.accepted = true;
+    return true;
+  }
+
+  // The judge's verdict on the detection.
+  bool IsTarget(const Sensed& sensed) {
+    const grasp::Detection& detection = result_.detected.detection;
+    const auto verdict =
+        JudgeDetection(detection, sensed,
+                       {static_cast<std::uint32_t>(*options_.target) + 1, cell_.TablePlane(),
+                        cell_.options.perception.preprocess.table_clearance_m});
+    if (verdict.right_target && verdict.segmented) return true;
+    const bool none = detection.objects.empty();
+    End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
+        fmt::format("share of the object {:f}, of the target {:f}", verdict.share_of_object,
+                    verdict.share_of_target));
+    return false;
+  }
+
+  bool IsAnything() {
+    const bool none = result_.detected.detection.objects.empty();
+    if (!none && result_.detected.has_turn && result_.target) return true;
+    End(Outcome::kNotSegmented, none ? "nothing is perceived" : "nothing that may be taken");
+    return false;
+  }
+
+  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp, base::Rng& rng,
+               bool last) {
+    Begin("execute");
+    result_.grasp = grasp;
+    const grasp::GraspSelector* selector = grasp::FindGraspSelector(cell_.options.take);
+    const bool firm =
+        (selector && selector->firm) || grasp.contact_angle_rad > cell_.options.firm_from_rad;
+    sim::GraspProgram program{
+        plan.reach,    plan.approach,
+        plan.lift,     plan.carry,
+        plan.lower,    plan.retreat,
+        options_.user, grasp.opening_m,
+        firm,          options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
+    if (!last) program.withdraw_m = cell_.options.early_m;
+    result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
+                               cell_.options.audit, rng, options_.observer);
+    Timed("execute");
+    Begin("score");
+    result_.others = JudgeOthers(before_W_, world_, *result_.target);
+    const Outcome outcome = JudgeExecution(*result_.log);
+    End(outcome, outcome == Outcome::kDelivered ? "" : WhyOf(*result_.log));
+  }
+
+  const Cell& cell_;
+  sim::World& world_;
+  const AttemptOptions& options_;
+  base::Stopwatch watch_;
+  Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
+  std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
+  Attempt result_;
+};
+
 }  // namespace
 
 std::string TrialId(const TrialSpec& spec) {
   return fmt::format("{}-{:04}", spec.object, spec.index);
+}
+
+experiment::Case CaseOf(const TrialSpec& spec) {
+  return {TrialId(spec), spec.object, spec.seed, {{"object", spec.object}, {"index", spec.index}}};
+}
+
+TrialSpec SpecOf(const experiment::Case& which) {
+  return {which.params.Text("object"), which.params.Int("index"), which.seed};
 }
 
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index) {
@@ -101,6 +381,101 @@ experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detec
   result.seconds.emplace_back("trial", whole.Seconds());
   if (seen) *seen = std::move(attempt);
   return result;
+}
+
+base::Rng StageStream(std::uint64_t seed, std::string_view stage) {
+  return base::Rng(base::DeriveSeed(seed, stage));
+}
+
+Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed) {
+  base::Rng rng = StageStream(seed, "scan");
+  return cell.sensor->Sense(world, rng);
+}
+
+Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options) {
+  return AttemptRun(cell, world, options).Run();
+}
+
+ordered_json JsonOf(const Attempt& attempt) {
+  const grasp::Detection& detection = attempt.detected.detection;
+  ordered_json json = {
+      {"scan_points", attempt.scan_points},
+      {"object_points", attempt.detected.kept},
+      {"segments", attempt.detected.segments},
+      {"objects", detection.objects.size()},
+      {"candidates", detection.grasps.size()},
+      {"free_candidates", FreeGrasps(detection)},
+      {"plans", attempt.plans},
+      {"approaches", attempt.approaches},
+      {"blind", attempt.blind},
+      {"brushes", attempt.brushes},
+      {"grasp_type", attempt.grasp ? std::string(base::Word(attempt.grasp->type)) : std::string()},
+      {"detected", attempt.accepted},
+      {"others_moved", attempt.others.moved},
+      {"others_left_table", attempt.others.left_table},
+      {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
+  for (const LookRecord& look : attempt.looks) json["looks"].push_back(JsonOf(look));
+  return json;
+}
+
+double GoHome(const Cell& cell, sim::World& world) {
+  const auto way = robot::TimeParameterise(cell.robot, {world.ArmPositions(), cell.robot.home},
+                                           cell.options.planning.free_motion);
+  world.SetArm(cell.robot.home);
+  world.Settle();
+  return way.Duration();
+}
+
+bool IsFinite(const sim::World& world) {
+  for (int object = 0; object < world.objects(); ++object) {
+    if (!world.ObjectPose(object).matrix().allFinite()) return false;
+  }
+  return world.ArmPositions().allFinite();
+}
+
+void ReadUser(base::YamlMap map, HandOverOptions& options) {
+  sim::UserOptions& user = options.user;
+  map.Read("wait_s", user.wait_s, 0.0, 60.0, "the hand holds for so long before anyone pulls");
+  map.Read("force_n", user.force_N, 0.1, 200.0, "what the pull rises to");
+  map.Read("rise_s", user.rise_s, 0.01, 10.0, "in this time");
+  map.Read("patience_s", user.patience_s, 0.0, 60.0, "of pulling in vain");
+  map.ReadScaled("draw_mm", user.draw_m, base::kMm, 20.0, 1000.0,
+                 "the object is drawn so far once the hand has let go");
+  map.ReadScaled("spread_deg", options.pull_spread_rad, base::kDeg, 0.0, 90.0,
+                 "the pull's direction is drawn within this of straight out of the open hand");
+  map.Finish();
+}
+
+sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
+                         base::Rng& rng) {
+  sim::UserOptions user = options.user;
+  // Even over the cap of the sphere.
+  const double cosine = rng.Uniform(std::cos(options.pull_spread_rad), 1.0);
+  const double round = rng.Uniform(0.0, 2.0 * base::kPi);
+  const Eigen::Vector3d u = out_H.unitOrthogonal();
+  const Eigen::Vector3d v = out_H.cross(u);
+  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  user.direction_H = cosine * out_H + sine * (std::cos(round) * u + std::sin(round) * v);
+  return user;
+}
+
+sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robot,
+                        std::uint64_t seed) {
+  base::Rng rng = StageStream(seed, "user");
+  return UserFor(options, robot.hand().X_HG_tip.linear().col(2), rng);
+}
+
+std::string HandOverOutcome(const Attempt& attempt) {
+  const std::string word(base::Word(attempt.outcome));
+  const bool offered = attempt.log && attempt.log->hand_over && attempt.log->held_after_carry;
+  if (!offered) return word;
+  if (attempt.outcome == Outcome::kInvalidPhysics || attempt.outcome == Outcome::kCrashed) {
+    return word;
+  }
+  const sim::HandOverLog& log = *attempt.log->hand_over;
+  if (log.early) return "felt_early";
+  if (!log.felt) return "not_felt";
+  return log.taken ? kHandedOver : "not_taken";
 }
 
 }  // namespace rangegrasp::trial

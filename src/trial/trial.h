@@ -1,14 +1,97 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "base/rng.h"
+#include "base/units.h"
+#include "base/yaml_map.h"
 #include "experiment/record.h"
-#include "experiment/stamp.h"
-#include "trial/attempt.h"
+#include "sim/execute.h"
+#include "trial/cell.h"
+#include "trial/judge.h"
 
 namespace rangegrasp::trial {
+
+/// The stream that a stage draws from.
+base::Rng StageStream(std::uint64_t seed, std::string_view stage);
+
+/// Stage 2, at a settled world. Draws from the seed's stream "scan".
+Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed);
+
+/// What one further look, from the wrist, was (Registry: FurtherLooks).
+struct LookRecord {
+  double gain_m3 = 0.0;    ///< new space that it was expected to see
+  double unseen_m3 = 0.0;  ///< of all that was not seen
+  double way_s = 0.0;      ///< of the arm
+  bool arrived = false;    ///< and did look
+  /// Its pose was corrected by what it and the views before see alike.
+  bool refined = false;
+  double deviations = 0.0;  ///< size of the correction in deviations of the error
+  double sigma_m = 0.0;
+  std::size_t pairs = 0;
+};
+
+/// All looks of a trial: what was sensed, and where the arm stands after it.
+struct LookedAround {
+  Sensed sensed;
+  Eigen::VectorXd q;
+  std::vector<LookRecord> looks;  ///< from the wrist
+};
+
+/// How an attempt is made, and who looks on.
+struct AttemptOptions {
+  std::uint64_t seed = 0;  ///< each stage draws from its own stream of it
+  /// The object that the detector has to take first: another one ends the attempt. Without it the
+  /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
+  std::optional<int> target;
+  const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
+  std::function<void(const Sensed&)> on_sensed;  ///< is shown all that was sensed before the grasp
+  /// Where the arm was left by it; home if not given.
+  std::optional<Eigen::VectorXd> q_start;
+  const Detector* detector = nullptr;  ///< in place of the cell's; may be null
+  Turn turn;                           ///< which object is taken first
+  /// Puts the grasps of the first object into the order in which they are offered to the mover; may
+  /// be empty.
+  std::function<void(grasp::Detection&)> prefer;
+  std::optional<sim::UserOptions> user;  ///< takes what is carried; none: it is put down
+  sim::ExecutionObserver observer;       ///< has the moment "start", too, before the look
+};
+
+/// One attempt at the topmost object: how far it came, and what each stage left.
+struct Attempt {
+  Outcome outcome = Outcome::kCrashed;
+  std::string stage;  ///< that it ended in
+  std::string detail;
+  std::size_t scan_points = 0;
+  std::vector<LookRecord> looks;  ///< from the wrist
+  Detected detected;
+  std::optional<int> target;                  ///< truth: the object that it was at
+  bool accepted = false;                      ///< detected, with a grasp that is free
+  int plans = 0;                              ///< grasps that were offered to the mover
+  int approaches = 0;                         ///< all but the last met something and went back
+  bool blind = false;                         ///< grasp::Move
+  bool brushes = false;                       ///< grasp::Move
+  std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
+  /// Positions in the detection's grasps of those that were executed, in turn: all but the last met
+  /// something and went back.
+  std::vector<std::size_t> executed;
+  std::optional<sim::ExecutionLog> log;
+  OthersVerdict others;
+  std::vector<std::pair<std::string, double>> seconds;  ///< by stage
+};
+
+/// Stages 2 to 6: looks, detects, plans, executes, judges. What it may run into is an outcome.
+Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options);
+
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
+/// blind, grasp_type, detected, log (what the simulation measured, with the audit).
+nlohmann::ordered_json JsonOf(const Attempt& attempt);
 
 /// One attempt on one object. Each stage draws from its own stream of the trial's seed.
 struct TrialSpec {
@@ -18,6 +101,10 @@ struct TrialSpec {
 };
 /// "<object>-<index, 4 digits>".
 std::string TrialId(const TrialSpec& spec);
+/// As the engine knows it; its group is the object.
+experiment::Case CaseOf(const TrialSpec& spec);
+/// @throws base::InputError if the case's parameters are no trial's.
+TrialSpec SpecOf(const experiment::Case& which);
 /// Derived from (experiment seed, object, index) alone.
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index);
 
@@ -42,5 +129,42 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
                             const sim::ExecutionObserver& observer = {}, Attempt* seen = nullptr);
+
+/// Between two attempts the arm stands at home again: its way there is timed, not simulated; then
+/// the world comes to rest.
+/// @return seconds that the way takes by the arm's limits
+double GoHome(const Cell& cell, sim::World& world);
+
+/// Whether the engine still knows where everything is.
+bool IsFinite(const sim::World& world);
+
+/// The outcome of a run whose object a person has got.
+inline constexpr const char* kHandedOver = "handed_over";
+
+/// A person who draws the object out of the hand (section 4.3).
+struct HandOverOptions {
+  sim::UserOptions user;
+  /// The pull's direction is drawn within this of the one that objects leave the open hand by:
+  /// people stand somewhere. Larger: the object is drawn through fingers.
+  double pull_spread_rad = base::Deg(30.0);
+};
+
+/// Reads the keys of the mapping `user`.
+
+/// @throws base::InputError
+void ReadUser(base::YamlMap map, HandOverOptions& options);
+
+/// The person of one run.
+/// @param out_H  unit: out of the open hand
+sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
+                         base::Rng& rng);
+
+/// That of an attempt with the robot's hand, drawn from the stream "user" of the attempt's seed.
+sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robot,
+                        std::uint64_t seed);
+
+/// How an attempt that ends with a person ended: its own word up to the carry; then handed_over,
+/// felt_early (the arm took its own motion for a pull), not_felt, not_taken.
+std::string HandOverOutcome(const Attempt& attempt);
 
 }  // namespace rangegrasp::trial

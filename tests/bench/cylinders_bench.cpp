@@ -9,16 +9,14 @@
 #include "base/stopwatch.h"
 #include "cylinders/detect.h"
 #include "cylinders/tabletop_scan.h"
-#include "pcl_bridge/clusters.h"
-#include "pcl_bridge/outliers.h"
-#include "pcl_bridge/ransac.h"
-#include "pcl_bridge/surface_normals.h"
+#include "pcl_bridge/cloud.h"
+#include "pcl_bridge/segmentation.h"
 
 namespace rangegrasp::bench {
 namespace {
 
 using benchmark::Counter;
-namespace scans = cylinders::testing_support;
+namespace scans = cylinders::samples;
 
 const std::vector<cylinders::GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
 

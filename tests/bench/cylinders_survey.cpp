@@ -1,6 +1,6 @@
 // How often given cylinders are found in clutter, and how well: two given ones, standing or lying,
 // among three to six boxes and other cylinders, touching half of the time, as one sensor at one
-// place sees them (tests/cylinders/tabletop_scan.h). One line a cylinder as CSV; then, to stderr,
+// place sees them (tests/systems/cylinders/tabletop_scan.h). One line a cylinder as CSV; then, to stderr,
 // recall, precision and errors. Truth scores what was found and nothing else.
 //
 //   rangegrasp_cylinders_survey --scenes 500 --seed N [--as-published] [--only SCENE]
@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "base/words.h"
 #include "cylinders/detect.h"
 #include "cylinders/tabletop_scan.h"
@@ -26,7 +26,7 @@
 namespace rangegrasp {
 namespace {
 
-namespace scans = cylinders::testing_support;
+namespace scans = cylinders::samples;
 using cylinders::Cylinder;
 using cylinders::GivenCylinder;
 

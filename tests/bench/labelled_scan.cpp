@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "grasp/workspace.h"
+#include "grasp/detector.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::bench {

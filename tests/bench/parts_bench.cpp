@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/rng.h"
-#include "parts/baselines/sdf.h"
+#include "parts/baselines/baselines.h"
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/shape/shape_file.h"
 #include "parts/stretched/pose_invariant.h"

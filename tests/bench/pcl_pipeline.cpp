@@ -3,10 +3,8 @@
 #include <stdexcept>
 
 #include "base/stopwatch.h"
-#include "pcl_bridge/clusters.h"
-#include "pcl_bridge/outliers.h"
-#include "pcl_bridge/ransac.h"
-#include "pcl_bridge/surface_normals.h"
+#include "pcl_bridge/cloud.h"
+#include "pcl_bridge/segmentation.h"
 
 namespace rangegrasp::bench {
 namespace {

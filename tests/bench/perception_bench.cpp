@@ -6,8 +6,7 @@
 #include <map>
 
 #include "base/stopwatch.h"
-#include "pcl_bridge/clusters.h"
-#include "pcl_bridge/local_convexity.h"
+#include "pcl_bridge/segmentation.h"
 #include "pcl_pipeline.h"
 #include "perception/perceive.h"
 #include "tabletop.h"
@@ -91,15 +90,12 @@ BENCHMARK(PerceiveBesidePcl)
     ->Unit(benchmark::kMillisecond)
     ->MinTime(2.0);
 
-enum class PclSegmentation { kEuclidean, kRegions, kLocalConvexity };
+enum class PclSegmentation { kEuclidean, kLocalConvexity };
 
-std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cloud,
-                             const pcl_bridge::Normals& normals) {
+std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cloud) {
   switch (method) {
     case PclSegmentation::kEuclidean:
       return pcl_bridge::EuclideanClusters(cloud).size();
-    case PclSegmentation::kRegions:
-      return pcl_bridge::GrowRegions(cloud, normals).size();
     case PclSegmentation::kLocalConvexity:
       return static_cast<std::size_t>(pcl_bridge::SegmentByLocalConvexity(cloud).segments);
   }
@@ -107,13 +103,12 @@ std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cl
 }
 
 // Segmentation alone, ours and one of PCL's in turn on the filtered points above the table.
-// Argument: PCL's Euclidean clusters, region growing, or local convexity (LCCP). Counters:
-// milliseconds and segments of each, and ours / PCL. The scene has five objects.
+// Argument: PCL's Euclidean clusters or local convexity (LCCP). Counters: milliseconds and segments
+// of each, and ours / PCL. The scene has five objects.
 void SegmentBesidePcl(benchmark::State& state) {
   const auto method = static_cast<PclSegmentation>(state.range(0));
   const geometry::PointCloud& points = FiveObjectsScene().cloud;
   const pcl_bridge::Cloud cloud(points.points, SensorOrigin());
-  const pcl_bridge::Normals normals = pcl_bridge::EstimateNormals(cloud);
   double ours_s = 0.0;
   double pcl_s = 0.0;
   std::size_t ours = 0;
@@ -122,7 +117,7 @@ void SegmentBesidePcl(benchmark::State& state) {
     base::Stopwatch watch;
     ours = perception::Segment(points, Cell().options.perception.segment).size();
     ours_s += watch.Restart();
-    pcl = CountPclSegments(method, cloud, normals);
+    pcl = CountPclSegments(method, cloud);
     pcl_s += watch.Restart();
   }
   auto& c = state.counters;
@@ -132,7 +127,7 @@ void SegmentBesidePcl(benchmark::State& state) {
   c["pcl_segments"] = static_cast<double>(pcl);
   c["ratio"] = ours_s / pcl_s;
 }
-BENCHMARK(SegmentBesidePcl)->ArgName("method")->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
+BENCHMARK(SegmentBesidePcl)->ArgName("method")->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace rangegrasp::bench

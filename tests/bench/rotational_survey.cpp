@@ -18,7 +18,6 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "register_all.h"
 #include "trial/grasping_task.h"
 #include "trial/registry.h"

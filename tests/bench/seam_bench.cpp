@@ -7,7 +7,7 @@
 #include "seam/calibration.h"
 #include "seam/detectors.h"
 #include "seam/monitor.h"
-#include "seam/preprocess.h"
+#include "seam/profile.h"
 #include "seam/task/seam_experiment.h"
 #include "seam/tracker.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 // Recorded rows of a seam, what pre-processing makes of them, and what is needed for that.
 struct Recorded {
-  seam_task::SeamExperiment experiment;
+  seam::SeamExperiment experiment;
   seam::Calibration calibration;
   std::vector<seam::RawProfile> raw;
   std::vector<seam::PreparedProfile> prepared;
@@ -26,11 +26,11 @@ const Recorded& Profiles() {
   static const Recorded recorded = [] {
     const std::filesystem::path root = RANGEGRASP_SOURCE_DIR;
     Recorded made;
-    made.experiment = seam_task::ReadSeamExperiment(root / "experiments/seam_base.yaml");
+    made.experiment = seam::ReadSeamExperiment(root / "experiments/seam_base.yaml");
     made.experiment.seed = 1001;
-    const stitching::StripeSensor sensor(made.experiment.sensor);
-    made.calibration = seam_task::CalibrationOf(made.experiment, sensor);
-    made.raw = seam_task::RecordSeam(made.experiment, sensor, 0).raw;
+    const seam::StripeSensor sensor(made.experiment.sensor);
+    made.calibration = seam::CalibrationOf(made.experiment, sensor);
+    made.raw = seam::RecordSeam(made.experiment, sensor, 0).raw;
     for (const auto& raw : made.raw) {
       made.prepared.push_back(seam::Prepare(seam::Calibrate(raw, made.calibration), {}));
     }

@@ -15,15 +15,14 @@
 #include <vector>
 
 #include "base/error.h"
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "register_all.h"
 #include "stereo/sensing/stereo_sensor.h"
+#include "trial/cell.h"
 #include "trial/grasping_task.h"
-#include "trial/sensor.h"
 #include "trial/trial.h"
 
 namespace rangegrasp {
@@ -73,7 +72,7 @@ double Texture(const image::Image& picture, int x, int y) {
 // [0]: plain, [1]: textured.
 using ByTexture = std::array<Group, 2>;
 
-void AddLook(const trial::StereoLook& look, int step_px, const sim::World& world,
+void AddLook(const stereo::StereoLook& look, int step_px, const sim::World& world,
              std::map<std::string, ByTexture>& groups) {
   const auto& view = look.made.view;
   for (std::size_t i = 0; i < view.image.points_C.size(); ++i) {
@@ -124,7 +123,7 @@ void Print(const std::string& object, const ByTexture& groups) {
 void Survey(const std::string& file, const experiment::Changes& changes, int scans) {
   const auto experiment = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
   const trial::Cell& cell = trial::CellOf(*experiment.task);
-  const auto* sensor = dynamic_cast<const trial::StereoSensor*>(cell.sensor.get());
+  const auto* sensor = dynamic_cast<const stereo::StereoSensor*>(cell.sensor.get());
   if (!sensor) throw base::InputError(file + ": its sensor is no stereo camera");
   std::map<std::string, ByTexture> groups;
   double seconds = 0.0;

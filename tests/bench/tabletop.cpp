@@ -3,10 +3,9 @@
 #include <stdexcept>
 
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "sim/resting_poses.h"
 #include "trial/grasping_task.h"
-#include "trial/objects.h"
+#include "trial/options.h"
 
 namespace rangegrasp::bench {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "error_of.h"
-#include "experiment/format.h"
+#include "experiment/report.h"
 #include "experiment/runner.h"
 #include "temp_folder.h"
 
@@ -29,13 +29,13 @@ class Squares : public Task {
     std::vector<Case> cases;
     for (const auto& group : groups_) {
       for (int i = 0; i < each_; ++i) {
-        cases.push_back({fmt::format("{}-{}", group, i), group, seed_, fmt::format("{}", i)});
+        cases.push_back({fmt::format("{}-{}", group, i), group, seed_, {{"number", i}}});
       }
     }
     return cases;
   }
   Result Run(const Case& which) const override {
-    const int i = std::stoi(which.params);
+    const int i = which.params.Int("number");
     return {"done", "count", "", fmt::format("{}", i * i), {{"count", 1.0}}};
   }
   Result Replay(const Case& which, const ReplayOptions&) const override { return Run(which); }

@@ -9,9 +9,11 @@ namespace rangegrasp::experiment {
 
 /// A case made from its group and number alone.
 inline Case SampleCase(const std::string& group, int i, std::uint64_t seed = 1) {
-  return {fmt::format("{}-{:04}", group, i), group,
+  return {fmt::format("{}-{:04}", group, i),
+          group,
           base::DeriveSeed(base::DeriveSeed(seed, group), static_cast<std::uint64_t>(i)),
-          fmt::format(R"({{"index":{}}})", i), i};
+          {{"index", i}},
+          i};
 }
 
 /// Its result, with something in every field.
@@ -34,8 +36,8 @@ inline std::string Row(const Record& record) {
   const auto& [c, r] = record;
   std::string row;
   for (const std::string& field :
-       {c.id, c.group, std::to_string(c.seed), c.params, std::to_string(c.position), r.outcome,
-        r.stage, r.detail, r.data}) {
+       {c.id, c.group, std::to_string(c.seed), ToJson(c.params), std::to_string(c.position),
+        r.outcome, r.stage, r.detail, r.data}) {
     row += field + "|";
   }
   return row;

@@ -5,6 +5,7 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <set>
 
@@ -12,6 +13,7 @@
 #include "error_of.h"
 #include "experiment/child.h"
 #include "experiment/sample_record.h"
+#include "experiment/statistics.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::experiment {
@@ -217,5 +219,153 @@ TEST(Store, AFolderWithoutResultsIsAnInputErrorThatSaysWhatToGive) {
   }
 }
 
+Stamp StampOf(const std::string& seed, const std::string& hash = "aa") {
+  return {
+      {{"experiment", "demo"}, {"experiment_hash", hash}, {"seed", seed}, {"cases", "2"}}, {}, {}};
+}
+
+void Fill(const std::filesystem::path& folder, std::uint64_t seed, const Stamp& stamp) {
+  Store store = Store::Create(folder);
+  store.WriteStamp(stamp);
+  for (int i = 0; i < 2; ++i) store.Write(SampleRecord("box", i, seed));
+}
+
+TEST(ReadResults, PoolsTheSeedsOfAFolderInTheirOrder) {
+  TempFolder folder;
+  for (const std::uint64_t seed : {10u, 2u}) {
+    Fill(SeedFolder(folder.path(), seed), seed, StampOf(std::to_string(seed)));
+  }
+  const Results results = ReadResults(folder.path());
+  EXPECT_EQ(results.stamp.identity.at("seed"), "2,10");
+  EXPECT_EQ(results.stamp.identity.at("cases"), "4");
+  ASSERT_EQ(results.records.size(), 4u);
+  EXPECT_EQ(Row(results.records[1]), Row(SampleRecord("box", 1, 2)));
+  EXPECT_EQ(Row(results.records[2]), Row(SampleRecord("box", 0, 10)));
+}
+
+TEST(ReadResults, ACaseOfOneSeedIsPairedWithThatOfTheSameSeed) {
+  TempFolder folder;
+  for (const std::uint64_t seed : {1u, 2u}) {
+    Fill(SeedFolder(folder.path(), seed), seed, StampOf(std::to_string(seed)));
+  }
+  const auto records = ReadResults(folder.path()).records;
+  EXPECT_EQ(Compare(records, records, "delivered").pairs, 4);
+  EXPECT_EQ(Compare(records, {SampleRecord("box", 0, 3)}, "delivered").pairs, 0);
+}
+
+TEST(ReadResults, AFolderWithAStoreIsThatStore) {
+  TempFolder folder;
+  Fill(folder.path(), 1, StampOf("1"));
+  Fill(SeedFolder(folder.path(), 2), 2, StampOf("2"));
+  EXPECT_EQ(ReadResults(folder.path()).stamp.identity.at("seed"), "1");
+}
+
+TEST(ReadResults, SeedsOfDifferentExperimentsAreNotPooled) {
+  TempFolder folder;
+  Fill(SeedFolder(folder.path(), 1), 1, StampOf("1"));
+  Fill(SeedFolder(folder.path(), 2), 2, StampOf("2", "bb"));
+  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("experiment_hash"),
+            std::string::npos);
+}
+
+// Hazards are drawn: the first of one seed is a mat end, of the next one an obstacle.
+TEST(ReadResults, SeedsMayDrawTheirGroupsInAnotherOrderButNoOtherGroups) {
+  TempFolder folder;
+  const auto fill = [&](std::uint64_t seed, const char* groups) {
+    Stamp stamp = StampOf(std::to_string(seed));
+    stamp.identity["groups"] = groups;
+    Fill(SeedFolder(folder.path(), seed), seed, stamp);
+  };
+  fill(1, "mat_end,obstacle");
+  fill(2, "obstacle,mat_end");
+  const Results results = ReadResults(folder.path());
+  EXPECT_EQ(results.records.size(), 4u);
+  EXPECT_EQ(results.stamp.identity.at("groups"), "mat_end,obstacle");
+  fill(3, "obstacle");
+  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("groups"), std::string::npos);
+}
+
+TEST(ReadResults, NoResultsAreAnError) {
+  TempFolder folder;
+  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find(folder.path().string()),
+            std::string::npos);
+}
+
+class MergeTest : public testing::Test {
+ protected:
+  // Of 40 cases of two groups those whose number leaves a rest, in a folder of that name.
+  std::filesystem::path Shard(int rest, int of, const std::string& seed = "1") {
+    const auto folder = folder_ / ("shard" + std::to_string(rest));
+    Store store = Store::Create(folder);
+    store.WriteStamp({{{"experiment", "demo"}, {"seed", seed}, {"cases", "40"}}, {}, {}});
+    for (int i = rest; i < 40; i += of) {
+      Record record = SampleRecord(i % 3 == 0 ? "mug" : "ball", i);
+      record.which.position = i;
+      store.Write(record);
+    }
+    return folder;
+  }
+  static std::string Error(const std::vector<std::filesystem::path>& shards,
+                           const std::filesystem::path& out) {
+    return testing_support::MessageOf([&] { Merge(shards, out); });
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(MergeTest, TheShardsOfARunAreTheRun) {
+  const auto whole = Store::Open(Shard(0, 1)).ReadAll();
+  std::filesystem::rename(folder_ / "shard0", folder_ / "whole");
+  const auto merged = Merge({Shard(2, 3), Shard(0, 3), Shard(1, 3)}, folder_ / "out");
+  EXPECT_EQ(merged.cases, 40u);
+  const auto joined = Store::Open(folder_ / "out").ReadAll();
+  ASSERT_EQ(joined.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(Row(joined[i]), Row(whole[i]));
+    EXPECT_EQ(joined[i].result.seconds, whole[i].result.seconds);
+  }
+  EXPECT_EQ(Store::Open(folder_ / "out").ReadStamp(), Store::Open(folder_ / "whole").ReadStamp());
+}
+
+TEST_F(MergeTest, WhereCasesAreMissingItSaysSoOrWritesNothing) {
+  const std::vector<std::filesystem::path> shards = {Shard(0, 3), Shard(1, 3)};
+  EXPECT_EQ(Merge(shards, folder_ / "strict", true).cases, 27u);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "strict"));
+  const auto merged = Merge(shards, folder_ / "some");
+  EXPECT_EQ(merged.cases, 27u);
+  EXPECT_EQ(merged.expected, 40u);
+  // And is completed by the shard that was forgotten.
+  EXPECT_EQ(Merge({folder_ / "some", Shard(2, 3)}, folder_ / "all", true).cases, 40u);
+  EXPECT_TRUE(Store::Exists(folder_ / "all"));
+}
+
+TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
+  const auto out = folder_ / "out";
+  const auto first = Shard(0, 3);
+  EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out), HasSubstr("another seed"));
+  std::filesystem::copy(first, folder_ / "copy");
+  EXPECT_THAT(Error({first, folder_ / "copy"}, out), HasSubstr("is in another of the folders too"));
+  EXPECT_FALSE(Store::Exists(out));
+  EXPECT_THAT(Error({first}, first), HasSubstr("holds results already"));
+}
+
+TEST(Cursor, GivesAllRecordsInTheOrderOfTheirIds) {
+  const TempFolder folder;
+  Store store = Store::Create(folder.path());
+  for (const int i : {5, 3, 9, 0}) store.Write(SampleRecord("mug", i));
+  Store::Cursor cursor(store);
+  std::vector<Record> seen;
+  while (auto record = cursor.Next()) seen.push_back(std::move(*record));
+  ASSERT_EQ(seen.size(), 4u);
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const Record expected = SampleRecord("mug", (std::array{0, 3, 5, 9})[k]);
+    EXPECT_EQ(Row(seen[k]), Row(expected));
+    EXPECT_EQ(seen[k].result.seconds, expected.result.seconds);
+  }
+  EXPECT_EQ(store.Ids(),
+            (std::unordered_set<std::string>{"mug-0000", "mug-0003", "mug-0005", "mug-0009"}));
+}
+
 }  // namespace
+
 }  // namespace rangegrasp::experiment

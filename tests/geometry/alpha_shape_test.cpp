@@ -17,7 +17,6 @@
 #include <set>
 
 #include "base/units.h"
-#include "geometry/alpha_components.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
 

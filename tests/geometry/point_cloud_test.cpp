@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-#include "geometry/range_image.h"
+#include "geometry/observation.h"
+#include "geometry/ray_caster.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -32,6 +33,50 @@ TEST(RangeImage, ToCloudKeepsTheMeasuredPointsAndTheirPlaces) {
   EXPECT_EQ(cloud.points, (Points{{1.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}));
   EXPECT_EQ(source, (Indices{1, 3}));
   EXPECT_EQ(image.Index(1, 1), 3u);
+}
+
+// IEC 61966-2-1: level 188 is half the light, 10 is in the straight part.
+TEST(Color, LightIsThatOfTheStandard) {
+  const Eigen::Vector3d light = LightOf({188, 10, 255});
+  EXPECT_NEAR(light.x(), 0.5029, 1e-4);
+  EXPECT_NEAR(light.y(), 10.0 / 255.0 / 12.92, 1e-12);
+  EXPECT_NEAR(light.z(), 1.0, 1e-12);
+}
+
+TEST(Color, EveryLevelSurvivesTheWayThereAndBack) {
+  for (int level = 0; level < 256; ++level) {
+    const auto byte = static_cast<std::uint8_t>(level);
+    EXPECT_EQ(ColorOf(LightOf({byte, byte, byte})), (Rgb{byte, byte, byte}));
+  }
+  EXPECT_EQ(ColorOf({2.0, -1.0, 0.5}), (Rgb{255, 0, 188}));
+}
+
+// Two triangles of one square, of which the first is printed with four texels.
+TEST(MeshColors, ThePrintGoesBeforeThePlainColor) {
+  MeshColors colors;
+  EXPECT_FALSE(colors.At({}));
+  colors.plain = {{9, 9, 9}, {8, 8, 8}};
+  auto print = std::make_shared<Print>();
+  print->width = print->height = 2;
+  print->texels = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  colors.print = print;
+  const Eigen::Vector2f none = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+  colors.uv = {{Eigen::Vector2f(0, 0), Eigen::Vector2f(1, 0), Eigen::Vector2f(0, 1)},
+               {none, none, none}};
+  const auto at = [&](std::uint32_t triangle, float second, float third) {
+    Hit hit;
+    hit.triangle = triangle;
+    hit.second = second;
+    hit.third = third;
+    return *colors.At(hit);
+  };
+  EXPECT_EQ(at(0, 0.1f, 0.1f), (Rgb{1, 0, 0}));
+  EXPECT_EQ(at(0, 0.8f, 0.1f), (Rgb{2, 0, 0}));
+  EXPECT_EQ(at(0, 0.1f, 0.8f), (Rgb{3, 0, 0}));
+  EXPECT_EQ(at(1, 0.1f, 0.1f), (Rgb{8, 8, 8}));
+  colors.uv[0] = {Eigen::Vector2f(1.6f, 1.6f), Eigen::Vector2f(1.6f, 1.6f),
+                  Eigen::Vector2f(1.6f, 1.6f)};
+  EXPECT_EQ(at(0, 0.3f, 0.3f), (Rgb{4, 0, 0}));  // repeats
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
-#include "grasp/closing.h"
+#include "grasp/internal/closing.h"
 
 #include <gtest/gtest.h>
 
 #include "base/rng.h"
 #include "grasp/fixtures.h"
-#include "grasp/score.h"
+#include "grasp/internal/placing.h"
 #include "grasp/surface.h"
 
-namespace rangegrasp::grasp {
+namespace rangegrasp::grasp::internal {
 namespace {
 
 using namespace test;
@@ -145,7 +145,7 @@ TEST(Antipodal, MatchesTheDirectFormula) {
   }
 }
 
-/// The formula of score.h, term by term.
+/// The formula of internal/placing.h, term by term.
 double Transcribed(const Quality& q, double cone_rad, const ScoreWeights& w) {
   const auto square = [](double x) { return x * x; };
   const double A =
@@ -223,4 +223,4 @@ TEST(Score, FallsWithEveryFlaw) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::grasp
+}  // namespace rangegrasp::grasp::internal

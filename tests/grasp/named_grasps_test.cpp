@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "error_of.h"
 #include "grasp/fixtures.h"
 #include "temp_folder.h"
 
@@ -46,12 +47,7 @@ NamedGrasps Read(const std::string& text) {
 }
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    Read(text);
-  } catch (const base::InputError& e) {
-    return e.what();
-  }
-  return "";
+  return testing_support::ErrorOf([&] { Read(text); });
 }
 
 perception::Scene SceneOf(const std::vector<geometry::TriangleMesh>& meshes_W) {

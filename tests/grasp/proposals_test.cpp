@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "base/units.h"
 #include "grasp/fixtures.h"
 
 namespace rangegrasp::grasp {
@@ -47,5 +50,67 @@ TEST(BetweenFingers, AreThePointsThatTheHandReachesRound) {
   EXPECT_TRUE(BetweenFingers(grasp, hand, {}).empty());
 }
 
+using Eigen::Vector3d;
+
+/// Half a ring of radius 28 mm about (38, 0, 0) mm in the plane y = 0, its bar 9 mm thick, turned
+/// about the vertical; only the side that is seen from -y.
+geometry::Points HalfRing(double turn_rad) {
+  const Eigen::AngleAxisd X(turn_rad, Vector3d::UnitZ());
+  geometry::Points points;
+  for (double along = -1.5; along <= 1.5; along += 0.05) {
+    const Vector3d radial(std::cos(along), 0.0, std::sin(along));
+    for (double round = base::kPi; round <= 2.0 * base::kPi; round += 0.2) {
+      const Vector3d p = Vector3d(0.038, 0.0, 0.0) + 0.028 * radial +
+                         0.0045 * (std::cos(round) * radial + std::sin(round) * Vector3d::UnitY());
+      points.emplace_back(X * p);
+    }
+  }
+  return points;
+}
+
+TEST(HandleGrasps, CloseAcrossTheBarWhereItIsFarthestOut) {
+  for (int k = 0; k < 8; ++k) {
+    const double turn = 0.8 * k;
+    const Eigen::AngleAxisd X(turn, Vector3d::UnitZ());
+    const geometry::Points points = HalfRing(turn);
+    const auto ways = ProposeHandleGrasps({points, Vector3d(0.0, 0.0, 0.01)}, Vector3d::UnitZ());
+    ASSERT_GE(ways.size(), 8u);
+    for (const Proposal& way : ways) {
+      const Vector3d closing = X.inverse() * way.X_CG.linear().col(0);
+      EXPECT_GT(std::abs(closing.y()), 0.99);
+      const Vector3d at = X.inverse() * way.X_CG.translation();
+      // The bar's middle is at 66 mm; its seen half is 2 to 4 mm off to the side.
+      EXPECT_NEAR(at.x(), 0.064, 0.005);
+      EXPECT_NEAR(at.y(), -0.002, 0.003);
+      // The body's middle is 10 mm higher: out leans by 10 deg, 5 mm along a ring of 28 mm.
+      EXPECT_NEAR(at.z(), -0.005, 0.002);
+      EXPECT_GE(way.width_m, 0.008);
+      EXPECT_LT(way.width_m, 0.010);
+    }
+  }
+}
+
+TEST(HandleGrasps, ComeFromAboveOrLevelAndNotThroughTheBody) {
+  const geometry::Points points = HalfRing(0.0);
+  const auto ways = ProposeHandleGrasps({points, Vector3d::Zero()}, Vector3d::UnitZ());
+  ASSERT_FALSE(ways.empty());
+  EXPECT_LT(ways.front().approach_C.z(), -0.95);  // steepest first
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    EXPECT_LT(ways[i].approach_C.z(), 0.18);
+    EXPECT_LT(ways[i].approach_C.x(), 0.11);
+    EXPECT_NEAR((ways[i].approach_C - ways[i].X_CG.linear().col(2)).norm(), 0.0, 1e-9);
+    EXPECT_NEAR(ways[i].X_CG.linear().determinant(), 1.0, 1e-9);
+    if (i > 0) {
+      EXPECT_GE(ways[i].approach_C.z(), ways[i - 1].approach_C.z() - 1e-9);
+    }
+  }
+}
+
+TEST(HandleGrasps, OfTwoPointsThereAreNone) {
+  const geometry::Points two(2, Vector3d::UnitX());
+  EXPECT_TRUE(ProposeHandleGrasps({two, Vector3d::Zero()}, Vector3d::UnitZ()).empty());
+}
+
 }  // namespace
+
 }  // namespace rangegrasp::grasp

@@ -1,13 +1,11 @@
-#include "perception/additions.h"
-
 #include <gtest/gtest.h>
 
 #include "perception/analytic.h"
-#include "perception/internal/open_sphere.h"
 #include "perception/internal/planar.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
-#include "perception/point_filter.h"
+#include "perception/perception_options.h"
+#include "perception/preprocess.h"
 #include "perception/segment.h"
 
 namespace rangegrasp::perception::internal {
@@ -15,10 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
+using samples::All;
 using samples::Analytic;
 using samples::Given;
-
-geometry::Plane At(double z) { return {Vector3d::UnitZ(), -z}; }
+using samples::LevelAt;
 
 FeatureOptions AsPublished() {
   FeatureOptions options;
@@ -33,12 +31,6 @@ FeatureOptions With(bool FeatureAdditions::*on) {
   return options;
 }
 
-Indices All(const geometry::PointCloud& cloud) {
-  Indices all(cloud.size());
-  for (std::uint32_t i = 0; i < cloud.size(); ++i) all[i] = i;
-  return all;
-}
-
 // Eq. 5.5 as printed: the floor of a bowl holds more points than its rim.
 TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   Analytic bowl;
@@ -46,7 +38,7 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   bowl.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.052);
   const auto height = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    return FindTopSurface(bowl.cloud, All(bowl.cloud), At(0.0), options, rng)->center_C.z();
+    return FindTopSurface(bowl.cloud, All(bowl.cloud), LevelAt(0.0), options, rng)->center_C.z();
   };
   EXPECT_NEAR(height(AsPublished()), 0.02, 1e-9);
   EXPECT_NEAR(height(With(&FeatureAdditions::higher_tops)), 0.06, 1e-9);
@@ -63,9 +55,9 @@ TEST(SlabTops, AloneGiveASteepRoofATop) {
     }
   }
   base::Rng rng(1);
-  EXPECT_FALSE(FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), AsPublished(), rng));
-  const auto top =
-      FindTopSurface(roof.cloud, All(roof.cloud), At(0.0), With(&FeatureAdditions::slab_tops), rng);
+  EXPECT_FALSE(FindTopSurface(roof.cloud, All(roof.cloud), LevelAt(0.0), AsPublished(), rng));
+  const auto top = FindTopSurface(roof.cloud, All(roof.cloud), LevelAt(0.0),
+                                  With(&FeatureAdditions::slab_tops), rng);
   ASSERT_TRUE(top);
   EXPECT_GT(top->center_C.z(), 0.045);
 }
@@ -78,7 +70,7 @@ TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
   shape.AddRectangle({-0.03, 0.03, 0.05}, {0.01, 0.0, 0.0}, {0.0, 0.022, 0.0});
   const auto tilt = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    const auto top = FindTopSurface(shape.cloud, All(shape.cloud), At(0.0), options, rng);
+    const auto top = FindTopSurface(shape.cloud, All(shape.cloud), LevelAt(0.0), options, rng);
     return std::abs(top->major_C.y());
   };
   EXPECT_GT(tilt(AsPublished()), std::sin(base::Deg(10.0)));
@@ -116,14 +108,14 @@ TEST(ArcRule, AloneRefusesAQuarterOfALid) {
   }
   // Only its arc is asked: a top whose rim the arc is.
   TopSurface top;
-  top.plane = At(0.1);
+  top.plane = LevelAt(0.1);
   top.points = All(quarter.cloud);
   for (const auto i : top.points) {
     if (quarter.cloud.points[i].head<2>().norm() > 0.0399) top.rim.push_back(i);
   }
   const auto found = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    return FindRotationAxis(quarter.cloud, All(quarter.cloud), top, At(0.0), options, rng)
+    return FindRotationAxis(quarter.cloud, All(quarter.cloud), top, LevelAt(0.0), options, rng)
         .has_value();
   };
   EXPECT_TRUE(found(AsPublished()));
@@ -138,7 +130,7 @@ TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
   all.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
   cup.Add({0.0, 0.001, 0.1}, Vector3d::UnitZ());
   TopSurface top;
-  top.plane = At(0.1);
+  top.plane = LevelAt(0.1);
   top.center_C = {0.0, 0.0, 0.1};
   top.points = rim;
   top.rim = rim;

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/units.h"
-#include "perception/internal/part.h"
+#include "perception/internal/objects.h"
 
 /// Points and normals of exact surfaces for tests of kernels, on the table z = 0.
 namespace rangegrasp::perception::samples {
@@ -77,6 +77,15 @@ class Analytic {
     return added;
   }
 };
+
+inline geometry::Indices All(const geometry::PointCloud& cloud) {
+  geometry::Indices all(cloud.size());
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
+}
+
+/// The level plane at a height.
+inline geometry::Plane LevelAt(double z) { return {Eigen::Vector3d::UnitZ(), -z}; }
 
 /// What the steps from segments to objects read, of an exact cloud seen from one place.
 struct Given {

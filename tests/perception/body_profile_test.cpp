@@ -13,11 +13,9 @@ using samples::Analytic;
 
 constexpr double kHeight_m = 0.1;
 
-/// The plane of a top at kHeight_m.
-geometry::Plane TopPlane() { return {Vector3d::UnitZ(), -kHeight_m}; }
-
 BodyProfile Profile(const Analytic& shape, const Indices& points) {
-  return ProfileBody(shape.cloud, points, TopPlane(), {0.0, 0.0, kHeight_m}, Vector3d::UnitZ(), {});
+  return ProfileBody(shape.cloud, points, samples::LevelAt(kHeight_m), {0.0, 0.0, kHeight_m},
+                     Vector3d::UnitZ(), {});
 }
 
 TEST(ProfileBody, GivesTheRadiiOfACone) {

@@ -1,8 +1,7 @@
-#include "perception/internal/merge_rotational.h"
-
 #include <gtest/gtest.h>
 
 #include "perception/analytic.h"
+#include "perception/internal/merging.h"
 
 namespace rangegrasp::perception::internal {
 namespace {

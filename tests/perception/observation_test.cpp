@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "geometry/normals.h"
+#include "geometry/plane.h"
 #include "perception/perceive.h"
 #include "perception/raster_scan.h"
 

@@ -4,11 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <stdexcept>
+#include <vector>
 
 #include "base/units.h"
-#include "geometry/normals.h"
+#include "geometry/plane.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
+#include "perception/analytic.h"
+#include "perception/perceive.h"
+#include "raster_scan.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -215,4 +221,293 @@ TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
 }
 
 }  // namespace
+
+}  // namespace rangegrasp::perception
+
+// Things that touch, lean and lie on each other come apart; things of one piece do not.
+
+namespace rangegrasp::perception {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::TriangleMesh;
+
+/// A sensor: its rays' spacing [rad] and noise [m]; every `rows`-th row of rays is kept.
+struct SensorCase {
+  double pitch_rad;
+  double sigma_m;
+  int every_row;
+};
+
+/// The scan with only some rows of rays, as of a line scanner whose lines are further apart.
+synthetic::RasterScan Scan(const std::vector<TriangleMesh>& meshes, const SensorCase& sensor) {
+  synthetic::RasterOptions options;
+  options.pitch_rad = sensor.pitch_rad;
+  options.sigma_m = sensor.sigma_m;
+  const auto scan = synthetic::MakeRasterScan(meshes, options);
+  if (sensor.every_row == 1) return scan;
+  // Rays of one row share a plane through the sensor: their elevation in the sensor's frame.
+  const Vector3d forward = (Vector3d(0, 0, 0.04) - options.sensor_W).normalized();
+  const Vector3d down = forward.cross(forward.cross(Vector3d::UnitZ()).normalized());
+  synthetic::RasterScan kept;
+  for (std::size_t i = 0; i < scan.points_W.size(); ++i) {
+    const Vector3d d = scan.points_W[i] - options.sensor_W;
+    const long row = std::lround(d.dot(down) / d.dot(forward) / options.pitch_rad);
+    if (row % sensor.every_row != 0) continue;
+    kept.points_W.push_back(scan.points_W[i]);
+    kept.label.push_back(scan.label[i]);
+  }
+  return kept;
+}
+
+/// Share of each mesh's points that lie in its largest object, and that object.
+struct Owner {
+  std::size_t object = 0;
+  double share = 0.0;
+};
+
+class TouchingThings : public ::testing::TestWithParam<SensorCase> {
+ protected:
+  std::vector<Owner> See(const std::vector<TriangleMesh>& meshes) {
+    const auto scan = Scan(meshes, GetParam());
+    base::Rng rng(1);
+    scene_ = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+    std::vector<std::map<std::size_t, int>> in(meshes.size());
+    std::vector<int> total(meshes.size(), 0);
+    for (std::size_t o = 0; o < scene_.objects.size(); ++o) {
+      for (const auto i : scene_.objects[o].points) {
+        const int mesh = scan.label[scene_.source[i]];
+        if (mesh >= 0) ++in[static_cast<std::size_t>(mesh)][o];
+      }
+    }
+    std::vector<Owner> owners;
+    for (const auto& counts : in) {
+      Owner owner;
+      int most = 0;
+      int sum = 0;
+      for (const auto& [o, count] : counts) {
+        sum += count;
+        if (count > most) owner.object = o;
+        most = std::max(most, count);
+      }
+      owner.share = sum > 0 ? static_cast<double>(most) / sum : 0.0;
+      owners.push_back(owner);
+    }
+    return owners;
+  }
+  Scene scene_;
+};
+
+/// A patch along the seam may go to the other side: 20 mm of faces of 60 mm and more.
+constexpr double kMost = 0.75;
+
+TriangleMesh At(const TriangleMesh& mesh, double yaw, const Vector3d& p) {
+  return geometry::Transformed(mesh, synthetic::Standing(yaw, p));
+}
+
+TEST_P(TouchingThings, ALowBoxBeforeATallOneIsAnother) {
+  const auto owners = See({At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.05, 0.0, 0.075}),
+                           At(synthetic::BoxMesh(0.08, 0.08, 0.06), 0.0, {0.02, 0.0, 0.03})});
+  EXPECT_NE(owners[0].object, owners[1].object);
+  EXPECT_GT(owners[0].share, kMost);
+  EXPECT_GT(owners[1].share, kMost);
+}
+
+TEST_P(TouchingThings, ABoxLeaningOnACylinderIsAnother) {
+  const base::Pose leaning = base::MakePose(
+      Eigen::AngleAxisd(-0.6, Vector3d::UnitX()).toRotationMatrix(), {0.0, -0.078, 0.062});
+  const auto owners = See({At(synthetic::CylinderMesh(0.0375, 0.15), 0.0, {0.0, 0.03, 0.075}),
+                           geometry::Transformed(synthetic::BoxMesh(0.10, 0.03, 0.13), leaning)});
+  EXPECT_NE(owners[0].object, owners[1].object);
+}
+
+TEST_P(TouchingThings, ASmallBoxOnALargeOneIsAnother) {
+  const auto owners = See({At(synthetic::BoxMesh(0.16, 0.14, 0.07), 0.1, {0.0, 0.0, 0.035}),
+                           At(synthetic::BoxMesh(0.06, 0.06, 0.06), 0.4, {0.0, 0.0, 0.10})});
+  EXPECT_NE(owners[0].object, owners[1].object);
+  EXPECT_GT(owners[0].share, kMost);
+  EXPECT_GT(owners[1].share, kMost);
+}
+
+TEST_P(TouchingThings, AThingThatHangsOverTheOneItLiesOnIsNoHandle) {
+  // The sensor sees the table under it.
+  const auto owners = See({At(synthetic::BoxMesh(0.09, 0.10, 0.09), 0.0, {0.0, -0.05, 0.045}),
+                           At(synthetic::BoxMesh(0.07, 0.16, 0.03), 0.0, {0.0, 0.06, 0.105})});
+  EXPECT_NE(owners[0].object, owners[1].object);
+}
+
+TEST_P(TouchingThings, ABoxStaysOne) {
+  for (const double yaw : {0.0, 0.4, 0.8}) {
+    const auto owners = See({At(synthetic::BoxMesh(0.09, 0.06, 0.135), yaw, {0.0, 0.0, 0.0675})});
+    EXPECT_EQ(scene_.objects.size(), 1u) << yaw;
+    EXPECT_GT(owners[0].share, 0.99);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
+                         ::testing::Values(SensorCase{0.001, 0.0003, 1},
+                                           SensorCase{0.002, 0.0003, 1},
+                                           SensorCase{0.0018, 0.0004, 3},
+                                           SensorCase{0.0015, 0.0020, 1}),
+                         [](const auto& tested) { return "Case" + std::to_string(tested.index); });
+
+TEST(SegmentByConvexity, TheInsideOfARoundThingIsOneSurface) {
+  // Patches of 15 mm differ by more than the noise that is taken for none.
+  for (const double radius_m : {0.03, 0.04, 0.05}) {
+    samples::Analytic shape;
+    shape.AddWall({0.0, 0.0}, radius_m, 0.0, 0.08, -1.4, 1.4, true);
+    EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 1u) << radius_m;
+  }
+}
+
+TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
+  samples::Analytic shape;
+  shape.AddRectangle({0.0, 0.0, 0.0}, {0.04, 0.0, 0.0}, {0.0, 0.04, 0.0});
+  shape.AddRectangle({-0.042, 0.0, 0.042}, {0.0, 0.04, 0.0}, {0.0, 0.0, 0.04});
+  EXPECT_EQ(SegmentByConvexity(shape.cloud, {}).size(), 2u);
+}
+
+TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
+  const auto scan = synthetic::MakeRasterScan(
+      {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(3.2, {0, 0, 0}))});
+  base::Rng rng(1);
+  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  ASSERT_GE(scene.objects.size(), 1u);
+  std::size_t all = 0;
+  for (const auto& object : scene.objects) all += object.points.size();
+  EXPECT_GT(static_cast<double>(scene.objects[0].points.size()), 0.85 * static_cast<double>(all));
+}
+
+TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
+  // The handle points to the side: the sensor sees it whole, and the table under it.
+  for (const double yaw : {1.3, 1.6, -1.6}) {
+    const auto scan = synthetic::MakeRasterScan(
+        {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(yaw, {0, 0, 0}))});
+    base::Rng rng(1);
+    const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+    EXPECT_EQ(scene.objects.size(), 1u) << yaw;
+  }
+}
+
+/// Four walls of 6 mm round 300 x 300 mm, 100 mm high.
+std::vector<TriangleMesh> OpenBox() {
+  const auto along = synthetic::BoxMesh(0.312, 0.006, 0.10);
+  const auto across = synthetic::BoxMesh(0.006, 0.30, 0.10);
+  return {At(along, 0, {0, -0.153, 0.05}), At(along, 0, {0, 0.153, 0.05}),
+          At(across, 0, {-0.153, 0, 0.05}), At(across, 0, {0.153, 0, 0.05})};
+}
+
+TEST(OpenBoxes, WallsAreNoObjectsAndWhatLiesInTheBoxIs) {
+  auto meshes = OpenBox();
+  meshes.push_back(At(synthetic::BoxMesh(0.08, 0.06, 0.09), 0.3, {-0.05, -0.07, 0.045}));
+  meshes.push_back(At(synthetic::CylinderMesh(0.035, 0.08), 0.0, {-0.03, 0.06, 0.04}));
+  synthetic::RasterOptions raster;
+  raster.table_half_m = 0.22;
+  const auto scan = synthetic::MakeRasterScan(meshes, raster);
+  for (const bool on : {true, false}) {
+    PerceptionOptions options;
+    options.features.containers = on;
+    base::Rng rng(1);
+    const Scene scene = Perceive(scan.points_W, raster.sensor_W, options, rng);
+    EXPECT_EQ(scene.container.empty(), !on);
+    std::size_t of_walls = 0;
+    for (const auto& object : scene.objects) {
+      const auto walls = std::ranges::count_if(object.points, [&](auto i) {
+        const int mesh = scan.label[scene.source[i]];
+        return mesh >= 0 && mesh < 4;
+      });
+      of_walls += 2 * static_cast<std::size_t>(walls) > object.points.size() ? 1 : 0;
+    }
+    if (on) {
+      EXPECT_EQ(of_walls, 0u);
+      EXPECT_EQ(scene.objects.size(), 2u);
+    } else {
+      EXPECT_GT(of_walls, 0u);
+    }
+  }
+}
+
+TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
+  for (const double yaw : {0.2, 0.6, 0.8}) {
+    auto meshes = OpenBox();
+    meshes.push_back(At(synthetic::CylinderMesh(0.035, 0.08), 0.0, {-0.03, 0.06, 0.04}));
+    for (auto& mesh : meshes) mesh = At(mesh, yaw, Vector3d::Zero());
+    synthetic::RasterOptions raster;
+    raster.table_half_m = 0.26;
+    const auto scan = synthetic::MakeRasterScan(meshes, raster);
+    base::Rng rng(1);
+    const Scene scene = Perceive(scan.points_W, raster.sensor_W, {}, rng);
+    const auto walls = std::ranges::count_if(scan.label, [](int l) { return l >= 0 && l < 4; });
+    // Without the points within the table's clearance, and of the mixed ones those off the walls.
+    EXPECT_GT(static_cast<double>(scene.container.size()), 0.85 * static_cast<double>(walls))
+        << yaw;
+    EXPECT_EQ(scene.objects.size(), 1u) << yaw;
+  }
+}
+
+TEST(OpenBoxes, AClosedOneIsAnObject) {
+  // Seen from two sides, all of its walls but the inner sides.
+  const std::vector<TriangleMesh> carton{At(synthetic::BoxMesh(0.2, 0.22, 0.1), 0.0, {0, 0, 0.05})};
+  geometry::Observation observation;
+  for (const double x : {0.8, -0.8}) {
+    synthetic::RasterOptions raster;
+    raster.sensor_W.x() = x;
+    const auto scan = synthetic::MakeRasterScan(carton, raster);
+    observation.views.emplace_back().image = {.profiles = 1,
+                                              .samples = static_cast<int>(scan.points_W.size()),
+                                              .points_C = scan.points_W,
+                                              .origins_C = {raster.sensor_W}};
+  }
+  base::Rng rng(1);
+  const Scene scene = Perceive(observation, {}, rng, std::nullopt);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 1u);
+}
+
+TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
+  const auto scan = synthetic::MakeRasterScan(
+      {At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, -0.08, 0.075}),
+       At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, 0.08, 0.075}),
+       At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {0.08, 0.0, 0.075})});
+  base::Rng rng(1);
+  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 3u);
+}
+
+TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
+  const auto along = [](double height) { return synthetic::BoxMesh(0.312, 0.02, height); };
+  const auto across = [](double height) { return synthetic::BoxMesh(0.02, 0.26, height); };
+  const auto scan = synthetic::MakeRasterScan(
+      {At(along(0.08), 0, {0, -0.146, 0.04}), At(along(0.11), 0, {0, 0.146, 0.055}),
+       At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})});
+  base::Rng rng(1);
+  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  EXPECT_TRUE(scene.container.empty());
+  EXPECT_EQ(scene.objects.size(), 4u);
+}
+
+TEST(ConvexityOptions, OutOfRangeIsRefused) {
+  const geometry::PointCloud cloud{geometry::Points(5, Vector3d::Zero()),
+                                   geometry::Points(5, Vector3d::UnitZ())};
+  EXPECT_NO_THROW(SegmentByConvexity(cloud, {}));
+  for (const auto& spoil : std::vector<void (*)(ConvexityOptions&)>{
+           [](ConvexityOptions& o) { o.link_m = 0.0; },
+           [](ConvexityOptions& o) { o.patch_m = -0.01; },
+           [](ConvexityOptions& o) { o.step_m = std::nan(""); },
+           [](ConvexityOptions& o) { o.patch_turn = 0.0; },
+           [](ConvexityOptions& o) { o.min_seed_points = 0; },
+           [](ConvexityOptions& o) { o.few_links = -1; },
+           [](ConvexityOptions& o) { o.grazing_reach = 0.5; },
+           [](ConvexityOptions& o) { o.concavity_rad = o.concave_rad; },
+           [](ConvexityOptions& o) { o.concave_weight = -1.0; },
+           [](ConvexityOptions& o) { o.sliver_share = 1.5; }}) {
+    SegmentOptions options;
+    spoil(options.convexity);
+    EXPECT_THROW(SegmentByConvexity(cloud, options), std::invalid_argument);
+  }
+}
+
+}  // namespace
+
 }  // namespace rangegrasp::perception

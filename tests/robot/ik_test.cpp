@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "robot/straight_line.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::robot {

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "base/units.h"
-#include "sensing/internal/camera_model.h"
-#include "sensing/internal/reflection.h"
+#include "sensing/optics.h"
 #include "sensing/shapes.h"
 
 namespace rangegrasp::sensing {
@@ -118,7 +117,7 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
   double squares = 0.0;
   ForEach(scan, [&](std::size_t i, int p, int) {
     ASSERT_EQ(scan.truth.state[i], SampleState::kMeasured);
-    const double cosine = std::cos(internal::PanAngle(options, p));
+    const double cosine = std::cos(PanAngle(options, p));
     const double error = (scan.view.image.points_C[i].z() - GetParam()) / cosine;
     const double normalised = error / DepthSigma(options, GetParam() / cosine);
     sum += normalised;
@@ -199,7 +198,7 @@ TEST(LineScanner, CentroidsAreGivenInStepsAndOnTheSensor) {
   options.quantisation_px = 0.5;
   options.centroid_sigma_px = 100.0;
   options.sensor_pixels = 200;
-  const internal::CameraModel camera(options);
+  const CameraModel camera(options);
   const Scan scan = LineScannerScanOf(Wall(options.focus_distance_m), options);
   ForEach(scan, [&](std::size_t i, int, int) {
     if (scan.truth.state[i] != SampleState::kMeasured) return;
@@ -261,8 +260,8 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
   const double plate_z = 0.8;
   const Scan scan = LineScannerScanOf(PlateBeforeWall(plate_z), options);
   ForEach(scan, [&](std::size_t i, int p, int s) {
-    const double pan = internal::PanAngle(options, p);
-    const double y = internal::Slope(options, s) / std::cos(pan);  // at z = 1
+    const double pan = PanAngle(options, p);
+    const double y = Slope(options, s) / std::cos(pan);  // at z = 1
     const double x = std::tan(pan);
     const double camera_x = options.baseline_m * std::cos(pan);
     const double camera_z = -options.baseline_m * std::sin(pan);
@@ -399,8 +398,8 @@ TEST(LineScanner, GrazingSamplesDropOutByTheirIncidence) {
       {test::Plate(Vector3d(-3, 0, 1) - 2 * along, {6, 0, 0}, 4 * along)}, options);
   std::vector<double> probability(scan.truth.state.size());
   ForEach(scan, [&](std::size_t i, int p, int s) {
-    const Vector3d ray = internal::PanRotation(internal::PanAngle(options, p)) *
-                         Vector3d(0, internal::Slope(options, s), 1).normalized();
+    const Vector3d ray =
+        PanRotation(PanAngle(options, p)) * Vector3d(0, Slope(options, s), 1).normalized();
     const double incidence_deg = base::ToDeg(std::acos(std::abs(ray.dot(normal))));
     probability[i] = std::clamp((incidence_deg - 60.0) / 20.0, 0.0, 1.0);
   });
@@ -460,7 +459,7 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   const Scan scan = LineScannerScanOf(meshes, Known());
   std::size_t dark = 0, dark_lost = 0, white_lost = 0;
   ForEach(scan, [&](std::size_t i, int p, int) {
-    const double x = std::tan(internal::PanAngle(Known(), p));
+    const double x = std::tan(PanAngle(Known(), p));
     const bool lost = scan.truth.state[i] == SampleState::kDropout;
     if (x > 0.002) white_lost += lost ? 1 : 0;
     if (x > -0.002) return;
@@ -468,7 +467,7 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
     dark_lost += lost ? 1 : 0;
   });
   EXPECT_EQ(white_lost, 0u);
-  const double expected = internal::AlbedoLoss(internal::PrintAlbedo(0));
+  const double expected = AlbedoLoss(PrintAlbedo(0));
   EXPECT_NEAR(static_cast<double>(dark_lost) / static_cast<double>(dark), expected, 0.01);
 }
 
@@ -506,7 +505,7 @@ TEST(LineScanner, ColorsAreSeenBesideTheRange) {
     return geometry::ColorOf(0.5 * geometry::LightOf(color));
   };
   ForEach(scan, [&](std::size_t i, int p, int) {
-    const double x = std::tan(internal::PanAngle(options, p));
+    const double x = std::tan(PanAngle(options, p));
     if (std::abs(x) < 0.005) return;
     EXPECT_EQ(scan.view.colors[i], x < 0.0 ? lit({200, 30, 30}) : lit({255, 255, 255}));
   });
@@ -536,7 +535,7 @@ TEST(LineScanner, ColorsAreOffByWhatIsStated) {
     // Where green comes up is the edge of the print, as the second exposure sees it.
     int edge = 0;
     while (colors[2 * static_cast<std::size_t>(edge)][1] < 100) ++edge;
-    shifts_m += std::pow(std::tan(internal::PanAngle(options, edge)), 2);
+    shifts_m += std::pow(std::tan(PanAngle(options, edge)), 2);
   }
   EXPECT_NEAR(std::sqrt(levels / kScans), options.color_noise_levels, 0.1);
   EXPECT_NEAR(std::sqrt(gains / kScans), options.color_gain_sigma, 0.006);
@@ -574,8 +573,8 @@ TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
   meshes[0].surface.gloss = 1.0;
   const Scan scan = LineScannerScanOf(meshes, options);
   ForEach(scan, [&](std::size_t i, int p, int s) {
-    const double pan = internal::PanAngle(options, p);
-    const Vector3d point(std::tan(pan), internal::Slope(options, s) / std::cos(pan), 1.0);
+    const double pan = PanAngle(options, p);
+    const Vector3d point(std::tan(pan), Slope(options, s) / std::cos(pan), 1.0);
     const Vector3d camera(options.baseline_m * std::cos(pan), 0,
                           -options.baseline_m * std::sin(pan));
     const Vector3d mirrored(point.x(), point.y(), -point.z());
@@ -598,7 +597,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   double sum = 0.0;
   double squares = 0.0;
   for (int p = 0; p < scan.view.image.profiles; ++p) {
-    const double pan = internal::PanAngle(options, p);
+    const double pan = PanAngle(options, p);
     std::vector<double> jitter;
     for (int s = 0; s < scan.view.image.samples; ++s) {
       const std::size_t i = scan.view.image.Index(p, s);

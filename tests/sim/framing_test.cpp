@@ -1,10 +1,9 @@
-#include "sim/framing.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "base/rng.h"
+#include "sim/render.h"
 
 namespace rangegrasp::sim {
 namespace {

@@ -1,5 +1,3 @@
-#include "sim/object_surface.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "geometry/ray_caster.h"
+#include "sim/bodies.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {

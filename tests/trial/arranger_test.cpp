@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
 #include "trial/trial.h"

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
-#include "geometry/hull.h"
+#include "geometry/mesh.h"
 #include "trial/grasping_task.h"
 #include "trial/trial.h"
 

@@ -2,7 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
+
+#include "base/file.h"
 
 namespace rangegrasp::image {
 
@@ -17,8 +22,7 @@ struct Image {
   }
 };
 
-/// A grey picture. A pixel may be anything that a sensor tells in so many bits: brightness, depth,
-/// height.
+/// A grey picture of brightness, depth, height, ...
 template <typename Pixel>
 struct Grey {
   int width = 0;
@@ -27,5 +31,28 @@ struct Grey {
 };
 using Grey8 = Grey<std::uint8_t>;
 using Grey16 = Grey<std::uint16_t>;
+
+/// The picture in the bytes of a PNG file.
+/// @tparam Picture  Image (8-bit RGB), Grey8 or Grey16: the file must hold exactly that.
+/// @throws base::InputError saying what is wrong (the caller names the file): no PNG, damaged, cut
+/// off, of another kind of pixels.
+template <typename Picture>
+Picture DecodePng(std::string_view bytes);
+
+/// The picture in a PNG file. @throws base::InputError as above, naming the file.
+template <typename Picture>
+Picture ReadPng(const std::filesystem::path& file);
+
+/// The bytes of a PNG file of an Image, Grey8 or Grey16; the same picture is the same bytes.
+/// @throws std::invalid_argument if the size and the number of pixels do not fit, or are 0;
+/// base::RunError if libpng fails.
+template <typename Picture>
+std::string EncodePng(const Picture& picture);
+
+/// Writes a PNG file. @throws as base::WriteFile and EncodePng.
+template <typename Picture>
+void WritePng(const std::filesystem::path& file, const Picture& picture) {
+  base::WriteFile(file, EncodePng(picture));
+}
 
 }  // namespace rangegrasp::image

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "base/error.h"
-#include "base/image/open_gl.h"
 
 namespace rangegrasp::image {
 namespace {
@@ -17,9 +16,9 @@ constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadow
 constexpr GLint kAccumulationBits = 0;
 constexpr std::size_t kRgba = 4;  // bytes a pixel
 
-// One thread draws, the caller's. Mesa's own threads are not there in a process that is forked
-// after them, which then waits for them for ever; and the threads of a case's process end late on a
-// busy machine, so that it seems to hang. Whoever wants them sets the variable.
+// Only the caller's thread draws. Mesa's threads would be missing in a process that is forked
+// later, which would wait for them without end, and they end late on a busy machine. The variable,
+// where it is set, overrides this.
 void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
 
 }  // namespace

@@ -1,13 +1,10 @@
 #include "geometry/draw/canvas.h"
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "base/image/offscreen_context.h"
-#include "base/image/open_gl.h"
 
 namespace rangegrasp::draw {
 namespace {

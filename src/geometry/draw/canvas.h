@@ -33,8 +33,7 @@ struct Canvas {
   };
   std::vector<Dots> dots;
   std::vector<Line> lines;
-  std::vector<Surface>
-      surfaces;  ///< drawn in this order, after dots and lines; translucent ones last
+  std::vector<Surface> surfaces;  ///< drawn in this order after dots, lines; translucent ones last
 };
 
 /// A pinhole camera.

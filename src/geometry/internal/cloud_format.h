@@ -13,14 +13,15 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/color.h"
+#include "geometry/cloud_file.h"
+#include "geometry/internal/polygon_soup.h"
 #include "geometry/point_cloud.h"
 
 /// What the readers and writers of PCD and PLY share.
+
 namespace rangegrasp::geometry::internal {
 
-/// No count or size in a header may reach this: it keeps sums and products of them far from
-/// overflow, and no cloud of 2^31 points fits into memory.
+/// No count or size in a header may reach this: sums and products of them stay far from overflow.
 constexpr std::size_t kEndOfCounts = std::size_t{1} << 31;
 /// A header with more lines is none: written ones have about ten, and comments some more.
 constexpr std::size_t kMaxHeaderLines = 1000;
@@ -51,7 +52,8 @@ class LineReader {
 };
 
 /// The words of a line.
-std::vector<std::string_view> Words(std::string_view line);
+using WordList = std::vector<std::string_view>;
+WordList Words(std::string_view line);
 /// A number, "nan" among them; nullopt if the word is anything else.
 std::optional<double> ParseNumber(std::string_view word);
 /// The point that the first three words are, which may be nan.
@@ -109,5 +111,26 @@ double LoadAs(const char* bytes, bool swap_bytes) {
 }
 /// Appends x, y and z in single precision.
 void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);
+
+/// Whether the bytes start as a PLY file does.
+bool IsPly(std::string_view bytes);
+
+/// The header of a binary little-endian PLY up to its vertices' x, y and z (float); further
+/// properties and end_header are the caller's.
+std::string PlyVertexHeader(std::size_t vertices);
+
+/// Checks what stands before the data of a PLY, in full. @return how many faces it declares.
+/// @throws base::InputError naming file and line: an unknown key or type, no x, y and z, no end,
+/// more elements than the data can hold.
+std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the faces too: lists vertex_indices or vertex_index of the element face.
+/// @throws base::InputError naming file and line, also a list that the file cannot hold and a
+/// vertex that is not there.
+PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the vertices of a PLY file (ascii, binary of either byte order).
+/// @throws base::InputError naming file and line.
+CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace rangegrasp::geometry::internal

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <span>
+#include <string_view>
 #include <vector>
 
 #include "geometry/mesh_file.h"
@@ -24,5 +24,15 @@ struct PolygonSoup {
 /// A polygon of less than three corners has none.
 /// @throws base::InputError naming the file: a vertex that is not finite, no triangle.
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup);
+
+/// Reads places and faces of an OBJ file; all else in it is passed over.
+/// @throws base::InputError naming file and line: a vertex without three numbers, a face with a
+/// vertex that is not there.
+PolygonSoup ReadObj(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the text of an OFF file (OFF, COFF, NOFF, STOFF and what they make together).
+/// @throws base::InputError naming file and line: counts that the file cannot hold, fewer faces
+/// than declared, a face with a vertex that is not there, what is no number.
+PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace rangegrasp::geometry::internal

@@ -1,16 +1,13 @@
 #include "grasp/internal/placing.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include "grasp/closing.h"
-#include "grasp/score.h"
-
 namespace rangegrasp::grasp::internal {
 namespace {
 
-using Eigen::Vector3d;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Less than this share of a vector normal to an axis is rounding: any normal does then.
+constexpr double kMinPart = 1e-6;
+/// Where the hand meets nothing on its way down, the limit is this far away [m].
+constexpr double kNoLimit_m = 1e9;
 
 Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Closing& closing,
                   const Vector3d& origin_A, const Slab& slab) {
@@ -31,6 +28,8 @@ Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Clos
   return q;
 }
 
+double Square(double x) { return x * x; }
+
 /// The extent that the hand passes; of an upper part, the deepest one that fits between the jaws.
 std::optional<Slab> PassedSlab(const Task& task, const View& view, const Band& band,
                                const Aim& aim) {
@@ -43,12 +42,6 @@ std::optional<Slab> PassedSlab(const Task& task, const View& view, const Band& b
     slab = SlabAt(view, band.y_m, options.hand_band_m, reach_m);
   }
   return slab;
-}
-
-/// The area of the object's surface against the closed fingers: the "tightest" side is the one
-/// where it is largest (section 5.2 leaves the measure open).
-double Tightness(const std::optional<Closing>& closing) {
-  return closing ? closing->contact_m2 : 0.0;
 }
 
 /// The hand as it comes down: what does not change while it is centred.
@@ -77,30 +70,6 @@ std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& b
     origin.x() -= closing->drag_m;
   }
 }
-
-}  // namespace
-
-Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
-                        const Vector3d& center_A, double pitch_rad, GraspType type) {
-  Candidate candidate;
-  Grasp& grasp = candidate.grasp;
-  grasp.type = type;
-  grasp.pitch_rad = pitch_rad;
-  grasp.X_CG = base::MakePose(view.X_CA.linear(), view.X_CA * center_A);
-  grasp.X_CH = base::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
-               HandProfiles::X_TH(task.hand, pitch_rad);
-  return candidate;
-}
-
-void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
-               Candidate& candidate) {
-  candidate.open_state = candidate.narrow_state = open;
-  candidate.held_state = held;
-  candidate.grasp.opening_m = task.hand.states[open].gap_m;
-  candidate.grasp.width_m = width_m;
-}
-
-namespace {
 
 /// Place, where the extent that the hand passes is known: it is the same at every depth.
 std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
@@ -134,8 +103,10 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
   }
   candidate.depth_m = origin.z() + descent.pads.z();
   candidate.to_contact = aim.depth_m == kToContact_m;
-  candidate.grasp.score = Tightness(closing) / task.options.score.contact_scale_m2;
   if (closing) {
+    // The "tightest" side has the largest area of the surface against the closed fingers (section
+    // 5.2 leaves the measure open).
+    candidate.grasp.score = closing->contact_m2 / task.options.score.contact_scale_m2;
     const Quality quality = QualityOf(task, view, aim, *closing, origin, *slab);
     candidate.grasp.contact_angle_rad =
         std::max(quality.angles.finger_rad, quality.angles.thumb_rad);
@@ -146,7 +117,191 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
   return candidate;
 }
 
+/// How far up a candidate is tried.
+std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
+  const PlacingOptions& options = task.options.placing;
+  std::vector<double> lifts(options.lifts_m.begin(), options.lifts_m.end());
+  if (!candidate.to_contact) return lifts;
+  for (int i = 0; i < options.contact_steps; ++i) {
+    lifts.push_back(lifts.back() + options.contact_step_m);
+  }
+  return lifts;
+}
+
+/// True if the grasp is free, as it is or a little higher (PlacingOptions::lifts_m); then its
+/// opening is set.
+bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate) {
+  const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
+  const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
+  for (const double lift : LiftsOf(task, candidate)) {
+    Pose X_CH = candidate.grasp.X_CH;
+    X_CH.translation() -= lift * approach;
+    if (HitsTableClosing(collider, task.hand, X_CH, openings)) {
+      if (candidate.to_contact) continue;
+      return false;
+    }
+    if (collider.HitsObstacle(X_CH, candidate.held_state)) return false;
+    const auto opening = FreeOpening(collider, X_CH, openings);
+    if (!opening) continue;
+    candidate.grasp.opening_m = task.hand.states[*opening].gap_m;
+    candidate.grasp.X_CH = X_CH;
+    candidate.grasp.X_CG.translation() -= lift * approach;
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+double Score(const Quality& q, double friction_cone_rad, const ScoreWeights& w) {
+  const double angle = std::max(q.angles.finger_rad, q.angles.thumb_rad);
+  const double height_scale = q.above_m > 0.0 ? w.above_scale_m : w.below_scale_m;
+  const double missing_margin = std::max(0.0, w.margin_m - q.top_margin_m) / w.margin_m;
+  const double missing_room = std::clamp(1.0 - q.room_m / w.room_scale_m, 0.0, 1.0);
+  double score = 1.0;
+  score -= w.antipodal * std::min(Square(angle / friction_cone_rad), w.max_square);
+  score -= w.pitch *
+           std::min(Square((q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad), w.max_square);
+  score -= w.lever * std::min(Square(q.lever_m / w.lever_scale_m), w.max_square);
+  score -= w.height * std::min(Square(q.above_m / height_scale), w.max_multiple);
+  score -= w.drag * std::min(std::abs(q.drag_m) / w.drag_scale_m, w.max_multiple);
+  score -= w.slope * std::min(std::abs(q.slope_m) / w.slope_scale_m, w.max_multiple);
+  score -= w.shallow * std::min(missing_margin, w.max_multiple);
+  score -= w.room * Square(missing_room);
+  score += w.tight * std::min(q.contact_m2 / w.contact_scale_m2, 1.0);
+  score += w.arm * q.thumb_to_arm;
+  return score;
+}
+
+Vector3d NormalPart(const Vector3d& v, const Vector3d& axis) {
+  const Vector3d part = v - v.dot(axis) * axis;
+  if (part.norm() > kMinPart * std::max(1.0, v.norm())) return part.normalized();
+  return axis.unitOrthogonal();
+}
+
+std::optional<Vector3d> UprightAxis(const Task& task) {
+  if (!task.object.axis) return std::nullopt;
+  Vector3d axis = task.object.axis->direction_C.normalized();
+  if (axis.dot(task.up_C) < 0.0) axis = -axis;
+  if (axis.dot(task.up_C) < std::cos(task.options.cylindrical.max_tilt_rad)) return std::nullopt;
+  return axis;
+}
+
+View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& origin_C,
+              const Vector3d& approach_C, const Vector3d& closing_C) {
+  const Vector3d z = approach_C.normalized();
+  const Vector3d x = NormalPart(closing_C, z);
+  Eigen::Matrix3d R_CA;
+  R_CA << x, z.cross(x), z;
+  View view;
+  view.X_CA = base::MakePose(R_CA, origin_C);
+  const Pose X_AC = view.X_CA.inverse();
+  view.coarse.reserve(coarse.points.size());
+  view.top_m = view.y_min_m = kInfinity;
+  view.bottom_m = view.y_max_m = -kInfinity;
+  for (const Vector3d& p_C : coarse.points) {
+    const Vector3d p = X_AC * p_C;
+    view.coarse.push_back(p);
+    view.top_m = std::min(view.top_m, p.z());
+    view.bottom_m = std::max(view.bottom_m, p.z());
+    view.y_min_m = std::min(view.y_min_m, p.y());
+    view.y_max_m = std::max(view.y_max_m, p.y());
+  }
+  view.com = X_AC * task.com_C;
+  view.up = X_AC.linear() * task.up_C;
+  view.table_offset_m = task.scene.table.plane.Distance(origin_C);
+  view.thumb_to_arm = x.dot(NormalPart(task.arm_C - origin_C, z));
+  return view;
+}
+
+Band MakeBand(const Task& task, const View& view, double y0_m) {
+  const PlacingOptions& options = task.options.placing;
+  Band band;
+  band.y_m = y0_m;
+  const Pose X_AC = view.X_CA.inverse();
+  const Eigen::RowVector3d y_row = X_AC.linear().row(1);
+  const double y_shift = X_AC.translation().y() - y0_m;
+  const double deepest = view.top_m + options.max_reach_m;
+  for (std::size_t i = 0; i < task.samples.points.size(); ++i) {
+    if (std::abs(y_row * task.samples.points[i] + y_shift) > options.contact_band_m) continue;
+    const Vector3d p = X_AC * task.samples.points[i];
+    if (p.z() > deepest) continue;
+    band.points.push_back(p);
+    band.normals.push_back(X_AC.linear() * task.samples.normals[i]);
+  }
+  return band;
+}
+
+std::optional<Slab> SlabAt(const View& view, double y0_m, double half_band_m, double reach_m) {
+  Slab slab;
+  slab.top_m = kInfinity;
+  for (const Vector3d& p : view.coarse) {
+    if (std::abs(p.y() - y0_m) <= half_band_m) slab.top_m = std::min(slab.top_m, p.z());
+  }
+  slab.x_min_m = kInfinity;
+  slab.x_max_m = -kInfinity;
+  for (const Vector3d& p : view.coarse) {
+    if (std::abs(p.y() - y0_m) > half_band_m || p.z() > slab.top_m + reach_m) continue;
+    slab.x_min_m = std::min(slab.x_min_m, p.x());
+    slab.x_max_m = std::max(slab.x_max_m, p.x());
+  }
+  if (slab.x_max_m <= slab.x_min_m) return std::nullopt;
+  return slab;
+}
+
+double DescentLimit(const View& view, const HandProfiles::Lower& lower, double x_m, double y_m,
+                    double clearance_m) {
+  double limit = kNoLimit_m;
+  for (const Vector3d& p : view.coarse) {
+    const int cell = lower.grid.Cell(p.x() - x_m, p.y() - y_m);
+    if (cell < 0) continue;
+    limit = std::min(limit, p.z() - static_cast<double>(lower.z[static_cast<std::size_t>(cell)]));
+  }
+  return limit - clearance_m;
+}
+
+double ReachDown(Task& task, const View& view, double pitch_rad, std::size_t open,
+                 std::size_t closed) {
+  double reach = -kInfinity;
+  for (std::size_t s = open; s <= std::max(open, closed); ++s) {
+    reach = std::max(reach, task.profiles.Extent(pitch_rad, s, -view.up));
+  }
+  return reach;
+}
+
+double TableLimit(const View& view, double reach_m, double x_m, double y_m, double clearance_m) {
+  const double height_at_zero = view.table_offset_m + view.up.x() * x_m + view.up.y() * y_m;
+  const double room = height_at_zero - reach_m - clearance_m;
+  // A level hand neither nears the table on its way nor leaves it.
+  if (std::abs(view.up.z()) < kMinPart) return room >= 0.0 ? kNoLimit_m : -kNoLimit_m;
+  return room / -view.up.z();
+}
+
+double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower& lower,
+                  double reach_m, double x_m, double y_m) {
+  return std::min(TableLimit(view, reach_m, x_m, y_m, task.options.table_clearance_m),
+                  DescentLimit(view, lower, x_m, y_m, task.options.object_clearance_m));
+}
+
+Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
+                        const Vector3d& center_A, double pitch_rad, GraspType type) {
+  Candidate candidate;
+  Grasp& grasp = candidate.grasp;
+  grasp.type = type;
+  grasp.pitch_rad = pitch_rad;
+  grasp.X_CG = base::MakePose(view.X_CA.linear(), view.X_CA * center_A);
+  grasp.X_CH = base::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
+               HandProfiles::X_TH(task.hand, pitch_rad);
+  return candidate;
+}
+
+void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
+               Candidate& candidate) {
+  candidate.open_state = candidate.narrow_state = open;
+  candidate.held_state = held;
+  candidate.grasp.opening_m = task.hand.states[open].gap_m;
+  candidate.grasp.width_m = width_m;
+}
 
 std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
                                GraspType type) {
@@ -179,6 +334,49 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
     aim.back_off_m = back_off;
     if (deepest - back_off < view.top_m + options.min_depth_m) break;
     add(PlaceIn(task, view, band, slab, aim, type));
+  }
+}
+
+std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose& X_CH,
+                                       const Openings& openings) {
+  const bool one = openings.narrow == openings.wide;
+  for (const std::size_t s : {openings.wide, openings.narrow}) {
+    if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
+    if (one) break;
+  }
+  return std::nullopt;
+}
+
+bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const Pose& X_CH,
+                      const Openings& openings) {
+  const std::size_t last = std::min(openings.held + 1, hand.states.size() - 1);
+  for (std::size_t s = openings.wide; s <= last; ++s) {
+    if (collider.HitsTable(X_CH, s)) return true;
+  }
+  return false;
+}
+
+void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
+                const Quota& quota, std::vector<Grasp>& accepted, std::vector<Grasp>& rejected) {
+  std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
+    return a.grasp.score > b.grasp.score;
+  });
+  std::map<int, int> of_group;
+  std::map<int, int> tried;
+  int taken = 0;
+  int checks = 0;
+  for (Candidate& candidate : candidates) {
+    if (taken >= quota.max_free || checks >= quota.max_checks) break;
+    if (of_group[candidate.group] >= quota.max_of_group) continue;
+    ++checks;
+    if (IsFree(collider, task, candidate)) {
+      ++of_group[candidate.group];
+      ++taken;
+      accepted.push_back(candidate.grasp);
+    } else if (++tried[candidate.group] == 1) {
+      candidate.grasp.collides = true;
+      rejected.push_back(candidate.grasp);
+    }
   }
 }
 

@@ -1,13 +1,119 @@
 #pragma once
 
 #include <limits>
-#include <optional>
-#include <span>
-#include <vector>
 
-#include "grasp/internal/object_view.h"
+#include "grasp/grasp.h"
+#include "grasp/internal/closing.h"
+#include "grasp/surface.h"
+#include "robot/collision/collider.h"
 
 namespace rangegrasp::grasp::internal {
+
+using collision::HandCollider;
+using perception::PerceivedObject;
+using perception::Scene;
+
+/// What a refined grasp is scored by. Each term is 0 where it is best and 1 where it is bad.
+struct Quality {
+  AntipodalAngles angles;  ///< of the contacts that closing the hand model finds
+  double pitch_rad = 0.0;
+  double best_pitch_rad = 0.0;  ///< measured: about 12.5 deg for cylinders, 8 deg for others
+  double lever_m = 0.0;         ///< the centre of mass beside the contacts' line, across it
+  double above_m = 0.0;         ///< the contacts above the centre of mass; negative: below
+  double drag_m = 0.0;          ///< of the object by the hand that closes
+  double slope_m = 0.0;         ///< difference in height of the two contacts
+  double top_margin_m = 0.0;    ///< of the contacts below the object's top
+  double contact_m2 = 0.0;      ///< within 3 mm of the pads
+  double room_m = 0.0;          ///< largest gap of the hand less the width
+  double thumb_to_arm = 0.0;    ///< cosine between the closing direction and the way to the arm
+};
+
+/// score = 1 - antipodal A - pitch P - lever L - height H - drag D - slope S - shallow M - room R
+///         + tight T + arm C, with
+///   A = (larger of both antipodal angles / friction cone)^2, at most 4,
+///   P = ((pitch - best pitch) / scale)^2, at most 4,      L = (lever / scale)^2, at most 4,
+///   H = (height of the contacts above the centre of mass / scale)^2, at most 2,
+///   D, S = |drag|, |slope| / scale, at most 2,
+///   M = how much the contacts miss of the margin below the top, 0 to 2,
+///   R = (how much room misses of its scale)^2, 0 to 1,
+///   T = contact area / scale, at most 1,                  C = thumb_to_arm.
+/// The scales and the bounds 4 and 2 stand in ScoreWeights.
+double Score(const Quality& quality, double friction_cone_rad, const ScoreWeights& weights);
+
+/// All that candidates of one object need. C is the cloud's frame.
+struct Task {
+  const Scene& scene;
+  const PerceivedObject& object;
+  const HandModel& hand;
+  Vector3d arm_C;
+  Vector3d up_C;  ///< the table's normal
+  const GraspOptions& options;
+  SurfaceSamples samples;  ///< dense, for contacts
+  SurfaceSamples coarse;   ///< for extents and for coming down
+  Vector3d com_C;
+  HandProfiles profiles;
+
+  double MaxWidth() const { return hand.MaxGap() - 2.0 * options.object_clearance_m; }
+};
+
+/// The object in a frame A with the axes of G: z the approach, x the closing direction.
+struct View {
+  Pose X_CA;
+  geometry::Points coarse;
+  Vector3d com;
+  Vector3d up;            ///< the table's normal
+  double table_offset_m;  ///< up . p + offset = height above the table
+  double top_m;           ///< smallest z of the object: its highest point along the approach
+  double bottom_m;
+  double y_min_m, y_max_m;
+  double thumb_to_arm;  ///< cosine
+};
+/// @param closing_C  need not be normal to the approach, but not along it
+View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& origin_C,
+              const Vector3d& approach_C, const Vector3d& closing_C);
+
+/// The dense samples that pads at y0 may meet, in A.
+struct Band {
+  double y_m = 0.0;
+  geometry::Points points;
+  geometry::Points normals;
+};
+Band MakeBand(const Task& task, const View& view, double y0_m);
+
+/// The extent of the object along x, in the part that the hand passes: |y - y0| <= half_band and
+/// not deeper than reach below the top of that part.
+struct Slab {
+  double x_min_m = 0.0;
+  double x_max_m = 0.0;
+  double top_m = 0.0;
+  double Width() const { return x_max_m - x_min_m; }
+  double Middle() const { return 0.5 * (x_min_m + x_max_m); }
+};
+std::optional<Slab> SlabAt(const View& view, double y0_m, double half_band_m, double reach_m);
+
+/// How far down T's origin can go along the approach at (x, y) until the hand, coming straight
+/// down, is object_clearance above the object.
+double DescentLimit(const View& view, const HandProfiles::Lower& lower, double x_m, double y_m,
+                    double clearance_m);
+/// How far the hand reaches below T's origin, towards the table, in any state from `open` to
+/// `closed`: fingers and thumb swing down while they close.
+double ReachDown(Task& task, const View& view, double pitch_rad, std::size_t open,
+                 std::size_t closed);
+/// How far down T's origin can go along the approach at (x, y) until a hand that reaches reach_m
+/// below it is clearance_m above the table.
+double TableLimit(const View& view, double reach_m, double x_m, double y_m, double clearance_m);
+
+/// The hand on its way down: how far T's origin can go at (x, y) with a hand that reaches reach_m
+/// below it, until it is at its clearance above the table or the object.
+double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower& lower,
+                  double reach_m, double x_m, double y_m);
+
+/// A unit vector normal to the axis, in the direction of v where that is possible.
+Vector3d NormalPart(const Vector3d& v, const Vector3d& axis);
+
+/// The rotation axis, turned away from the table; nullopt where it is not upright enough
+/// (CylindricalOptions::max_tilt_rad) to be approached along from above.
+std::optional<Vector3d> UprightAxis(const Task& task);
 
 struct Candidate {
   Grasp grasp;
@@ -20,8 +126,8 @@ struct Candidate {
 };
 
 /// The candidate for T at origin_A; its states, widths and score are still to be set.
-Candidate MakeCandidate(const Task& task, const View& view, const Eigen::Vector3d& origin_A,
-                        const Eigen::Vector3d& center_A, double pitch_rad, GraspType type);
+Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
+                        const Vector3d& center_A, double pitch_rad, GraspType type);
 /// Opens the candidate's hand to a state, for what is expected to be held at another with a width.
 void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
                Candidate& candidate);
@@ -51,5 +157,31 @@ std::optional<Candidate> Place(Task& task, const View& view, const Band& band, c
 void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
                    std::span<const double> depths_m, GraspType type, int group,
                    std::vector<Candidate>& candidates);
+
+struct Quota {
+  int max_free = 24;     ///< candidates
+  int max_of_group = 1;  ///< of one group
+  int max_checks = 120;  ///< candidates looked at
+};
+
+/// States of the hand: how it may be open before it closes, and what it is expected to hold at.
+struct Openings {
+  std::size_t wide = 0;
+  std::size_t narrow = 0;
+  std::size_t held = 0;
+};
+
+/// The wide opening, then the narrow one, that clears obstacles and the object itself.
+std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose& X_CH,
+                                       const Openings& openings);
+/// Whether the hand meets the table at an opening from the wide one to the one just beyond the
+/// held.
+bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const Pose& X_CH,
+                      const Openings& openings);
+
+/// Checks candidates in the order of their scores and appends those that are free to `accepted`;
+/// the best one of every group that collides goes to `rejected`.
+void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
+                const Quota& quota, std::vector<Grasp>& accepted, std::vector<Grasp>& rejected);
 
 }  // namespace rangegrasp::grasp::internal

@@ -1,18 +1,11 @@
 #include "perception/internal/body_profile.h"
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Dense>
 #include <iterator>
 #include <map>
-#include <utility>
-
-#include "perception/internal/circle.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
-
-using geometry::Indices;
-using geometry::PointCloud;
 
 struct Member {
   double distance_m;
@@ -32,7 +25,7 @@ struct Agreement {
 };
 
 Agreement Agree(std::vector<Member>& members, double distance_m) {
-  std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) {
+  std::ranges::sort(members, [](const Member& a, const Member& b) {
     return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.point < b.point;
   });
   Agreement best;
@@ -49,19 +42,19 @@ Agreement Agree(std::vector<Member>& members, double distance_m) {
   return best;
 }
 
-Members BySection(const PointCloud& cloud, const Indices& points, const geometry::Plane& top,
-                  const Eigen::Vector3d& center_C, const Eigen::Vector3d& direction_C,
+Members BySection(const PointCloud& cloud, const Indices& points, const Plane& top,
+                  const Vector3d& center_C, const Vector3d& direction_C,
                   const FeatureOptions& options) {
   Members sections;
   for (const auto i : points) {
-    const Eigen::Vector3d& normal = cloud.normals[i];
+    const Vector3d& normal = cloud.normals[i];
     if (std::abs(top.Distance(cloud.points[i])) <= options.top.plane_distance_m ||
         std::abs(normal.dot(direction_C)) > options.axis.max_along_axis) {
       continue;
     }
-    const Eigen::Vector3d d = cloud.points[i] - center_C;
+    const Vector3d d = cloud.points[i] - center_C;
     const double depth = -d.dot(direction_C);
-    const Eigen::Vector3d radial = d + depth * direction_C;
+    const Vector3d radial = d + depth * direction_C;
     const bool passes_axis =
         !options.radial_normals || std::abs(normal.dot(direction_C.cross(radial))) <=
                                        options.axis.max_tangential * radial.norm();
@@ -85,6 +78,73 @@ void AddMembers(const std::vector<Member>& members, const Agreement& agreement, 
   }
 }
 
+/// A body point that faces outward: its section, and where it is about the axis, in the plane.
+struct OuterPoint {
+  int section;
+  Vector2d radial;
+};
+
+/// Two unit vectors square to the axis and to each other.
+struct Basis {
+  Vector3d u;
+  Vector3d v;
+};
+
+std::vector<OuterPoint> OuterPoints(const PointCloud& cloud, const BodyProfile& body,
+                                    const RotationAxis& axis, const Basis& basis,
+                                    const FeatureOptions& options) {
+  std::vector<OuterPoint> outer;
+  for (const auto i : body.agreeing) {
+    const Vector3d d = cloud.points[i] - axis.center_C;
+    const Vector2d radial(d.dot(basis.u), d.dot(basis.v));
+    if (cloud.normals[i].dot(radial.x() * basis.u + radial.y() * basis.v) < 0.0) continue;
+    outer.push_back({SectionOf(-d.dot(axis.direction_C), options), radial});
+  }
+  return outer;
+}
+
+/// One step of Gauss-Newton: how far the center is off. A point's residual is its distance from the
+/// axis less its section's radius, which follows the center by the section's mean direction.
+/// @return nullopt where too few points, or too short an arc, say where it is.
+std::optional<Vector2d> CenterShift(const std::vector<OuterPoint>& points, const BodyProfile& body,
+                                    const FeatureOptions& options) {
+  std::map<int, double> radius_m;
+  for (const Section& s : body.sections) radius_m[SectionOf(s.depth_m, options)] = s.outer_m;
+  std::map<int, std::pair<Vector2d, int>> directions;  // their sum over a section, and how many
+  for (const OuterPoint& point : points) {
+    auto& [sum, count] = directions.try_emplace(point.section, Vector2d::Zero(), 0).first->second;
+    sum += point.radial.normalized();
+    ++count;
+  }
+  Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
+  Vector2d right = Vector2d::Zero();
+  for (const OuterPoint& point : points) {
+    const auto& [sum, count] = directions.at(point.section);
+    const Vector2d g = point.radial.normalized() - sum / count;
+    normal_matrix += g * g.transpose();
+    right += g * (point.radial.norm() - radius_m.at(point.section));
+  }
+  const auto n = static_cast<double>(points.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(normal_matrix);
+  if (n < options.axis.min_body_points ||
+      eigen.eigenvalues()[0] < options.axis.min_conditioning * n) {
+    return std::nullopt;
+  }
+  return normal_matrix.inverse() * right;
+}
+
+/// Smoothing rounds the rim; the wall under it gives the radius. 0 where it has too few points.
+double RadiusUnderRim(const BodyProfile& body, const AxisOptions& options) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const Section& s : body.sections) {
+    if (s.depth_m < 0.0 || s.depth_m > options.top_sections_m) continue;
+    sum += static_cast<double>(s.outer_points) * s.outer_m;
+    count += static_cast<double>(s.outer_points);
+  }
+  return count >= options.min_body_points ? sum / count : 0.0;
+}
+
 }  // namespace
 
 int SectionOf(double depth_m, const FeatureOptions& options) {
@@ -98,13 +158,13 @@ Indices OnCircle(const BodyProfile& body) {
   return on_circle;
 }
 
-geometry::Plane EndPlane(const RotationAxis& axis, const TopSurface& top) {
+Plane EndPlane(const RotationAxis& axis, const TopSurface& top) {
   if (!axis.Lies()) return top.plane;
   return {axis.direction_C, -axis.direction_C.dot(axis.center_C)};
 }
 
-BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const geometry::Plane& top,
-                        const Eigen::Vector3d& center_C, const Eigen::Vector3d& direction_C,
+BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Plane& top,
+                        const Vector3d& center_C, const Vector3d& direction_C,
                         const FeatureOptions& options) {
   BodyProfile profile;
   Members sections = BySection(cloud, points, top, center_C, direction_C, options);
@@ -116,16 +176,45 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const ge
     AddMembers(members, Agree(members, options.circle.distance_m), key.second, profile);
   }
   const std::size_t on_circle = profile.agreeing.size() + profile.turned.size();
-  const std::size_t all = on_circle + profile.differing.size();
-  if (all >= static_cast<std::size_t>(options.axis.min_body_points)) {
-    profile.fraction = static_cast<double>(on_circle) / static_cast<double>(all);
-    profile.normal_fraction =
-        static_cast<double>(profile.agreeing.size()) / static_cast<double>(all);
+  const auto all = static_cast<double>(on_circle + profile.differing.size());
+  if (all >= options.axis.min_body_points) {
+    profile.fraction = static_cast<double>(on_circle) / all;
+    profile.normal_fraction = static_cast<double>(profile.agreeing.size()) / all;
   }
   for (Indices* some : {&profile.agreeing, &profile.turned, &profile.differing}) {
     std::sort(some->begin(), some->end());
   }
   return profile;
+}
+
+void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface& top,
+                const FeatureOptions& options, RotationAxis& axis) {
+  const Vector3d u = axis.direction_C.unitOrthogonal();
+  const Basis basis{u, axis.direction_C.cross(u)};
+  const double min_fraction = std::min(axis.body_fraction, options.axis.body_share);
+  const Plane end = EndPlane(axis, top);
+  RotationAxis refined = axis;
+  const auto profile = [&] {
+    return ProfileBody(cloud, points, end, refined.center_C, refined.direction_C, options);
+  };
+  for (int round = 0; round < options.axis.refine_rounds; ++round) {
+    const BodyProfile body = profile();
+    const auto min_points = static_cast<std::size_t>(options.axis.min_body_points);
+    if (body.fraction < min_fraction || body.agreeing.size() < min_points) return;
+    const auto outer = OuterPoints(cloud, body, refined, basis, options);
+    const auto shift = CenterShift(outer, body, options);
+    if (!shift) return;
+    refined.center_C += shift->x() * basis.u + shift->y() * basis.v;
+    if ((refined.center_C - axis.center_C).norm() > options.axis.max_shift_m) return;
+  }
+  const BodyProfile body = profile();
+  if (body.fraction < min_fraction) return;
+  refined.body_fraction = body.fraction;
+  const double radius_m = RadiusUnderRim(body, options.axis);
+  if (radius_m > 0.0 && std::abs(radius_m - axis.radius_m) < options.axis.max_shift_m) {
+    refined.radius_m = radius_m;
+  }
+  axis = refined;
 }
 
 }  // namespace rangegrasp::perception::internal

@@ -1,22 +1,211 @@
 #include "perception/internal/completion.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "geometry/hull.h"
-#include "perception/internal/symmetry.h"
+#include "base/statistics.h"
+#include "perception/internal/body_profile.h"
+#include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-using geometry::Points;
+/// What a part is symmetric about.
+struct Symmetry {
+  enum class Kind { kNone, kMirror, kHalfTurn } kind = Kind::kNone;
+  Vector3d through;  ///< a point of the mirror plane, or of the axis
+  Vector3d normal;   ///< of the mirror plane; unit
+};
+
+Symmetry FindSymmetry(const ObjectContext& context, const Part& part) {
+  const CompletionOptions& options = context.options.completion;
+  const Vector3d& up = context.table.normal;
+  const TopSurface& top = *part.top;
+  const Vector3d level = top.plane.normal.cross(up);
+  const bool inclined = level.norm() > std::sin(options.min_inclination_rad);
+  if (top.ridge || inclined) {
+    const Vector3d along = top.ridge ? top.major_C : level;
+    const PlanarFrame frame = MakePlanarFrame(context.table, top.center_C, along);
+    Vector3d through = top.center_C;
+    if (!top.ridge) {
+      through +=
+          HighestLine(frame, context.table, Select(context.cloud.points, top.points)) * frame.v;
+    }
+    return {Symmetry::Kind::kMirror, through, frame.v};
+  }
+  const PlanarFrame frame = MakePlanarFrame(context.table, top.center_C);
+  const Rectangle body =
+      MinAreaRectangle(Flatten(frame, Select(context.cloud.points, part.points)));
+  if (top.major_m * top.minor_m < options.max_top_share * body.length_m * body.width_m) {
+    return {Symmetry::Kind::kHalfTurn, top.center_C, up};
+  }
+  return {};
+}
+
+Vector3d Image(const Symmetry& symmetry, const Vector3d& p) {
+  const Vector3d d = p - symmetry.through;
+  const Vector3d along = d.dot(symmetry.normal) * symmetry.normal;
+  return symmetry.kind == Symmetry::Kind::kMirror ? Vector3d(p - 2.0 * along)
+                                                  : Vector3d(p - 2.0 * (d - along));
+}
+
+/// A point of a profile: depth below the rim along the axis, distance from the axis.
+struct ProfilePoint {
+  double depth_m;
+  double radius_m;
+};
+
+/// The frame that a profile is turned in.
+struct Revolution {
+  Vector3d center;
+  Vector3d direction;
+  Vector3d u;
+  Vector3d v;
+
+  Vector3d At(const ProfilePoint& p, double angle) const {
+    return center - p.depth_m * direction +
+           p.radius_m * (std::cos(angle) * u + std::sin(angle) * v);
+  }
+};
+
+/// The outer wall from the rim to the base.
+std::vector<ProfilePoint> OuterProfile(const BodyProfile& body, double radius_m, double length_m,
+                                       const CompletionOptions& options) {
+  const auto min_points = static_cast<std::size_t>(options.min_section_points);
+  std::vector<ProfilePoint> profile{{0.0, radius_m}};
+  for (const Section& s : body.sections) {
+    if (s.outer_points >= min_points && s.depth_m > 0.0 && s.depth_m < length_m) {
+      profile.push_back({s.depth_m, s.outer_m});
+    }
+  }
+  profile.push_back({length_m, profile.back().radius_m});
+  return profile;
+}
+
+/// How deep under the rim the floor of a cavity was seen; 0 if it was not.
+double FloorDepth(const ObjectContext& context, const Part& part, double inner_m) {
+  const CompletionOptions& options = context.options.completion;
+  std::vector<double> depths;
+  for (const auto i : part.points) {
+    const Vector3d d = context.cloud.points[i] - part.axis->center_C;
+    const double depth = -d.dot(part.axis->direction_C);
+    if (depth > options.min_floor_depth_m &&
+        context.cloud.normals[i].dot(part.axis->direction_C) > options.min_floor_cosine &&
+        AxisDistance(context.cloud.points[i], part.axis->center_C, part.axis->direction_C) <
+            inner_m - options.wall_m) {
+      depths.push_back(depth);
+    }
+  }
+  if (depths.size() < static_cast<std::size_t>(options.min_floor_points)) return 0.0;
+  return base::UpperMedianOf(std::move(depths));
+}
+
+/// The cavity from the axis at its floor up to the rim. Where its floor was not seen, the deepest
+/// seen part of the wall stands for it: a finger goes no further than is known to be empty.
+std::vector<ProfilePoint> InnerProfile(const ObjectContext& context, const Part& part,
+                                       const BodyProfile& body, double length_m) {
+  const CompletionOptions& options = context.options.completion;
+  std::vector<ProfilePoint> wall;
+  for (const Section& s : body.sections) {
+    if (s.inner_points >= static_cast<std::size_t>(options.min_section_points) && s.depth_m > 0.0 &&
+        s.inner_m < part.axis->radius_m) {
+      wall.push_back({s.depth_m, s.inner_m});
+    }
+  }
+  const double rim = wall.empty() ? part.axis->radius_m - options.wall_m : wall.front().radius_m;
+  double floor = FloorDepth(context, part, rim);
+  if (floor == 0.0) floor = wall.empty() ? part.axis->radius_m : wall.back().depth_m;
+  floor = std::min(floor, length_m - options.wall_m);
+  std::erase_if(wall, [&](const ProfilePoint& p) { return p.depth_m >= floor; });
+  std::vector<ProfilePoint> profile{{floor, 0.0}};
+  profile.push_back({floor, wall.empty() ? rim : wall.back().radius_m});
+  profile.insert(profile.end(), wall.rbegin(), wall.rend());
+  profile.push_back({0.0, rim});
+  return profile;
+}
+
+/// The profile turned about the axis; counter-clockwise from outside for profiles that run from the
+/// top's middle outward and down.
+TriangleMesh Revolve(const Revolution& r, const std::vector<ProfilePoint>& profile,
+                     const Plane& table, int sides) {
+  TriangleMesh mesh;
+  for (const ProfilePoint& p : profile) {
+    for (int k = 0; k < sides; ++k) {
+      Vector3d vertex = r.At(p, 2.0 * base::kPi * k / sides);
+      if (table.Distance(vertex) < 0.0) vertex = table.Project(vertex);
+      mesh.vertices.push_back(vertex);
+    }
+  }
+  const auto n = static_cast<std::uint32_t>(sides);
+  for (std::uint32_t ring = 0; ring + 1 < profile.size(); ++ring) {
+    for (std::uint32_t k = 0; k < n; ++k) {
+      const std::uint32_t a = ring * n + k;
+      const std::uint32_t b = ring * n + (k + 1) % n;
+      const std::uint32_t c = a + n;
+      const std::uint32_t d = b + n;
+      if (profile[ring].radius_m > 0.0) mesh.triangles.push_back({a, d, b});
+      if (profile[ring + 1].radius_m > 0.0) mesh.triangles.push_back({a, c, d});
+    }
+  }
+  return mesh;
+}
+
+/// What is attached to the body: groups of points further out than its circles that hang together,
+/// each with enough points.
+std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
+                                const BodyProfile& body) {
+  const CompletionOptions& options = context.options.completion;
+  const double attached_m = options.attached_m;
+  double widest = part.axis->radius_m;
+  for (const Section& s : body.sections) widest = std::max(widest, s.outer_m);
+  const Indices outside = Where(part.points, [&](auto i) {
+    const auto& p = context.cloud.points[i];
+    return AxisDistance(p, part.axis->center_C, part.axis->direction_C) > widest + attached_m ||
+           (p - part.axis->center_C).dot(part.axis->direction_C) > attached_m;
+  });
+  const auto min_points = static_cast<std::size_t>(options.min_attached_points);
+  auto groups = geometry::GroupsWithin(Select(context.cloud.points, outside), options.link_m);
+  std::erase_if(groups, [&](const Points& group) { return group.size() < min_points; });
+  return groups;
+}
+
+void AddRing(const ObjectContext& context, const Revolution& r, const ProfilePoint& p,
+             Points& points) {
+  const double step_rad = context.options.completion.step_rad;
+  const auto steps = static_cast<int>(std::lround(2.0 * base::kPi / step_rad));
+  for (int k = 0; k < steps; ++k) {
+    const Vector3d q = r.At(p, k * step_rad);
+    if (context.table.Distance(q) >= 0.0) points.push_back(q);
+  }
+}
+
+/// Keeps a gap of exactly one step from being cut in two.
+constexpr double kRounding = 1e-9;
+
+/// The profile with points at most one section apart.
+std::vector<ProfilePoint> Filled(const std::vector<ProfilePoint>& profile, double step_m) {
+  std::vector<ProfilePoint> filled{profile.front()};
+  for (std::size_t i = 1; i < profile.size(); ++i) {
+    const ProfilePoint from = profile[i - 1];
+    const double gap = profile[i].depth_m - from.depth_m;
+    const auto pieces = std::max(1, static_cast<int>(std::ceil(gap / step_m - kRounding)));
+    for (int k = 1; k <= pieces; ++k) {
+      const double t = static_cast<double>(k) / pieces;
+      filled.push_back(
+          {from.depth_m + t * gap, from.radius_m + t * (profile[i].radius_m - from.radius_m)});
+    }
+  }
+  return filled;
+}
+
+/// From the end of the axis to the other end: a lying body's, or what the body stands on.
+double LengthOf(const ObjectContext& context, const RotationAxis& axis, double base_m) {
+  if (axis.Lies()) return axis.length_m;
+  const CompletionOptions& options = context.options.completion;
+  const double upright =
+      std::max(options.min_axis_cosine, axis.direction_C.dot(context.table.normal));
+  return std::max(options.wall_m, (context.table.Distance(axis.center_C) - base_m) / upright);
+}
 
 /// The last of n cells is that of 1, too.
 constexpr double kBelowOne = 1.0 - 1e-9;
-
-Points PartPoints(const ObjectContext& context, const Part& part) {
-  return geometry::Select(context.cloud.points, part.points);
-}
 
 double EndOf(std::vector<double> values, const CompletionOptions& options) {
   const auto share =
@@ -32,10 +221,9 @@ Points WithoutStrays(const ObjectContext& context, const Part& part, const Point
   const auto flat = Flatten(frame, points);
   const CompletionOptions& options = context.options.completion;
   const Rectangle box = FootprintBox(frame, flat, part.top, options);
-  const Eigen::Vector2d across(-box.axis.y(), box.axis.x());
+  const Vector2d across(-box.axis.y(), box.axis.x());
   std::vector<bool> stray(points.size(), false);
-  for (const Eigen::Vector2d& side :
-       {box.axis, across, Eigen::Vector2d(-box.axis), Eigen::Vector2d(-across)}) {
+  for (const Vector2d& side : {box.axis, across, Vector2d(-box.axis), Vector2d(-across)}) {
     std::vector<double> offsets;
     offsets.reserve(flat.size());
     for (const auto& q : flat) offsets.push_back(q.dot(side));
@@ -57,8 +245,8 @@ Points WithoutStrays(const ObjectContext& context, const Part& part, const Point
 /// How high the posts along one side of an outline are: the highest points near each; the base
 /// where there is none.
 std::vector<double> PostTops(const ObjectContext& context, const Points& points,
-                             std::span<const Eigen::Vector2d> flat, const Eigen::Vector2d& a,
-                             const Eigen::Vector2d& along, double length_m, double base_m) {
+                             std::span<const Vector2d> flat, const Vector2d& a,
+                             const Vector2d& along, double length_m, double base_m) {
   const double step_m = context.options.completion.wall_step_m;
   const auto posts = static_cast<std::size_t>(std::ceil(length_m / step_m));
   std::vector<double> tops(posts, base_m);
@@ -83,11 +271,11 @@ Points Walls(const ObjectContext& context, const Points& points, double base_m) 
   const auto hull = ConvexPolygon::Around(flat);
   Points walls;
   for (std::size_t i = 0; i < hull.corners.size(); ++i) {
-    const Eigen::Vector2d& a = hull.corners[i];
-    const Eigen::Vector2d& b = hull.corners[(i + 1) % hull.corners.size()];
+    const Vector2d& a = hull.corners[i];
+    const Vector2d& b = hull.corners[(i + 1) % hull.corners.size()];
     const double length = (b - a).norm();
     if (length == 0.0) continue;
-    const Eigen::Vector2d along = (b - a) / length;
+    const Vector2d along = (b - a) / length;
     const auto tops = PostTops(context, points, flat, a, along, length, base_m);
     for (std::size_t post = 0; post < tops.size(); ++post) {
       const double s =
@@ -103,7 +291,7 @@ Points Walls(const ObjectContext& context, const Points& points, double base_m) 
 /// The hull of the points and of their projections to the base. Only the corners of the footprint
 /// are projected: the others' projections lie between those, in one plane with them, where the
 /// hull's exact predicates are slow.
-geometry::TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double base_m) {
+TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double base_m) {
   Points solid = points;
   const auto flat = Flatten(frame, points);
   for (const auto corner : HullPositions(flat)) {
@@ -114,7 +302,7 @@ geometry::TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points
 }
 
 /// The points in slices along the longest axis of their footprint, each with the edge of the next.
-std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Vector2d> flat,
                            const Points& points, const CompletionOptions& options) {
   const Rectangle box = MinAreaRectangle(flat);
   const auto count = static_cast<std::size_t>(std::ceil(box.length_m / options.slice_m));
@@ -132,8 +320,7 @@ std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Eigen::Vect
 }
 
 /// One hull where the outline is nearly convex, else hulls of slices along its longest axis.
-geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points,
-                                    double base_m) {
+TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points, double base_m) {
   constexpr double kMinArea_m2 = 1e-9;  // of a line, so that nothing is divided by 0
   const CompletionOptions& options = context.options.completion;
   const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
@@ -141,37 +328,21 @@ geometry::TriangleMesh ConvexPieces(const ObjectContext& context, const Points& 
   const double fill =
       FilledArea(flat, options.cell_m) / std::max(ConvexPolygon::Around(flat).Area(), kMinArea_m2);
   if (fill >= options.min_fill) return HullDownTo(frame, points, base_m);
-  geometry::TriangleMesh mesh;
+  TriangleMesh mesh;
   for (const auto& slice : Slices(frame, flat, points, options)) {
     if (!slice.empty()) geometry::Append(HullDownTo(frame, slice, base_m), mesh);
   }
   return mesh;
 }
 
-/// Whether a top is a plane that leans, and no side of something.
-bool Leans(const TopSurface& top, double upright, const CompletionOptions& options) {
-  return !top.ridge && upright <= std::cos(options.min_lean_rad) &&
-         upright >= std::cos(options.max_lean_rad);
-}
-
-/// How far below the top's plane a part was seen.
-double DepthBelow(const geometry::Plane& plane, const Points& points,
-                  const CompletionOptions& options) {
-  std::vector<double> depths;
-  depths.reserve(points.size());
-  for (const auto& p : points) depths.push_back(-plane.Distance(p));
-  return EndOf(std::move(depths), options);
-}
-
 /// Whether the top fills its outline, and what lies below it stands square to it: within the
 /// outline, seen along the top's normal.
-bool IsSquareTo(std::span<const Eigen::Vector2d> top, std::span<const Eigen::Vector2d> all,
+bool IsSquareTo(std::span<const Vector2d> top, std::span<const Vector2d> all,
                 const CompletionOptions& options) {
   const auto outline = ConvexPolygon::Around(top);
   if (FilledArea(top, options.cell_m) < options.min_fill * outline.Area()) return false;
-  const auto outside = std::count_if(all.begin(), all.end(), [&](const Eigen::Vector2d& q) {
-    return outline.Distance(q) > options.lean_margin_m;
-  });
+  const auto outside = std::ranges::count_if(
+      all, [&](const Vector2d& q) { return outline.Distance(q) > options.lean_margin_m; });
   return static_cast<double>(outside) <= options.max_lean_outside * static_cast<double>(all.size());
 }
 
@@ -182,14 +353,18 @@ std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Pa
                                           const Points& points, double base_m) {
   const CompletionOptions& options = context.options.completion;
   if (!part.top) return {};
-  const geometry::Plane& plane = part.top->plane;
+  const Plane& plane = part.top->plane;
   const double upright = plane.normal.dot(context.table.normal);
-  if (!Leans(*part.top, upright, options)) return {};
-  const double depth_m = DepthBelow(plane, points, options);
+  const bool leans = upright <= std::cos(options.min_lean_rad) &&
+                     upright >= std::cos(options.max_lean_rad);  // else it is a side
+  if (part.top->ridge || !leans) return {};
+  std::vector<double> depths;
+  for (const auto& p : points) depths.push_back(-plane.Distance(p));
+  const double depth_m = EndOf(std::move(depths), options);
   if (depth_m < options.min_lean_depth_m) return {};
   const PlanarFrame frame = MakePlanarFrame(plane, part.top->center_C);
   const auto flat = Flatten(frame, points);
-  const auto of_top = Flatten(frame, geometry::Select(context.cloud.points, part.top->points));
+  const auto of_top = Flatten(frame, Select(context.cloud.points, part.top->points));
   if (!IsSquareTo(of_top, flat, options)) return {};
 
   Completion leaning;
@@ -197,11 +372,11 @@ std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Pa
   Points solid = points;
   const auto outline = ConvexPolygon::Around(flat);
   for (std::size_t i = 0; i < outline.corners.size(); ++i) {
-    const Eigen::Vector2d& a = outline.corners[i];
-    const Eigen::Vector2d& b = outline.corners[(i + 1) % outline.corners.size()];
+    const Vector2d& a = outline.corners[i];
+    const Vector2d& b = outline.corners[(i + 1) % outline.corners.size()];
     const auto posts = static_cast<int>(std::ceil((b - a).norm() / options.wall_step_m));
     for (int post = 0; post < posts; ++post) {
-      const Eigen::Vector3d high = frame.Lift(a + (b - a) * post / posts);
+      const Vector3d high = frame.Lift(a + (b - a) * post / posts);
       const double to_base_m = (context.table.Distance(high) - base_m) / upright;
       const double deep_m = std::clamp(to_base_m, 0.0, depth_m);
       for (double d = 0.0; d < deep_m; d += options.wall_step_m) {
@@ -219,24 +394,68 @@ std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Pa
 
 }  // namespace
 
-Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+Points SymmetricImage(const ObjectContext& context, const Part& part) {
+  if (!context.options.complete_by_symmetry || !part.top) return {};
+  const Symmetry symmetry = FindSymmetry(context, part);
+  if (symmetry.kind == Symmetry::Kind::kNone) return {};
+  Points image;
+  image.reserve(part.points.size());
+  for (const auto i : part.points) {
+    const Vector3d p = Image(symmetry, context.cloud.points[i]);
+    if (!context.views.IsFree(p, context.options.completion.free_margin_m) &&
+        context.table.Distance(p) >= 0.0) {
+      image.push_back(p);
+    }
+  }
+  const double share = static_cast<double>(image.size()) / static_cast<double>(part.points.size());
+  if (share < context.options.completion.mirror_share) image.clear();
+  return image;
+}
+
+Completion CompleteRotational(const ObjectContext& context, const Part& part, double base_m) {
+  const RotationAxis& axis = *part.axis;
+  const BodyProfile body = ProfileBody(context.cloud, part.points, EndPlane(axis, *part.top),
+                                       axis.center_C, axis.direction_C, context.options);
+  const Vector3d u = axis.direction_C.unitOrthogonal();
+  const Revolution revolution{axis.center_C, axis.direction_C, u, axis.direction_C.cross(u)};
+  const CompletionOptions& options = context.options.completion;
+  const double length = LengthOf(context, axis, base_m);
+  const auto outer = OuterProfile(body, axis.radius_m, length, options);
+
+  Completion completion;
+  completion.points_C = Select(context.cloud.points, part.points);
+  for (const ProfilePoint& p : Filled(outer, context.options.axis.section_m)) {
+    AddRing(context, revolution, p, completion.points_C);
+  }
+  std::vector<ProfilePoint> profile{{0.0, 0.0}};
+  if (!axis.Lies() && IsOpen(context.cloud, part.points, *part.top, context.options)) {
+    profile = InnerProfile(context, part, body, length);
+    for (const ProfilePoint& p : profile) {
+      if (p.radius_m > 0.0) AddRing(context, revolution, p, completion.points_C);
+    }
+  }
+  profile.insert(profile.end(), outer.begin(), outer.end());
+  profile.push_back({length, 0.0});
+  completion.surface_C = Revolve(revolution, profile, context.table, options.sides);
+  for (const Points& attachment : Attachments(context, part, body)) {
+    geometry::Append(geometry::ConvexHull(attachment), completion.surface_C);
+  }
+  return completion;
+}
+
+Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Vector2d> flat,
                        const std::optional<TopSurface>& top, const CompletionOptions& options) {
   // The axis lies in the top's plane; where that stands on edge (60 deg), its shadow says nothing.
   constexpr double kMinShadow = 0.5;
   if (!top || top->major_m <= options.min_elongation * top->minor_m) return MinAreaRectangle(flat);
-  const Eigen::Vector2d along(top->major_C.dot(frame.u), top->major_C.dot(frame.v));
+  const Vector2d along(top->major_C.dot(frame.u), top->major_C.dot(frame.v));
   if (along.norm() <= kMinShadow) return MinAreaRectangle(flat);
-  Rectangle box = RectangleAlong(flat, along.normalized());
-  if (box.width_m > box.length_m) {
-    std::swap(box.width_m, box.length_m);
-    box.axis = Eigen::Vector2d(-box.axis.y(), box.axis.x());
-  }
-  return box;
+  return RectangleAlong(flat, along.normalized()).LongerSideFirst();
 }
 
 Completion CompleteOther(const ObjectContext& context, const Part& part, double base_m) {
   Completion completion;
-  completion.points_C = PartPoints(context, part);
+  completion.points_C = Select(context.cloud.points, part.points);
   if (completion.points_C.empty()) return completion;
   const Points image = SymmetricImage(context, part);
   completion.points_C.insert(completion.points_C.end(), image.begin(), image.end());

@@ -1,17 +1,21 @@
 #pragma once
 
-#include <optional>
-#include <span>
-
-#include "perception/internal/part.h"
+#include "perception/internal/objects.h"
 #include "perception/internal/planar.h"
 
 namespace rangegrasp::perception::internal {
 
+/// The mirror image (ridges and inclined tops: about the vertical plane through the ridge or the
+/// upper edge) or the half-turn image (tops much smaller than the body: about the vertical through
+/// the top's center) of the part's points, without those in space that the sensor saw through or
+/// under the table. Empty where neither applies, or where more of the image than the options allow
+/// is in space known to be free.
+Points SymmetricImage(const ObjectContext& context, const Part& part);
+
 /// A part with its unseen sides closed (section 5.1.4).
 struct Completion {
-  geometry::Points points_C;         ///< the part's and those added; none lower than the base
-  geometry::TriangleMesh surface_C;  ///< see the functions
+  Points points_C;         ///< the part's and those added; none lower than the base
+  TriangleMesh surface_C;  ///< see the functions
 };
 
 /// Completes a part that is not rotational: symmetric completion where it applies, strays off the
@@ -22,7 +26,15 @@ Completion CompleteOther(const ObjectContext& context, const Part& part, double 
 
 /// The rectangle round a footprint, along the top surface's principal axis where that has a
 /// direction, else the one of least area; length_m >= width_m.
-Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Eigen::Vector2d> flat,
+Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Vector2d> flat,
                        const std::optional<TopSurface>& top, const CompletionOptions& options);
+
+/// Completes a rotational part (section 5.1.4): the points square to the axis that agree with their
+/// section are turned about the axis in the options' steps. One point a section is turned, at the
+/// section's radius; turning every one would give the same circles 30 times over. Sections that
+/// were not seen lie between their neighbors; the lowest goes on down to the base. The surface is
+/// one of revolution, an open container's with its cavity; points off the circles (a handle) are
+/// added as convex pieces.
+Completion CompleteRotational(const ObjectContext& context, const Part& part, double base_m);
 
 }  // namespace rangegrasp::perception::internal

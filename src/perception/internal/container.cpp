@@ -1,21 +1,17 @@
 #include "perception/internal/container.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
-#include <utility>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-using Flat = std::vector<Eigen::Vector2d>;
+using Flat = std::vector<Vector2d>;
 
-double HeightOver(const PlanarFrame& frame, const Eigen::Vector3d& p) {
+double HeightOver(const PlanarFrame& frame, const Vector3d& p) {
   return (p - frame.origin).dot(frame.n);
 }
 
@@ -28,12 +24,12 @@ struct Seen {
   Flat facing;  ///< one an upright point: its normal's share in the table's plane
 };
 
-Seen SeeFromAbove(const geometry::PointCloud& cloud, const PlanarFrame& frame,
+Seen SeeFromAbove(const PointCloud& cloud, const PlanarFrame& frame,
                   const ContainerOptions& options) {
   Seen seen;
   seen.all = Flatten(frame, cloud.points);
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d& n = cloud.normals[i];
+    const Vector3d& n = cloud.normals[i];
     seen.height_m.push_back(HeightOver(frame, cloud.points[i]));
     if (std::abs(n.dot(frame.n)) > options.max_upward) continue;
     seen.upright.push_back(seen.all[i]);
@@ -206,8 +202,8 @@ class Axis {
   }
 
   /// The place at a position across this axis and one along it.
-  Eigen::Vector2d Corner(double at_m, double along_m) const {
-    Eigen::Vector2d corner;
+  Vector2d Corner(double at_m, double along_m) const {
+    Vector2d corner;
     corner[at_] = at_m;
     corner[along_] = along_m;
     return corner;
@@ -217,7 +213,7 @@ class Axis {
   long StepOf(double along_m) const {
     return static_cast<long>(std::floor(along_m / options_.coverage_step_m));
   }
-  std::size_t Step(const Eigen::Vector2d& q) const {
+  std::size_t Step(const Vector2d& q) const {
     return static_cast<std::size_t>(StepOf(q[along_]) - first_step_);
   }
 
@@ -354,7 +350,7 @@ double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   double spread = 0.0;
   for (Eigen::Index axis = 0; axis < 2; ++axis) {
     for (const double side : {border.box.min()[axis], border.box.max()[axis]}) {
-      Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+      Vector2d mean = Vector2d::Zero();
       Flat at;
       for (const auto& q : upright) {
         if (std::abs(q[axis] - side) > wall_m) continue;
@@ -365,7 +361,7 @@ double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
       if (at.empty()) continue;
       mean /= static_cast<double>(at.size());
       for (const auto& q : at) {
-        const Eigen::Vector2d d = q - mean;
+        const Vector2d d = q - mean;
         turned += (axis == 0 ? -1.0 : 1.0) * d.x() * d.y();
         spread += d[1 - axis] * d[1 - axis];
       }
@@ -394,30 +390,28 @@ std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
   }
   if (best.coverage < options.min_coverage) return std::nullopt;
   const Eigen::Rotation2Dd turn(best_rad);
-  const Eigen::Vector2d sides = best.box.sizes();
+  const Vector2d sides = best.box.sizes();
   const bool along_x = sides.x() >= sides.y();
-  return Container{
-      frame,
-      {.center = turn * best.box.center(),
-       .axis = turn * (along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY()).eval(),
-       .length_m = sides.maxCoeff(),
-       .width_m = sides.minCoeff()},
-      best.rim_m + options.rim_margin_m};
+  return Container{frame,
+                   {.center = turn * best.box.center(),
+                    .axis = turn * (along_x ? Vector2d::UnitX() : Vector2d::UnitY()).eval(),
+                    .length_m = sides.maxCoeff(),
+                    .width_m = sides.minCoeff()},
+                   best.rim_m + options.rim_margin_m};
 }
 
 /// How far inside the rectangle's border; < 0: outside.
-double Depth(const Rectangle& r, const Eigen::Vector2d& q) {
-  const Eigen::Vector2d d = q - r.center;
+double Depth(const Rectangle& r, const Vector2d& q) {
+  const Vector2d d = q - r.center;
   return std::min(0.5 * r.length_m - std::abs(d.dot(r.axis)),
                   0.5 * r.width_m - std::abs(Cross(r.axis, d)));
 }
 
 /// Whether what is seen inside at the height of the rim closes the box: a cuboid.
-bool HasLid(const geometry::PointCloud& cloud, const Container& container,
-            const ContainerOptions& options) {
+bool HasLid(const PointCloud& cloud, const Container& container, const ContainerOptions& options) {
   Flat lid;
   for (const auto& p : cloud.points) {
-    const Eigen::Vector2d q = container.frame.Flat(p);
+    const Vector2d q = container.frame.Flat(p);
     const double below = container.rim_m - HeightOver(container.frame, p);
     if (std::abs(below - options.rim_margin_m) <= 2.0 * options.rim_margin_m &&
         Depth(container.walls, q) > options.wall_m) {
@@ -429,15 +423,14 @@ bool HasLid(const geometry::PointCloud& cloud, const Container& container,
 }
 
 /// Whether a point lies within a distance of the border, below the rim.
-bool IsAtWall(const Container& container, const Eigen::Vector3d& p, double within_m) {
+bool IsAtWall(const Container& container, const Vector3d& p, double within_m) {
   return std::abs(Depth(container.walls, container.frame.Flat(p))) <= within_m &&
          HeightOver(container.frame, p) <= container.rim_m;
 }
 
 }  // namespace
 
-std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
-                                       const geometry::Plane& table,
+std::optional<Container> FindContainer(const PointCloud& cloud, const Plane& table,
                                        const ContainerOptions& options) {
   const PlanarFrame frame = MakePlanarFrame(table, geometry::Centroid(cloud.points));
   auto container = FindWalls(SeeFromAbove(cloud, frame, options), frame, options);
@@ -445,21 +438,20 @@ std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
   return container;
 }
 
-geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Container& container,
-                                const ContainerOptions& options) {
-  geometry::Indices band;
+Indices PointsOfWalls(const PointCloud& cloud, const Container& container,
+                      const ContainerOptions& options) {
+  Indices band;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     if (IsAtWall(container, cloud.points[i], options.wall_m)) band.push_back(i);
   }
   return band;
 }
 
-bool IsPieceOfWall(const geometry::PointCloud& cloud, const Container& container,
-                   const ContainerOptions& options, const geometry::Indices& segment) {
-  const auto close = std::ranges::count_if(segment, [&](auto i) {
+bool IsPieceOfWall(const PointCloud& cloud, const Container& container,
+                   const ContainerOptions& options, const Indices& segment) {
+  return HoldsForShare(options.piece_share, segment, [&](auto i) {
     return IsAtWall(container, cloud.points[i], options.piece_walls * options.wall_m);
   });
-  return static_cast<double>(close) >= options.piece_share * static_cast<double>(segment.size());
 }
 
 }  // namespace rangegrasp::perception::internal

@@ -1,10 +1,5 @@
 #pragma once
 
-#include <optional>
-
-#include "geometry/plane.h"
-#include "geometry/point_cloud.h"
-#include "perception/feature_options.h"
 #include "perception/internal/planar.h"
 
 namespace rangegrasp::perception::internal {
@@ -21,18 +16,18 @@ struct Container {
 /// border is equally high, which things that stand about are not; and there is no lid. A sheet is a
 /// straight line, seen from above, that upright points lie on for the most part of a side: what is
 /// off it, singly or as a thing, does not move it. Where a wall is not seen but for its rim, the
-/// ends of the sheets say where it is. O(n); @return nullopt where there is no box.
-std::optional<Container> FindContainer(const geometry::PointCloud& cloud,
-                                       const geometry::Plane& table,
+/// ends of the sheets say where it is. O(n).
+/// @return nullopt where there is no box.
+std::optional<Container> FindContainer(const PointCloud& cloud, const Plane& table,
                                        const ContainerOptions& options);
 
 /// The points at the border, up to the rim: positions in the cloud, ascending.
-geometry::Indices PointsOfWalls(const geometry::PointCloud& cloud, const Container& container,
-                                const ContainerOptions& options);
+Indices PointsOfWalls(const PointCloud& cloud, const Container& container,
+                      const ContainerOptions& options);
 
 /// Whether a segment is a piece of wall that the border has missed: nearly all of it lies close to
 /// it and below the rim.
-bool IsPieceOfWall(const geometry::PointCloud& cloud, const Container& container,
-                   const ContainerOptions& options, const geometry::Indices& segment);
+bool IsPieceOfWall(const PointCloud& cloud, const Container& container,
+                   const ContainerOptions& options, const Indices& segment);
 
 }  // namespace rangegrasp::perception::internal

@@ -1,22 +1,15 @@
 #include "perception/internal/objects.h"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
+#include <iterator>
 
 #include "base/stopwatch.h"
-#include "base/units.h"
 #include "perception/internal/completion.h"
-#include "perception/internal/fragments.h"
-#include "perception/internal/merge_rotational.h"
-#include "perception/internal/open_sphere.h"
-#include "perception/internal/revolution.h"
+#include "perception/internal/merging.h"
+#include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
-
-using geometry::Indices;
 
 /// What a part stands on, as a height above the table: the table, unless points of other parts lie
 /// under its footprint: then its own lowest points.
@@ -25,8 +18,8 @@ double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std:
   const double lowest = BaseHeight(context.cloud, parts[which].points, context.table);
   if (lowest <= options.on_table_m) return 0.0;
   const PlanarFrame frame = MakePlanarFrame(context.table, context.FirstOrigin());
-  const auto footprint = ConvexPolygon::Around(
-      Flatten(frame, geometry::Select(context.cloud.points, parts[which].points)));
+  const auto footprint =
+      ConvexPolygon::Around(Flatten(frame, Select(context.cloud.points, parts[which].points)));
   int under = 0;
   for (std::size_t other = 0; other < parts.size(); ++other) {
     if (other == which) continue;
@@ -72,22 +65,43 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
   // Objects of one height to the millimetre are as high: noise must not order them.
   const auto millimetres = [](double metres) { return std::lround(metres * base::kMmPerM); };
-  std::stable_sort(objects.begin(), objects.end(),
-                   [&](const PerceivedObject& a, const PerceivedObject& b) {
-                     const long height_a = millimetres(a.height_m);
-                     const long height_b = millimetres(b.height_m);
-                     if (height_a != height_b) return height_a > height_b;
-                     return a.points.size() > b.points.size();
-                   });
+  std::ranges::stable_sort(objects, [&](const PerceivedObject& a, const PerceivedObject& b) {
+    const long height_a = millimetres(a.height_m);
+    const long height_b = millimetres(b.height_m);
+    if (height_a != height_b) return height_a > height_b;
+    return a.points.size() > b.points.size();
+  });
 }
 
 }  // namespace
 
-std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
-                                          const std::vector<Indices>& segments,
-                                          const geometry::Plane& table, const SensorViews& views,
-                                          const FeatureOptions& options, base::Rng& rng,
-                                          StageSeconds& seconds) {
+Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
+  Part part{std::move(points), std::nullopt, std::nullopt};
+  part.top = FindTopSurface(cloud, part.points, table, options, rng);
+  if (part.top) {
+    part.axis = FindRotationAxis(cloud, part.points, *part.top, table, options, rng);
+  }
+  if (part.axis || !options.lip_tops) return part;
+  auto lip = FindLip(cloud, part.points, table, options);
+  if (!lip) return part;
+  part.axis = FindStandingAxis(cloud, part.points, *lip, table, options, rng);
+  if (part.axis) part.top = std::move(lip);
+  return part;
+}
+
+Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, base::Rng& rng) {
+  Indices both;
+  both.reserve(a.points.size() + b.points.size());
+  std::merge(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+             std::back_inserter(both));
+  return DescribePart(context, std::move(both), rng);
+}
+
+std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
+                                          const std::vector<Indices>& segments, const Plane& table,
+                                          const SensorViews& views, const FeatureOptions& options,
+                                          base::Rng& rng, StageSeconds& seconds) {
   base::Stopwatch watch;
   const ObjectContext context{cloud, table, views, options};
   std::vector<Part> parts;
@@ -95,7 +109,7 @@ std::vector<PerceivedObject> BuildObjects(const geometry::PointCloud& cloud,
   for (const Indices& segment : segments) {
     if (segment.empty()) continue;
     Indices sorted = segment;
-    std::sort(sorted.begin(), sorted.end());
+    std::ranges::sort(sorted);
     parts.push_back(DescribePart(context, std::move(sorted), rng));
   }
   seconds.emplace_back("top surfaces", watch.Restart());

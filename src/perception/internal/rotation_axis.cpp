@@ -1,28 +1,209 @@
 #include "perception/internal/rotation_axis.h"
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Dense>
 #include <map>
-#include <vector>
 
-#include "base/units.h"
-#include "perception/internal/axis_from_body.h"
-#include "perception/internal/axis_refinement.h"
+#include "base/statistics.h"
+#include "geometry/alpha_shape.h"
 #include "perception/internal/body_profile.h"
-#include "perception/internal/lying_axis.h"
 #include "perception/internal/top_surface.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-using geometry::Indices;
-using geometry::PointCloud;
+/// A draw of two points and their normals is more often in vain than one of three rim points.
+constexpr int kDrawsPerCircleDraw = 2;
+/// Refits of the circle: the points that agree change a little with every one.
+constexpr int kWallRefits = 5;
+
+Circle CircleOf(const RotationAxis& axis) {
+  return {axis.center_C, axis.direction_C, axis.radius_m};
+}
+
+/// How far a point is inside of the axis' circle [m].
+double Inside(const PointCloud& cloud, std::uint32_t i, const RotationAxis& axis) {
+  return axis.radius_m - AxisDistance(cloud.points[i], axis.center_C, axis.direction_C);
+}
+
+/// The circle about where the normals of two wall points meet, if they are about as far from there.
+std::optional<Circle2> NormalsMeet(const Wall& a, const Wall& b, const FeatureOptions& options) {
+  Eigen::Matrix2d directions;
+  directions << -a.normal, b.normal;
+  if (std::abs(directions.determinant()) < options.axis.min_normals_sine) return std::nullopt;
+  const Vector2d steps = directions.inverse() * (b.p - a.p);
+  // p - step * normal: the center lies behind both, at the same distance but for the noise of both.
+  if (steps.minCoeff() <= 0.0 || std::abs(steps[0] - steps[1]) > 2.0 * options.circle.distance_m) {
+    return std::nullopt;
+  }
+  const Vector2d center = 0.5 * (a.p - steps[0] * a.normal + b.p - steps[1] * b.normal);
+  return Circle2{center, 0.5 * ((a.p - center).norm() + (b.p - center).norm())};
+}
+
+/// The least-squares circle (Kasa 1976: linear in center and r^2 - |center|^2) through the wall
+/// points that agree.
+Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
+              const FeatureOptions& options) {
+  Matrix3d left = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (const Wall& wall : walls) {
+    if (!IsOn(circle, wall, options)) continue;
+    const Vector2d d = wall.p - circle.center;
+    const Vector3d row(2.0 * d.x(), 2.0 * d.y(), 1.0);
+    left += row * row.transpose();
+    right += d.squaredNorm() * row;
+  }
+  const Vector3d solved = left.ldlt().solve(right);
+  const double squared = solved[2] + solved.head<2>().squaredNorm();
+  if (!solved.allFinite() || squared <= 0.0) return circle;
+  return {circle.center + solved.head<2>(), std::sqrt(squared)};
+}
+
+/// Of the circles that `candidate` draws, the one that most wall points are on; nullopt if half of
+/// the least wall are not on it.
+std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
+                                  const std::function<std::optional<Circle2>()>& candidate,
+                                  const std::function<bool(const Circle2&)>& admissible,
+                                  const FeatureOptions& options) {
+  if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
+  const auto draw = [&]() -> std::optional<Circle2> {
+    const auto circle = candidate();
+    const bool narrow = circle && circle->radius_m <= options.circle.max_radius_m;
+    return narrow && admissible(*circle) ? circle : std::nullopt;
+  };
+  const auto is_on = [&](const Circle2& c, const Wall& wall) { return IsOn(c, wall, options); };
+  const auto [best, count] = BestOfDraws(draws, draw, walls, is_on);
+  const auto enough = static_cast<std::size_t>(options.axis.min_wall_points / 2);
+  return count < enough ? std::nullopt : best;
+}
+
+bool Any(const Circle2&) { return true; }
+
+/// Rounds in which the direction is taken from the normals that the last one left square to it.
+constexpr int kDirectionRounds = 3;
+/// Rounds of the refit: a turn of a few degrees brings in further points with each.
+constexpr int kRefits = 8;
+/// Points within this many circle distances are fitted: those at the ends of a body whose direction
+/// is still a few degrees off.
+constexpr double kRefitBand = 2.0;
+/// 1 + the normal's share upward: points that face down say nothing of a circle on the table.
+constexpr double kMinRise = 0.2;
+
+/// The direction that the normals are most nearly square to.
+Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors().col(0);
+}
+
+/// The body's direction, from its upper side first (its ends face sideways); nullopt where it is
+/// too steep to lie.
+std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points,
+                                  const Plane& table, const FeatureOptions& options) {
+  Indices square = UpwardPoints(cloud, points, table.normal, options.ridge.window_rad);
+  Vector3d direction = Vector3d::Zero();
+  for (int round = 0; round < kDirectionRounds; ++round) {
+    if (square.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
+    direction = SquareTo(cloud, square);
+    square = Where(points, [&](auto i) {
+      return std::abs(cloud.normals[i].dot(direction)) < options.ridge.max_along_axis;
+    });
+  }
+  if (std::abs(direction.dot(table.normal)) > options.ridge.max_axis_slope) return std::nullopt;
+  Eigen::Index main = 0;  // Its sign tells the axis from its opposite.
+  direction.cwiseAbs().maxCoeff(&main);
+  return direction[main] < 0.0 ? Vector3d(-direction) : direction;
+}
+
+/// Across the body's direction, its normal along it, v as nearly up as that allows; the origin is
+/// the points' centroid.
+PlanarFrame FrameAcross(const PointCloud& cloud, const Indices& points, const Vector3d& direction,
+                        const Vector3d& up) {
+  const Vector3d v = (up - up.dot(direction) * direction).normalized();
+  return {geometry::Centroid(Select(cloud.points, points)), v.cross(direction), v, direction};
+}
+
+/// The circle that touches the table and has the wall point's normal: with the point p at a height
+/// h above the table, c = p - r n is r above it for r = h / (1 + n_v).
+std::optional<Circle2> Touching(const Wall& wall, double table_v) {
+  const double height = wall.p.y() - table_v;
+  if (height <= 0.0 || 1.0 + wall.normal.y() < kMinRise) return std::nullopt;
+  const double radius = height / (1.0 + wall.normal.y());
+  return Circle2{wall.p - radius * wall.normal, radius};
+}
+
+/// The circle on the table that the most wall points are on; a body that lies rests on it, which
+/// says more than the arc seen from above. nullopt if too few are on any.
+std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double table_v,
+                                     const FeatureOptions& options, base::Rng& rng) {
+  const auto draw = [&] { return Touching(walls[rng.Index(walls.size())], table_v); };
+  return DrawCircle(options.circle.draws, walls, draw, Any, options);
+}
+
+/// A cylinder that lies on the table: the frame across it, whose origin is on its axis.
+struct Lying {
+  PlanarFrame frame;
+  double radius_m;
+};
+
+/// One step of Gauss-Newton over the wall points that are on the cylinder: with e the direction
+/// from the axis to a point that is s along it, the distance from the surface changes by e_u, s
+/// e_u, s e_v and e_v + 1 for a shift along u, a turn, a slope, and a radius that lifts the axis
+/// with it.
+Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body,
+               const FeatureOptions& options) {
+  Eigen::Matrix4d left = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  const PlanarFrame& frame = body.frame;
+  for (const auto i : points) {
+    const Vector2d q = frame.Flat(cloud.points[i]);
+    const double off = q.norm() - body.radius_m;
+    if (std::abs(off) > kRefitBand * options.circle.distance_m) continue;
+    const Vector2d e = q.normalized();
+    const Vector3d out = e.x() * frame.u + e.y() * frame.v;
+    if (cloud.normals[i].dot(out) < options.axis.max_along_axis) continue;
+    const double s = (cloud.points[i] - frame.origin).dot(frame.n);
+    const Eigen::Vector4d g(e.x(), s * e.x(), s * e.y(), 1.0 + e.y());
+    left += g * g.transpose();
+    right += off * g;
+  }
+  const Eigen::Vector4d step = left.ldlt().solve(right);
+  if (!step.allFinite() || body.radius_m + step[3] <= 0.0) return body;
+  Lying refitted = body;
+  refitted.radius_m += step[3];
+  refitted.frame.origin += step[0] * frame.u + step[3] * frame.v;
+  refitted.frame.n = (frame.n + step[1] * frame.u + step[2] * frame.v).normalized();
+  refitted.frame.v = (frame.v - frame.v.dot(refitted.frame.n) * refitted.frame.n).normalized();
+  refitted.frame.u = refitted.frame.v.cross(refitted.frame.n);
+  return refitted;
+}
+
+/// The axis of such a body, from end to end.
+RotationAxis AxisOf(const Lying& body, const PointCloud& cloud, const Indices& points) {
+  const Plane across{body.frame.n, 0.0};
+  const double high = TopHeight(cloud, points, across);
+  RotationAxis axis{body.frame.origin, body.frame.n, body.radius_m};
+  axis.length_m = high - BaseHeight(cloud, points, across);
+  axis.center_C += (high - across.Distance(axis.center_C)) * body.frame.n;
+  return axis;
+}
+
+/// The second rule, with its normals; the body has to be seen far enough round, too.
+bool Agrees(const PointCloud& cloud, const Indices& points, const FeatureOptions& options,
+            RotationAxis& axis) {
+  if (!axis.Lies()) return false;
+  const Plane end{axis.direction_C, -axis.direction_C.dot(axis.center_C)};
+  const auto body = ProfileBody(cloud, points, end, axis.center_C, axis.direction_C, options);
+  axis.body_fraction = body.fraction;
+  return body.fraction >= options.axis.lying_body_share &&
+         body.normal_fraction >= options.axis.normal_share &&
+         ArcOf(cloud, body.agreeing, CircleOf(axis)) >= options.axis.min_lying_arc_rad;
+}
 
 /// The first rule.
 std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& rim,
                                         const TopSurface& top, double min_arc_rad,
                                         const FeatureOptions& options, base::Rng& rng) {
-  const auto fit = FitCircle(geometry::Select(cloud.points, rim), options.circle, rng);
+  const auto fit = FitCircle(Select(cloud.points, rim), options.circle, rng);
   if (!fit) return std::nullopt;
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
   Indices on_circle;
@@ -36,14 +217,11 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
 
 /// The body about the better of the axis' direction and the vertical, which becomes the axis'.
 BodyProfile BodyOf(const PointCloud& cloud, const Indices& points, const TopSurface& top,
-                   const geometry::Plane& table, const FeatureOptions& options,
-                   RotationAxis& axis) {
-  BodyProfile body =
-      ProfileBody(cloud, points, top.plane, axis.center_C, axis.direction_C, options);
+                   const Plane& table, const FeatureOptions& options, RotationAxis& axis) {
+  auto body = ProfileBody(cloud, points, top.plane, axis.center_C, axis.direction_C, options);
   if (options.upright_axes &&
       axis.direction_C.dot(table.normal) > std::cos(options.axis.upright_rad)) {
-    BodyProfile upright =
-        ProfileBody(cloud, points, top.plane, axis.center_C, table.normal, options);
+    auto upright = ProfileBody(cloud, points, top.plane, axis.center_C, table.normal, options);
     if (upright.fraction >= body.fraction) {
       axis.direction_C = table.normal;
       body = std::move(upright);
@@ -70,9 +248,8 @@ double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationA
     sections[SectionOf(depth, options)].push_back(i);
   }
   double sum = 0.0;
-  const Circle circle{axis.center_C, axis.direction_C, axis.radius_m};
   for (const auto& [section, points] : sections) {
-    sum += static_cast<double>(points.size()) * ArcOf(cloud, points, circle);
+    sum += static_cast<double>(points.size()) * ArcOf(cloud, points, CircleOf(axis));
   }
   return sum / static_cast<double>(std::max<std::size_t>(1, on_circle.size()));
 }
@@ -88,7 +265,7 @@ bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationA
 
 /// The axis of a body whose rim gives no circle: its lip is too thin, or its lid has holes.
 std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& points,
-                                       const TopSurface& top, const geometry::Plane& table,
+                                       const TopSurface& top, const Plane& table,
                                        const FeatureOptions& options, base::Rng& rng) {
   auto axis = AxisFromBody(cloud, points, top, table, options, rng);
   if (!axis) return std::nullopt;
@@ -105,7 +282,7 @@ std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& p
 
 /// From its rim, else from its wall; not refined yet.
 std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices& points,
-                                         const TopSurface& top, const geometry::Plane& table,
+                                         const TopSurface& top, const Plane& table,
                                          const FeatureOptions& options, base::Rng& rng) {
   for (const bool bridged : {false, true}) {
     if (top.ridge || (bridged && !options.bridged_rims)) break;
@@ -125,17 +302,126 @@ std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices&
 
 }  // namespace
 
+std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
+                         const FeatureOptions& options) {
+  std::vector<Wall> wall;
+  for (const auto i : points) {
+    const Vector3d& normal = cloud.normals[i];
+    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
+    wall.push_back({frame.Flat(cloud.points[i]),
+                    Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
+  }
+  return wall;
+}
+
+bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options) {
+  const Vector2d radial = wall.p - circle.center;
+  const double r = radial.norm();
+  return std::abs(r - circle.radius_m) <= options.circle.distance_m &&
+         wall.normal.dot(radial) > 0.0 &&
+         std::abs(Cross(wall.normal, radial)) <= options.axis.max_tangential * r;
+}
+
+std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
+                                    const PlanarFrame& frame,
+                                    const std::function<bool(const Circle2&)>& admissible,
+                                    const FeatureOptions& options, base::Rng& rng) {
+  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
+  const auto draw = [&] {
+    const Wall& a = walls[rng.Index(walls.size())];
+    const Wall& b = walls[rng.Index(walls.size())];
+    return NormalsMeet(a, b, options);
+  };
+  auto circle =
+      DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, admissible, options);
+  if (!circle) return std::nullopt;
+  // Two normals say little of the center; all that agree say more.
+  for (int round = 0; round < kWallRefits; ++round) {
+    const Circle2 refitted = Refit(walls, *circle, options);
+    if (!admissible(refitted)) break;
+    *circle = refitted;
+  }
+  return circle;
+}
+
+std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
+                                         const TopSurface& top, const Plane& table,
+                                         const FeatureOptions& options, base::Rng& rng) {
+  const PlanarFrame frame = MakePlanarFrame(table, top.center_C);
+  const auto circle = CircleAcross(cloud, points, frame, Any, options, rng);
+  if (!circle) return std::nullopt;
+  const Vector2d& q = circle->center;
+  const Vector3d on_table = top.center_C + q.x() * frame.u + q.y() * frame.v;
+  const double height = TopHeight(cloud, points, table) - table.Distance(on_table);
+  return RotationAxis{on_table + height * table.normal, table.normal, circle->radius_m, 0.0, 0.0};
+}
+
+bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+           const FeatureOptions& options) {
+  const double distance_m = options.axis.lid_distance_m;
+  const auto within = [&](auto i) { return Inside(cloud, i, axis) >= -distance_m; };
+  if (!HoldsForShare(options.axis.rim_share, top.rim, within)) return false;
+  const Indices on_circle =
+      Where(top.rim, [&](auto i) { return std::abs(Inside(cloud, i, axis)) <= distance_m; });
+  return ArcOf(cloud, on_circle, CircleOf(axis)) >= options.axis.min_lid_arc_rad;
+}
+
+bool IsOnLip(const PointCloud& cloud, const Indices& points, const RotationAxis& axis,
+             const FeatureOptions& options) {
+  return HoldsForShare(options.axis.rim_share, points, [&](auto i) {
+    const double inside = Inside(cloud, i, axis);
+    return inside >= -options.circle.distance_m && inside <= options.axis.max_wall_m;
+  });
+}
+
+bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+                const FeatureOptions& options) {
+  if (!IsOnLip(cloud, top.points, axis, options)) return false;
+  const auto flat =
+      Flatten(MakePlanarFrame(top.plane, top.center_C), Select(cloud.points, top.points));
+  return geometry::BuildAlphaShape2(flat, options.top.rim_alpha_m).area_m2 <
+         options.axis.ring_share * base::kPi * axis.radius_m * axis.radius_m;
+}
+
+std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices& points,
+                                          const Plane& table, const FeatureOptions& options,
+                                          base::Rng& rng) {
+  const auto direction = Direction(cloud, points, table, options);
+  if (!direction) return std::nullopt;
+  const PlanarFrame frame = FrameAcross(cloud, points, *direction, table.normal);
+  const auto on_table = CircleOnTable(WallOf(cloud, points, frame, options),
+                                      -table.Distance(frame.origin), options, rng);
+  const auto about = [&](const Circle2& circle) {
+    PlanarFrame about_axis = frame;
+    about_axis.origin = frame.Lift(circle.center);
+    return Lying{about_axis, circle.radius_m};
+  };
+  if (on_table) {
+    Lying body = about(*on_table);
+    for (int round = 0; round < kRefits; ++round) body = Refitted(cloud, points, body, options);
+    RotationAxis axis = AxisOf(body, cloud, points);
+    if (Agrees(cloud, points, options, axis)) return axis;
+  }
+  // On something else than the table. A flatter arc that would reach under it fits as well.
+  const auto above_table = [&](const Circle2& circle) {
+    return table.Distance(frame.Lift(circle.center)) >= circle.radius_m - options.axis.max_sunk_m;
+  };
+  const auto above = CircleAcross(cloud, points, frame, above_table, options, rng);
+  if (!above) return std::nullopt;
+  RotationAxis axis = AxisOf(about(*above), cloud, points);
+  return Agrees(cloud, points, options, axis) ? std::optional(axis) : std::nullopt;
+}
+
 double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circle& circle,
                      double distance_m) {
   if (points.empty()) return 0.0;
-  const auto on = std::count_if(points.begin(), points.end(), [&](auto i) {
-    return CircleDistance(circle, cloud.points[i]) <= distance_m;
-  });
+  const auto on = std::ranges::count_if(
+      points, [&](auto i) { return CircleDistance(circle, cloud.points[i]) <= distance_m; });
   return static_cast<double>(on) / static_cast<double>(points.size());
 }
 
 std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
-                                             const TopSurface& top, const geometry::Plane& table,
+                                             const TopSurface& top, const Plane& table,
                                              const FeatureOptions& options, base::Rng& rng) {
   auto axis = StandingAxis(cloud, points, top, table, options, rng);
   if (axis && options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
@@ -143,7 +429,7 @@ std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indi
 }
 
 std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
-                                             const TopSurface& top, const geometry::Plane& table,
+                                             const TopSurface& top, const Plane& table,
                                              const FeatureOptions& options, base::Rng& rng) {
   auto axis = FindStandingAxis(cloud, points, top, table, options, rng);
   if (axis || !options.lying_axes) return axis;

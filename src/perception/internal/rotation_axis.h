@@ -1,33 +1,82 @@
 #pragma once
 
-#include <optional>
+#include <functional>
 
-#include "base/rng.h"
-#include "perception/feature_options.h"
-#include "perception/internal/circle.h"
+#include "perception/internal/planar.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::perception::internal {
 
+/// A point of a body seen along an axis: where it is, and where its normal points to.
+struct Wall {
+  Vector2d p;
+  Vector2d normal;  ///< unit
+};
+
+/// What was seen of the wall about the frame's normal, in the frame.
+std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
+                         const FeatureOptions& options);
+
+/// Whether a point faces away from the center and is on the circle about it.
+bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options);
+
+/// The circle of a body seen along the frame's normal: two wall points with their normals give a
+/// center, the one that most wall points agree with wins (as eq. 5.7, with normals in the place of
+/// a third point), refitted to all that agree. O(draws * n).
+/// @param admissible  circles that may be drawn
+/// @return nullopt if the wall has too few points, or too few that agree.
+std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
+                                    const PlanarFrame& frame,
+                                    const std::function<bool(const Circle2&)>& admissible,
+                                    const FeatureOptions& options, base::Rng& rng);
+
+/// An upright axis from the outer wall by CircleAcross; its circle is at the height of the body's
+/// top.
+std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
+                                         const TopSurface& top, const Plane& table,
+                                         const FeatureOptions& options, base::Rng& rng);
+
+/// Whether the top is a lid on the axis: the rim share of its rim lies within the circle, and what
+/// of it lies on the circle goes far enough round.
+bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+           const FeatureOptions& options);
+
+/// Whether the rim share of the points lies on the lip of a wall about the axis: on the circle or
+/// just inside.
+bool IsOnLip(const PointCloud& cloud, const Indices& points, const RotationAxis& axis,
+             const FeatureOptions& options);
+
+/// Whether the top is such a lip, and fills little of its circle.
+bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+                const FeatureOptions& options);
+
+/// The axis of a rotational body that lies, from its normals alone: the direction that most
+/// of them are square to, and across it the circle that the body is seen as along that direction
+/// (CircleAcross). Its body has to agree with the sections as an upright one's (eq. 5.8),
+/// goes far enough round, and stays above the table, where half a cylinder on its flat side would
+/// be under it.
+/// @return nullopt if there is no such direction or the body is not rotational about it.
+std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices& points,
+                                          const Plane& table, const FeatureOptions& options,
+                                          base::Rng& rng);
+
 /// Whether a part is rotational: its rim lies on a circle (first rule) and its body agrees with the
 /// circle's axis (second rule; section 5.1.3). Tried with the rim as the alpha shape gives it, then
 /// with gaps bridged; with the top plane's normal as the axis, then upright if that is near it.
-/// Where the rim gives no circle the axis is taken from the body (see axis_from_body.h), and that
-/// of a lying body from its normals (see lying_axis.h).
+/// Where the rim gives no circle the axis is taken from the body (AxisFromBody), and that
+/// of a lying body from its normals (FindLyingAxis).
 /// @return nullopt if it is not rotational.
-std::optional<RotationAxis> FindRotationAxis(const geometry::PointCloud& cloud,
-                                             const geometry::Indices& points, const TopSurface& top,
-                                             const geometry::Plane& table,
+std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
+                                             const TopSurface& top, const Plane& table,
                                              const FeatureOptions& options, base::Rng& rng);
 
 /// The same of a body that stands, alone.
-std::optional<RotationAxis> FindStandingAxis(const geometry::PointCloud& cloud,
-                                             const geometry::Indices& points, const TopSurface& top,
-                                             const geometry::Plane& table,
+std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
+                                             const TopSurface& top, const Plane& table,
                                              const FeatureOptions& options, base::Rng& rng);
 
 /// Share of the points on the circle's curve.
-double ShareOnCircle(const geometry::PointCloud& cloud, const geometry::Indices& points,
-                     const Circle& circle, double distance_m);
+double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circle& circle,
+                     double distance_m);
 
 }  // namespace rangegrasp::perception::internal

@@ -1,30 +1,43 @@
 #include "perception/internal/sensor_view.h"
 
-#include <Eigen/Geometry>
-#include <cmath>
 #include <limits>
 
 namespace rangegrasp::perception::internal {
 namespace {
+
+using Eigen::Vector3d;
+
 /// Directions further than this (51 deg) from the mean one are not kept, and nothing there counts
 /// as free: a tabletop of 1 m seen from 0.5 m away fits; twice as much would take four times the
 /// memory.
 constexpr double kHalfField_rad = 0.9;
+
+/// Half of SensorView's cell of directions at the scanner's working distance of 1 m. Larger: a
+/// moving sensor's free space blurs; smaller: one more grid of directions for every step it makes.
+constexpr double kSamePlace_m = 0.002;
+
+std::uint32_t PlaceOf(const Vector3d& origin_C, geometry::Points& places_C) {
+  const auto known = std::ranges::find_if(
+      places_C, [&](const Vector3d& place) { return (place - origin_C).norm() <= kSamePlace_m; });
+  const auto position = static_cast<std::uint32_t>(known - places_C.begin());
+  if (known == places_C.end()) places_C.push_back(origin_C);
+  return position;
+}
+
 }  // namespace
 
-SensorView::SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& origin_C,
-                       double cell_rad)
+SensorView::SensorView(geometry::PointSpan points_C, const Vector3d& origin_C, double cell_rad)
     : origin_C_(origin_C), axes_(Eigen::Matrix3d::Identity()), cell_rad_(cell_rad) {
-  Eigen::Vector3d forward = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : points_C) forward += (p - origin_C).normalized();
-  if (forward.norm() < 1e-9) forward = Eigen::Vector3d::UnitZ();
+  Vector3d forward = Vector3d::Zero();
+  for (const Vector3d& p : points_C) forward += (p - origin_C).normalized();
+  if (forward.norm() < 1e-9) forward = Vector3d::UnitZ();
   axes_.col(2) = forward.normalized();
   axes_.col(0) = axes_.col(2).unitOrthogonal();
   axes_.col(1) = axes_.col(2).cross(axes_.col(0));
   half_ = static_cast<std::ptrdiff_t>(kHalfField_rad / cell_rad_);
   const auto side = static_cast<std::size_t>(2 * half_ + 1);
   nearest_.assign(side * side, std::numeric_limits<float>::infinity());
-  for (const Eigen::Vector3d& p : points_C) {
+  for (const Vector3d& p : points_C) {
     const std::ptrdiff_t cell = Cell(p);
     if (cell < 0) continue;
     const auto range = static_cast<float>((p - origin_C_).norm());
@@ -39,8 +52,8 @@ SensorView::SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& orig
   }
 }
 
-std::ptrdiff_t SensorView::Cell(const Eigen::Vector3d& p) const {
-  const Eigen::Vector3d q = axes_.transpose() * (p - origin_C_);
+std::ptrdiff_t SensorView::Cell(const Vector3d& p) const {
+  const Vector3d q = axes_.transpose() * (p - origin_C_);
   if (q.z() <= 0.0) return -1;
   const auto column =
       static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.x(), q.z()) / cell_rad_));
@@ -49,11 +62,38 @@ std::ptrdiff_t SensorView::Cell(const Eigen::Vector3d& p) const {
   return (row + half_) * (2 * half_ + 1) + column + half_;
 }
 
-bool SensorView::IsFree(const Eigen::Vector3d& p, double margin_m) const {
+bool SensorView::IsFree(const Vector3d& p, double margin_m) const {
   const std::ptrdiff_t cell = Cell(p);
   if (cell < 0) return false;
   const float nearest = nearest_[static_cast<std::size_t>(cell)];
   return std::isfinite(nearest) && nearest > (p - origin_C_).norm() + margin_m;
+}
+
+MeasuredPoints Gather(const geometry::Observation& observation,
+                      const std::optional<Workspace>& workspace) {
+  MeasuredPoints measured;
+  std::size_t samples = 0;
+  for (const geometry::View& view : observation.views) samples += view.image.points_C.size();
+  measured.points_C.reserve(samples);
+  measured.samples.reserve(samples);
+  measured.place_of.reserve(samples);
+  for (std::uint32_t view = 0; view < observation.views.size(); ++view) {
+    const geometry::RangeImage& image = observation.views[view].image;
+    const Vector3d* origin_C = nullptr;
+    std::uint32_t place = 0;
+    for (std::uint32_t sample = 0; sample < image.points_C.size(); ++sample) {
+      const Vector3d& p_C = image.points_C[sample];
+      if (!p_C.allFinite()) continue;
+      if (workspace && !workspace->Contains(p_C)) continue;
+      const Vector3d* own = &image.OriginOf(sample);
+      if (own != origin_C) place = PlaceOf(*own, measured.places_C);
+      origin_C = own;
+      measured.points_C.push_back(p_C);
+      measured.samples.push_back({view, sample});
+      measured.place_of.push_back(place);
+    }
+  }
+  return measured;
 }
 
 }  // namespace rangegrasp::perception::internal

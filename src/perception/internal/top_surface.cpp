@@ -1,23 +1,148 @@
 #include "perception/internal/top_surface.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
-#include <utility>
+#include <tuple>
 
-#include "base/count_to_beat.h"
+#include "base/statistics.h"
 #include "geometry/alpha_shape.h"
-#include "perception/internal/planar.h"
-#include "perception/internal/ridge.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
 
-using geometry::Indices;
-using geometry::Plane;
-using geometry::PointCloud;
+using base::QuantileOf;
+
+std::size_t MinPlanePoints(const FeatureOptions& options) {
+  return static_cast<std::size_t>(options.top.min_plane_points);
+}
+
+/// Ends of a length, and the height of a ridge, that a few stray points do not move: shares of the
+/// points that may lie beyond.
+constexpr double kEndShare = 0.05;
+constexpr double kWidthEndShare = 0.02;
+constexpr double kHeightShare = 0.8;
+/// The middle 60 % of the normals.
+constexpr double kSpreadFrom = 0.2;
+constexpr double kSpreadTo = 0.8;
+/// A spread of sines below this (variance) is no spread: no slope can be had from it.
+constexpr double kNoVariance = 1e-9;
+
+double Between(const std::vector<double>& values, double from, double to) {
+  return QuantileOf(values, to) - QuantileOf(values, from);
+}
+
+/// The direction that the normals are most nearly square to, and the mean square of what remains.
+std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices& points) {
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
+  scatter /= static_cast<double>(points.size());
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter);
+  return {eigen.eigenvectors().col(0), eigen.eigenvalues()[0]};
+}
+
+/// Sums over pairs of numbers.
+struct Sums {
+  double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+
+  Sums(const std::vector<double>& xs, const std::vector<double>& ys)
+      : n(static_cast<double>(xs.size())) {
+    for (std::size_t i = 0; i < xs.size(); ++i) {
+      x += xs[i];
+      y += ys[i];
+      xx += xs[i] * xs[i];
+      yy += ys[i] * ys[i];
+      xy += xs[i] * ys[i];
+    }
+  }
+  double Correlation() const {
+    const double variances = (n * xx - x * x) * (n * yy - y * y);
+    return variances > 0.0 ? (n * xy - x * y) / std::sqrt(variances) : 0.0;
+  }
+  /// The least-squares line y = first + second x; a level one where the x are all alike.
+  std::pair<double, double> Line() const {
+    const double variance = n * xx - x * x;
+    if (variance <= kNoVariance * n * n) return {y / n, 0.0};
+    const double slope = (n * xy - x * y) / variance;
+    return {(y - slope * x) / n, slope};
+  }
+};
+
+/// The upward points of a segment about the axis that their normals are square to.
+struct Body {
+  Vector3d axis;
+  Vector3d normal;   ///< square to the axis, as near to the table's as can be
+  Vector3d lateral;  ///< axis x normal
+  Vector3d origin;   ///< one of the points
+  Indices points;
+  std::vector<double> angles;   ///< of the normals about the axis, 0 along `normal`
+  std::vector<double> sines;    ///< of the angles
+  std::vector<double> offsets;  ///< along `lateral`
+  std::vector<double> along;    ///< along the axis
+  std::vector<double> heights;  ///< along `normal`
+};
+
+/// The axis and the points whose normals are square to it; nullopt if they are few or steep.
+std::optional<Body> AboutOneAxis(const PointCloud& cloud, const Indices& segment,
+                                 const Vector3d& up, const FeatureOptions& options) {
+  const Indices upward = UpwardPoints(cloud, segment, up, options.ridge.window_rad);
+  // Each side of the ridge is a surface.
+  if (upward.size() < 2 * MinPlanePoints(options)) return std::nullopt;
+  Body body;
+  body.axis = CommonSquare(cloud, upward).first;
+  const auto is_square = [&](auto i) {
+    return std::abs(cloud.normals[i].dot(body.axis)) < options.ridge.max_along_axis;
+  };
+  if (!HoldsForShare(options.ridge.min_square_share, upward, is_square)) return std::nullopt;
+  body.points = Where(upward, is_square);
+  double rest = 0.0;
+  std::tie(body.axis, rest) = CommonSquare(cloud, body.points);
+  if (rest > options.ridge.max_mean_square ||
+      std::abs(body.axis.dot(up)) > options.ridge.max_axis_slope) {
+    return std::nullopt;
+  }
+  return body;
+}
+
+void Measure(const PointCloud& cloud, const Vector3d& up, Body& body) {
+  body.normal = (up - up.dot(body.axis) * body.axis).normalized();
+  body.lateral = body.axis.cross(body.normal);
+  body.origin = cloud.points[body.points.front()];
+  for (const auto i : body.points) {
+    const Vector3d& n = cloud.normals[i];
+    const Vector3d d = cloud.points[i] - body.origin;
+    body.angles.push_back(std::atan2(n.dot(body.lateral), n.dot(body.normal)));
+    body.sines.push_back(std::sin(body.angles.back()));
+    body.offsets.push_back(d.dot(body.lateral));
+    body.along.push_back(d.dot(body.axis));
+    body.heights.push_back(d.dot(body.normal));
+  }
+}
+
+/// The points about the ridge, as columns of their own.
+Body Strip(const Body& body, double half_angle_rad) {
+  Body strip;
+  for (std::size_t k = 0; k < body.points.size(); ++k) {
+    if (std::abs(body.angles[k]) > half_angle_rad) continue;
+    strip.sines.push_back(body.sines[k]);
+    strip.offsets.push_back(body.offsets[k]);
+    strip.along.push_back(body.along[k]);
+    strip.heights.push_back(body.heights[k]);
+  }
+  return strip;
+}
+
+/// How far points off the ridge have come down, over what the arc that their normals speak of would
+/// give; 1 where none is off it.
+double DropOverArc(const Body& body, double off_ridge_rad, double height_m, double radius_m) {
+  double drop = 0.0;
+  double arc = 0.0;
+  for (std::size_t k = 0; k < body.points.size(); ++k) {
+    if (std::abs(body.angles[k]) < off_ridge_rad) continue;
+    drop += height_m - body.heights[k];
+    arc += radius_m * (1.0 - std::cos(body.angles[k]));
+  }
+  return arc > 0.0 ? drop / arc : 1.0;
+}
 
 /// The highest point that counts has this many above it, fewer (a tenth) in a small part: a stray
 /// point or two do not make an object higher. More would cut a pointed top.
@@ -26,74 +151,38 @@ constexpr std::size_t kStrayPart = 10;
 /// A plane and a rim have at least three points.
 constexpr std::size_t kMinCorners = 3;
 
-std::size_t MinPlanePoints(const FeatureOptions& options) {
-  return static_cast<std::size_t>(options.top.min_plane_points);
-}
-
-std::vector<double> Heights(const PointCloud& cloud, const Indices& points, const Plane& table) {
-  std::vector<double> heights;
-  heights.reserve(points.size());
-  for (const auto i : points) heights.push_back(table.Distance(cloud.points[i]));
-  return heights;
-}
-
 Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
              double distance_m) {
-  Indices near;
-  for (const auto i : points) {
-    if (std::abs(plane.Distance(cloud.points[i])) <= distance_m) near.push_back(i);
-  }
-  return near;
-}
-
-/// How many, if it is more than `to_beat`.
-std::size_t CountNear(const PointCloud& cloud, const Indices& points, const Plane& plane,
-                      double distance_m, std::size_t to_beat) {
-  return base::CountToBeat(points, to_beat, [&](std::uint32_t i) {
-    return std::abs(plane.Distance(cloud.points[i])) <= distance_m;
-  });
-}
-
-Plane TurnedUp(const Plane& plane, const Eigen::Vector3d& up) {
-  return plane.normal.dot(up) < 0.0 ? Plane{-plane.normal, -plane.offset_m} : plane;
+  return Where(points,
+               [&](auto i) { return std::abs(plane.Distance(cloud.points[i])) <= distance_m; });
 }
 
 /// Eq. 5.5 among planes that are themselves within the angle of the table; refitted.
 std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candidates,
-                                  const Eigen::Vector3d& up, const FeatureOptions& options,
+                                  const Vector3d& up, const FeatureOptions& options,
                                   base::Rng& rng) {
   if (candidates.size() < kMinCorners) return std::nullopt;
+  const double distance_m = options.top.plane_distance_m;
   const double min_cosine = std::cos(options.top.normal_angle_rad);
-  std::optional<Plane> best;
-  std::size_t best_count = 0;
-  for (int draw = 0; draw < options.top.plane_draws; ++draw) {
+  const auto is_level = [&](const std::optional<Plane>& plane) {
+    return plane && std::abs(plane->normal.dot(up)) >= min_cosine;
+  };
+  const auto draw = [&] {
     const auto a = candidates[rng.Index(candidates.size())];
     const auto b = candidates[rng.Index(candidates.size())];
     const auto c = candidates[rng.Index(candidates.size())];
     const auto plane = geometry::PlaneThrough(cloud.points[a], cloud.points[b], cloud.points[c]);
-    if (!plane || std::abs(plane->normal.dot(up)) < min_cosine) continue;
-    const std::size_t count =
-        CountNear(cloud, candidates, *plane, options.top.plane_distance_m, best_count);
-    if (count > best_count) {
-      best_count = count;
-      best = plane;
-    }
-  }
+    return is_level(plane) ? plane : std::nullopt;
+  };
+  const auto is_near = [&](const Plane& plane, std::uint32_t i) {
+    return std::abs(plane.Distance(cloud.points[i])) <= distance_m;
+  };
+  auto [best, count] = BestOfDraws(options.top.plane_draws, draw, candidates, is_near);
   if (!best) return std::nullopt;
-  const auto refit = geometry::FitPlane(
-      geometry::Select(cloud.points, Near(cloud, candidates, *best, options.top.plane_distance_m)));
-  if (refit && std::abs(refit->normal.dot(up)) >= min_cosine &&
-      CountNear(cloud, candidates, *refit, options.top.plane_distance_m, best_count - 1) >=
-          best_count) {
-    best = refit;
-  }
-  return TurnedUp(*best, up);
-}
-
-double MeanHeight(const PointCloud& cloud, const Indices& points, const Plane& table) {
-  double sum = 0.0;
-  for (const auto i : points) sum += table.Distance(cloud.points[i]);
-  return sum / static_cast<double>(points.size());
+  const auto refit =
+      geometry::FitPlane(Select(cloud.points, Near(cloud, candidates, *best, distance_m)));
+  if (is_level(refit) && Near(cloud, candidates, *refit, distance_m).size() >= count) best = refit;
+  return best->normal.dot(up) < 0.0 ? Plane{-best->normal, -best->offset_m} : *best;
 }
 
 /// The fullest plane, or one above it that holds the options' share of its points.
@@ -111,7 +200,9 @@ std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates
     if ((options.slab_tops && inliers.size() < MinPlanePoints(options)) ||
         (top && (!options.higher_tops || share < options.top_plane_share)))
       break;
-    const double height = MeanHeight(cloud, inliers, table);
+    double height = 0.0;
+    for (const auto i : inliers) height += table.Distance(cloud.points[i]);
+    height /= static_cast<double>(inliers.size());
     if (!top || height > top_height + options.top.plane_separation * options.top.plane_distance_m) {
       top = plane;
       top_height = height;
@@ -126,7 +217,7 @@ std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates
 }
 
 /// The longest loop that is no hole; empty if there is none.
-Indices OuterLoop(const std::vector<Eigen::Vector2d>& points, const geometry::AlphaShape2& shape) {
+Indices OuterLoop(const std::vector<Vector2d>& points, const geometry::AlphaShape2& shape) {
   for (const auto& loop : shape.loops) {
     double twice_area = 0.0;
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -138,14 +229,14 @@ Indices OuterLoop(const std::vector<Eigen::Vector2d>& points, const geometry::Al
 }
 
 /// Fills all that follows from the points, the plane and (for a ridge) the axis.
-void Describe(const PointCloud& cloud, const std::optional<Eigen::Vector3d>& axis,
+void Describe(const PointCloud& cloud, const std::optional<Vector3d>& axis,
               const FeatureOptions& options, TopSurface& top) {
-  const geometry::Points points = geometry::Select(cloud.points, top.points);
+  const Points points = Select(cloud.points, top.points);
   top.center_C = geometry::Centroid(points);
   const PlanarFrame frame =
-      MakePlanarFrame(top.plane, top.center_C, axis.value_or(Eigen::Vector3d::Zero()));
+      MakePlanarFrame(top.plane, top.center_C, axis.value_or(Vector3d::Zero()));
   const auto flat = Flatten(frame, points);
-  const Rectangle box = axis                     ? RectangleAlong(flat, Eigen::Vector2d::UnitX())
+  const Rectangle box = axis                     ? RectangleAlong(flat, Vector2d::UnitX())
                         : options.rectangle_axes ? MinAreaRectangle(flat)
                                                  : PrincipalRectangle(flat);
   top.major_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
@@ -166,17 +257,15 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
                                    const Ridge& ridge, const FeatureOptions& options) {
   TopSurface top;
   top.ridge = true;
-  const Eigen::Vector3d lateral = ridge.axis.cross(ridge.normal);
+  const Vector3d lateral = ridge.axis.cross(ridge.normal);
   const double min_cosine = std::cos(options.ridge.half_angle_rad);
-  for (const auto i : segment) {
-    const Eigen::Vector3d across = cloud.normals[i] - cloud.normals[i].dot(ridge.axis) * ridge.axis;
-    if (cloud.normals[i].dot(ridge.normal) >= min_cosine * across.norm() &&
-        std::abs((cloud.points[i] - ridge.point).dot(ridge.normal)) <= options.top.slab_m) {
-      top.points.push_back(i);
-    }
-  }
+  top.points = Where(segment, [&](auto i) {
+    const Vector3d across = cloud.normals[i] - cloud.normals[i].dot(ridge.axis) * ridge.axis;
+    return cloud.normals[i].dot(ridge.normal) >= min_cosine * across.norm() &&
+           std::abs((cloud.points[i] - ridge.point).dot(ridge.normal)) <= options.top.slab_m;
+  });
   if (top.points.size() < MinPlanePoints(options)) return std::nullopt;
-  const Eigen::Vector3d mean = geometry::Centroid(geometry::Select(cloud.points, top.points));
+  const Vector3d mean = geometry::Centroid(Select(cloud.points, top.points));
   top.plane = {ridge.normal, -ridge.normal.dot(mean)};
   Describe(cloud, ridge.axis, options, top);
   if (top.major_m < top.minor_m) return std::nullopt;
@@ -190,11 +279,11 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
                                   const Plane& table, const FeatureOptions& options) {
   const double height = TopHeight(cloud, segment, table);
   TopSurface top;
-  for (const auto i : segment) {
-    if (table.Distance(cloud.points[i]) >= height - options.top.slab_m) top.points.push_back(i);
-  }
+  top.points = Where(segment, [&](auto i) {
+    return table.Distance(cloud.points[i]) >= height - options.top.slab_m;
+  });
   if (top.points.size() < kMinCorners) return std::nullopt;
-  const Eigen::Vector3d mean = geometry::Centroid(geometry::Select(cloud.points, top.points));
+  const Vector3d mean = geometry::Centroid(Select(cloud.points, top.points));
   top.plane = {table.normal, -table.normal.dot(mean)};
   Describe(cloud, std::nullopt, options, top);
   if (top.major_m <= 0.0 || top.rim.size() < kMinCorners) return std::nullopt;
@@ -202,15 +291,67 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
   if (!top.ridge) return top;
   // Often only one side of the fold is seen: the strip lies beside it.
   const PlanarFrame frame = MakePlanarFrame(top.plane, top.center_C, top.major_C);
-  top.center_C += HighestLine(frame, table, geometry::Select(cloud.points, top.points)) * frame.v;
+  top.center_C += HighestLine(frame, table, Select(cloud.points, top.points)) * frame.v;
   return top;
 }
 
 }  // namespace
 
+Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vector3d& up,
+                     double angle_rad) {
+  const double min_cosine = std::cos(angle_rad);
+  return Where(segment, [&](auto i) { return cloud.normals[i].dot(up) >= min_cosine; });
+}
+
+std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
+                               const FeatureOptions& options) {
+  const RidgeOptions& asked = options.ridge;
+  auto body = AboutOneAxis(cloud, segment, table.normal, options);
+  if (!body) return std::nullopt;
+  Measure(cloud, table.normal, *body);
+  if (Between(body->angles, kSpreadFrom, kSpreadTo) < asked.min_spread_rad) return std::nullopt;
+  if (Sums(body->sines, body->offsets).Correlation() < asked.min_correlation) return std::nullopt;
+
+  const Body strip = Strip(*body, asked.half_angle_rad);
+  if (strip.sines.size() < MinPlanePoints(options)) return std::nullopt;
+  const auto length = [](const Body& b) { return Between(b.along, kEndShare, 1.0 - kEndShare); };
+  if (length(strip) < asked.min_length_share * length(*body)) return std::nullopt;
+
+  const auto [u, radius] = Sums(strip.sines, strip.offsets).Line();
+  const double height = QuantileOf(strip.heights, kHeightShare);
+  // A flat top would ask for a drop that its edges are too near for.
+  const double half_width = 0.5 * Between(body->offsets, kWidthEndShare, 1.0 - kWidthEndShare);
+  if (DropOverArc(*body, asked.off_ridge_rad, height, std::min(radius, half_width)) <
+      asked.min_drop_share) {
+    return std::nullopt;
+  }
+  return Ridge{body->axis, body->normal, body->origin + u * body->lateral + height * body->normal};
+}
+
+double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
+                        const FeatureOptions& options) {
+  if (top.rim.empty()) return 0.0;
+  double nearest = (cloud.points[top.rim.front()] - top.center_C).norm();
+  for (const auto i : top.rim) nearest = std::min(nearest, (cloud.points[i] - top.center_C).norm());
+  return options.open_sphere_factor * nearest;
+}
+
+bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
+            const FeatureOptions& options) {
+  const double radius = OpenSphereRadius(cloud, top, options);
+  if (radius <= 0.0) return false;
+  const auto inside = std::ranges::count_if(
+      object, [&](auto i) { return (cloud.points[i] - top.center_C).norm() < radius; });
+  const double strays =
+      options.open_strays ? options.open_stray_share * static_cast<double>(top.points.size()) : 0.0;
+  return static_cast<double>(inside) <= strays;
+}
+
 double TopHeight(const PointCloud& cloud, const Indices& points, const Plane& table) {
   if (points.empty()) return 0.0;
-  std::vector<double> heights = Heights(cloud, points, table);
+  std::vector<double> heights;
+  heights.reserve(points.size());
+  for (const auto i : points) heights.push_back(table.Distance(cloud.points[i]));
   const std::size_t k = std::min(kStrays, heights.size() / kStrayPart);
   std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(k), heights.end(),
                    std::greater<>());
@@ -225,8 +366,8 @@ std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, c
                                std::span<const double> alphas_m) {
   std::vector<Indices> rims(alphas_m.size());
   if (points.empty()) return rims;
-  const auto flat = Flatten(MakePlanarFrame(plane, cloud.points[points.front()]),
-                            geometry::Select(cloud.points, points));
+  const auto flat =
+      Flatten(MakePlanarFrame(plane, cloud.points[points.front()]), Select(cloud.points, points));
   const auto shapes = geometry::BuildAlphaShapes2(flat, alphas_m);
   for (std::size_t k = 0; k < rims.size(); ++k) {
     auto rim = OuterLoop(flat, shapes[k]);
@@ -239,8 +380,7 @@ std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, c
 std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
                                   const Plane& table, const FeatureOptions& options) {
   auto lip = SlabTop(cloud, segment, table, options);
-  if (lip && lip->ridge) return std::nullopt;
-  return lip;
+  return lip && lip->ridge ? std::nullopt : lip;
 }
 
 std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,

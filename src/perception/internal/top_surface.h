@@ -1,45 +1,64 @@
 #pragma once
 
-#include <optional>
-#include <span>
-#include <vector>
-
-#include "base/rng.h"
-#include "perception/feature_options.h"
+#include "perception/internal/planar.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::perception::internal {
+
+/// A ridge: the surface next to it curves (or is folded) about `axis`, and is highest there.
+struct Ridge {
+  Vector3d axis;    ///< unit
+  Vector3d normal;  ///< unit, across the axis, away from the table
+  Vector3d point;   ///< on the ridge
+};
+
+/// Looks at the normals of the segment's upward points. One direction that they are all square to
+/// and a wide spread about it make a ridge, which lies where the normal passes through the vertical
+/// plane of the axis: with u the offset across the axis and theta the normal's turn about it, u is
+/// fitted by a line over sin(theta), and the ridge is at theta = 0. For a circle, an ellipse or a
+/// roof alike that is its highest line.
+/// @return nullopt where the upward points are no ridge (RidgeOptions says what is asked of one).
+std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
+                               const FeatureOptions& options);
+
+/// The points of the segment whose normals are within the angle of `up`.
+Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vector3d& up,
+                     double angle_rad);
+
+/// The radius [m] of the sphere of eq. 5.9: the options' factor times the distance from the top
+/// surface's center of gravity to the nearest rim point; 0 without a rim.
+double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
+                        const FeatureOptions& options);
+
+/// Open or closed by that sphere in the top surface's center of gravity: open if no point (but for
+/// the options' strays) is inside.
+bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
+            const FeatureOptions& options);
 
 /// The top surface of a segment: RANSAC plane over the points whose normals are near the table's
 /// (eq. 5.5), its principal axis, extents and rim. Takes the strip along the ridge where the top
 /// curves about a lying axis, and the highest points where no plane is near enough to the table's
 /// inclination (a lying prism), both with `ridge` set.
 /// @return nullopt if the segment has fewer than three points or they lie on one line.
-std::optional<TopSurface> FindTopSurface(const geometry::PointCloud& cloud,
-                                         const geometry::Indices& segment,
-                                         const geometry::Plane& table,
-                                         const FeatureOptions& options, base::Rng& rng);
+std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
+                                         const Plane& table, const FeatureOptions& options,
+                                         base::Rng& rng);
 
 /// The highest points as a top surface, whatever the plane that holds the most: the lip of a bowl
 /// has fewer points than its floor. nullopt where they are a fold.
-std::optional<TopSurface> FindLip(const geometry::PointCloud& cloud,
-                                  const geometry::Indices& segment, const geometry::Plane& table,
-                                  const FeatureOptions& options);
+std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
+                                  const Plane& table, const FeatureOptions& options);
 
 /// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
 /// cloud. The convex hull's corners where the alpha shape is empty. One for each alpha.
-std::vector<geometry::Indices> OuterRims(const geometry::PointCloud& cloud,
-                                         const geometry::Indices& points,
-                                         const geometry::Plane& plane,
-                                         std::span<const double> alphas_m);
+std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, const Plane& plane,
+                               std::span<const double> alphas_m);
 
 /// The height [m] above the table that a few points reach: the fifth highest, so that a single
 /// stray point does not count.
-double TopHeight(const geometry::PointCloud& cloud, const geometry::Indices& points,
-                 const geometry::Plane& table);
+double TopHeight(const PointCloud& cloud, const Indices& points, const Plane& table);
 
 /// The same at the lower end.
-double BaseHeight(const geometry::PointCloud& cloud, const geometry::Indices& points,
-                  const geometry::Plane& table);
+double BaseHeight(const PointCloud& cloud, const Indices& points, const Plane& table);
 
 }  // namespace rangegrasp::perception::internal

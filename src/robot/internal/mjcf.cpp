@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "base/error.h"
-#include "robot/mjcf/names.h"
+#include "robot/mjcf/hand.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
 
-// While one lives, the engine neither prints warnings nor leaves a log file: a scene's are told by
-// who compiles it to simulate it.
+// While one lives, the engine neither prints warnings nor leaves a log file: who compiles a scene
+// to simulate it reports them.
 class QuietEngine {
  public:
   QuietEngine() : before_(mju_setLogHandler([](const mjLogMessage*) {})) {}
@@ -27,20 +30,15 @@ class QuietEngine {
 
 geometry::Shape::Kind KindOf(int type) {
   using Kind = geometry::Shape::Kind;
-  switch (type) {
-    case mjGEOM_SPHERE:
-      return Kind::kSphere;
-    case mjGEOM_CAPSULE:
-      return Kind::kCapsule;
-    case mjGEOM_CYLINDER:
-      return Kind::kCylinder;
-    case mjGEOM_BOX:
-      return Kind::kBox;
-    case mjGEOM_ELLIPSOID:
-      return Kind::kEllipsoid;
-    default:
-      return Kind::kConvex;
+  constexpr std::pair<int, Kind> kinds[] = {{mjGEOM_SPHERE, Kind::kSphere},
+                                            {mjGEOM_CAPSULE, Kind::kCapsule},
+                                            {mjGEOM_CYLINDER, Kind::kCylinder},
+                                            {mjGEOM_BOX, Kind::kBox},
+                                            {mjGEOM_ELLIPSOID, Kind::kEllipsoid}};
+  for (const auto& [geom_type, kind] : kinds) {
+    if (geom_type == type) return kind;
   }
+  return Kind::kConvex;
 }
 
 /// The convex hull that MuJoCo collides for a mesh. Layout of mesh_graph: numvert, numface,
@@ -67,17 +65,243 @@ geometry::TriangleMesh HullOf(const mjModel& m, int mesh) {
   return out;
 }
 
+/// A pose from MuJoCo's position and rotation matrix (row-major).
+base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
+  Eigen::Matrix3d R;
+  R << mat[0], mat[1], mat[2], mat[3], mat[4], mat[5], mat[6], mat[7], mat[8];
+  return base::MakePose(R, {pos[0], pos[1], pos[2]});
+}
+
+/// From open to closed: the gap of a hand that opens 100 mm changes by 4 to 5 mm from one to the
+/// next. More: grasps are checked at more openings, and height fields take more time.
+constexpr int kStates = 24;
+/// For the share of the range at which the pads touch, to 2^-30.
+constexpr int kBisections = 30;
+/// For a spring's stiffness by a difference; springs are linear.
+constexpr double kProbe_rad = 1e-3;
+constexpr double kMinStiffness = 1e-9;  ///< [N m / rad] less is no spring
+
+/// Who is who among the hand's geoms and joints.
+struct Parts {
+  int body = -1;
+  std::vector<int> driven, passive;          // joints
+  std::vector<int> geoms;                    // that collide
+  std::vector<int> fingertips;               // geoms that may hold an object
+  mjcf::LastSegments tips;                   // among them
+  int thumb_root = -1;                       // body
+  std::optional<mjcf::HandClosing> closing;  // of a hand that says how it closes
+  /// Sites at the tips that a tool centre lies between, the thumb's first; may be empty.
+  std::vector<int> tip_sites, power_sites;
+};
+
+Parts FindParts(const Mjcf& mjcf, int hand_body) {
+  const mjModel& m = mjcf.model();
+  Parts parts;
+  parts.body = hand_body;
+  parts.fingertips = mjcf.Tuple("fingertips", mjOBJ_GEOM);
+  if (mjcf::HasMotors(&m)) {
+    parts.closing = mjcf::CloseOnNothing(&m);
+  } else {
+    parts.driven = mjcf.Tuple("hand_joints", mjOBJ_JOINT);
+  }
+  parts.thumb_root = mjcf::ThumbRoot(&m);
+  parts.tip_sites = mjcf.TupleIfAny("tip_grasp_tips", mjOBJ_SITE);
+  parts.power_sites = mjcf.TupleIfAny("power_grasp_tips", mjOBJ_SITE);
+  for (int j = 0; j < m.njnt; ++j) {
+    const bool driven =
+        std::find(parts.driven.begin(), parts.driven.end(), j) != parts.driven.end();
+    if (!driven && mjcf.InSubtree(m.jnt_bodyid[j], hand_body)) parts.passive.push_back(j);
+  }
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (mjcf.Collides(g) && mjcf.InSubtree(m.geom_bodyid[g], hand_body)) parts.geoms.push_back(g);
+  }
+  parts.tips = mjcf::LastSegmentsOf(&m);
+  if (parts.tips.thumb.empty() || parts.tips.fingers.empty()) {
+    mjcf.Fail(parts.closing ? "tuple \"fingertips\" needs geoms of two fingers, the thumb's first"
+                            : "tuple \"fingertips\" needs the last segments of the thumb (the "
+                              "first of \"hand_joints\") and of a finger");
+  }
+  return parts;
+}
+
+/// q1 = q1_0 + polynomial(q2 - q2_0) for each joint equality.
+void ApplyEqualities(const mjModel& m, mjData& d) {
+  for (int e = 0; e < m.neq; ++e) {
+    if (m.eq_type[e] != mjEQ_JOINT || m.eq_obj2id[e] < 0) continue;
+    const int a = m.jnt_qposadr[m.eq_obj1id[e]];
+    const int b = m.jnt_qposadr[m.eq_obj2id[e]];
+    const double x = d.qpos[b] - m.qpos0[b];
+    const mjtNum* c = m.eq_data + e * mjNEQDATA;
+    d.qpos[a] = m.qpos0[a] + c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4])));
+  }
+}
+
+double SpringForce(const mjModel& m, mjData& d, int joint) {
+  mj_fwdPosition(&m, &d);
+  mj_fwdVelocity(&m, &d);
+  return d.qfrc_spring[m.jnt_dofadr[joint]];
+}
+
+/// A passive joint without load: where its springs' force is zero (linear springs: one Newton
+/// step), within its range; the same share of its range where it has no spring.
+void RelaxPassive(const mjModel& m, mjData& d, int joint, double fraction) {
+  mjtNum& q = d.qpos[m.jnt_qposadr[joint]];
+  const double lower = m.jnt_range[2 * joint];
+  const double upper = m.jnt_range[2 * joint + 1];
+  q = lower;
+  const double force = SpringForce(m, d, joint);
+  q = lower + kProbe_rad;
+  const double stiffness = (force - SpringForce(m, d, joint)) / kProbe_rad;
+  q = stiffness > kMinStiffness ? std::clamp(lower + force / stiffness, lower, upper)
+                                : lower + fraction * (upper - lower);
+}
+
+void SetClosing(const Mjcf& mjcf, const Parts& parts, double fraction) {
+  const mjModel& m = mjcf.model();
+  mjData& d = mjcf.data();
+  if (parts.closing) {
+    parts.closing->Pose(&m, &d, fraction);
+    mj_kinematics(&m, &d);
+    return;
+  }
+  for (int j : parts.driven) {
+    d.qpos[m.jnt_qposadr[j]] =
+        m.jnt_range[2 * j] + fraction * (m.jnt_range[2 * j + 1] - m.jnt_range[2 * j]);
+  }
+  ApplyEqualities(m, d);
+  for (int j : parts.passive) RelaxPassive(m, d, j, fraction);
+  mj_kinematics(&m, &d);
+}
+
+double Gap(const Mjcf& mjcf, const Parts& parts) {
+  return mjcf::GapOf(&mjcf.model(), &mjcf.data(), parts.tips);
+}
+
+/// Points of the hand's surface that move with their geoms.
+struct Pads {
+  std::vector<std::pair<int, Eigen::Vector3d>> thumb, fingers;  // geom, point in its frame
+
+  static Eigen::Vector3d Mean_W(const Mjcf& mjcf,
+                                const std::vector<std::pair<int, Eigen::Vector3d>>& points) {
+    Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
+    for (const auto& [geom, p_S] : points) sum_W += mjcf.GeomPose(geom) * p_S;
+    return sum_W / static_cast<double>(points.size());
+  }
+};
+
+/// The furthest a geom reaches along the unit vector n_W.
+double Reach(const Mjcf& mjcf, int geom, const Eigen::Vector3d& n_W) {
+  return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), base::Pose::Identity(), n_W);
+}
+
+/// The middle of a geom's side in a direction. Of two flat pads the engine names any of the points
+/// that are nearest to each other.
+Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d& direction_W) {
+  const base::Pose X_WS = mjcf.GeomPose(geom);
+  const double half_m = Reach(mjcf, geom, direction_W) - direction_W.dot(X_WS.translation());
+  return X_WS.linear().transpose() * (half_m * direction_W);
+}
+
+/// Where the last segments are nearest to each other, at the present closing; of a hand that says
+/// how it closes, the middles of the sides that they turn to each other.
+Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Eigen::Vector3d& x_W) {
+  Pads pads;
+  if (parts.closing) {
+    for (const int g : parts.tips.thumb) pads.thumb.emplace_back(g, MiddleOfSide_S(mjcf, g, -x_W));
+    for (const int g : parts.tips.fingers) {
+      pads.fingers.emplace_back(g, MiddleOfSide_S(mjcf, g, x_W));
+    }
+    return pads;
+  }
+  for (int finger : parts.tips.fingers) {
+    for (int thumb : parts.tips.thumb) {
+      mjtNum line[6];
+      mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, mjcf::kFarApart_m, line);
+      const Eigen::Vector3d thumb_W(line[0], line[1], line[2]);
+      const Eigen::Vector3d finger_W(line[3], line[4], line[5]);
+      pads.thumb.emplace_back(thumb, mjcf.GeomPose(thumb).inverse() * thumb_W);
+      pads.fingers.emplace_back(finger, mjcf.GeomPose(finger).inverse() * finger_W);
+    }
+  }
+  return pads;
+}
+
+/// The share of the joints' range at which the pads touch; 1 if they never do.
+double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
+  const auto open = [&](double fraction) {
+    SetClosing(mjcf, parts, fraction);
+    return Gap(mjcf, parts) > 0.0;
+  };
+  if (open(1.0)) return 1.0;
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < kBisections; ++i) {
+    const double middle = 0.5 * (low + high);
+    (open(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Midway between the thumb's tip and the middle of the others. The dissertation's center of
+/// gravity of three tips would lie a sixth of the opening nearer to the fingers, and what is to be
+/// held would not be in the middle of the hand.
+Eigen::Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
+  const auto at = [&mjcf](int site) {
+    return Eigen::Vector3d(mjcf.data().site_xpos + 3 * static_cast<std::ptrdiff_t>(site));
+  };
+  Eigen::Vector3d fingers = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i < sites.size(); ++i) fingers += at(sites[i]);
+  return 0.5 * (at(sites.front()) + fingers / static_cast<double>(sites.size() - 1));
+}
+
+HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
+  const mjModel& m = mjcf.model();
+  const base::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
+  HandModel::State state;
+  state.closing = closing;
+  for (int g : parts.geoms) {
+    state.shapes.push_back(mjcf.ShapeOf(g, X_HW * mjcf.GeomPose(g)));
+    state.is_finger.push_back(std::find(parts.fingertips.begin(), parts.fingertips.end(), g) !=
+                              parts.fingertips.end());
+    state.is_thumb.push_back(mjcf.InSubtree(m.geom_bodyid[g], parts.thumb_root));
+  }
+  state.gap_m = std::max(0.0, Gap(mjcf, parts));
+  state.thumb_pad_H = X_HW * Pads::Mean_W(mjcf, pads.thumb);
+  state.finger_pad_H = X_HW * Pads::Mean_W(mjcf, pads.fingers);
+  // Without sites at its tips a hand's tool centres move as the middle of its pads does.
+  state.tip_center_H = state.power_center_H = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
+  if (parts.tip_sites.size() > 1) {
+    state.tip_center_H = X_HW * TipCenter_W(mjcf, parts.tip_sites);
+  }
+  if (parts.power_sites.size() > 1) {
+    state.power_center_H = X_HW * TipCenter_W(mjcf, parts.power_sites);
+  }
+  return state;
+}
+
+/// From the front of what is fixed to the hand's root to the tool centre, along the approach.
+double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
+  const Eigen::Vector3d approach_W = X_WG.linear().col(2);
+  double front = -std::numeric_limits<double>::infinity();
+  for (int g : parts.geoms) {
+    const mjModel& m = mjcf.model();
+    if (m.body_weldid[m.geom_bodyid[g]] == m.body_weldid[parts.body]) {
+      front = std::max(front, Reach(mjcf, g, approach_W));
+    }
+  }
+  return std::isfinite(front) ? approach_W.dot(X_WG.translation()) - front : 0.0;
+}
+
+int RequireTool(const Mjcf& mjcf, const char* name) {
+  const int site = mjcf::ToolSite(&mjcf.model(), name);
+  return site >= 0 ? site : mjcf.Require(mjOBJ_SITE, name);
+}
+
 }  // namespace
 
 base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
   const Eigen::Quaterniond q(quat[0], quat[1], quat[2], quat[3]);
   return base::MakePose(q.normalized().toRotationMatrix(), {pos[0], pos[1], pos[2]});
-}
-
-base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
-  Eigen::Matrix3d R;
-  R << mat[0], mat[1], mat[2], mat[3], mat[4], mat[5], mat[6], mat[7], mat[8];
-  return base::MakePose(R, {pos[0], pos[1], pos[2]});
 }
 
 Mjcf::Mjcf(const std::filesystem::path& file)
@@ -180,6 +404,29 @@ base::Pose Mjcf::GeomPose(int geom) const {
 }
 base::Pose Mjcf::SitePose(int site) const {
   return FromPosMat(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
+}
+
+HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
+  const Parts parts = FindParts(mjcf, hand_body);
+  const int tip_site = RequireTool(mjcf, "tcp_tip");
+  const int power_site = RequireTool(mjcf, "tcp_power");
+  const double closed = TouchingFraction(mjcf, parts);
+  SetClosing(mjcf, parts, closed);
+  const Pads pads = FacingPoints(mjcf, parts, mjcf.SitePose(tip_site).linear().col(0));
+  HandModel hand;
+  for (int i = 0; i < kStates; ++i) {
+    const double closing = static_cast<double>(i) / (kStates - 1);
+    SetClosing(mjcf, parts, closing * closed);
+    hand.states.push_back(StateNow(mjcf, parts, pads, closing));
+  }
+  SetClosing(mjcf, parts, 0.0);
+  const base::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
+  const base::Pose X_WG = mjcf.SitePose(tip_site);
+  hand.X_HG_tip = X_HW * X_WG;
+  hand.X_HG_power = X_HW * mjcf.SitePose(power_site);
+  hand.level = parts.closing.has_value();
+  hand.depth_m = PalmDepth(mjcf, parts, X_WG);
+  return hand;
 }
 
 }  // namespace rangegrasp::robot::internal

@@ -10,6 +10,7 @@
 
 #include "base/frames.h"
 #include "geometry/shape.h"
+#include "robot/robot.h"
 
 namespace rangegrasp::robot::internal {
 
@@ -54,8 +55,12 @@ class Mjcf {
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
 };
 
-/// A pose from MuJoCo's position and quaternion, or rotation matrix (row-major).
+/// A pose from MuJoCo's position and quaternion.
 base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
-base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat);
+
+/// Closes the hand below `hand_body` step by step and records what the caliper looks like. Driven
+/// joints keep the MJCF's joint equalities; passive ones stand where their springs pull them when
+/// nothing touches them. Changes mjcf's joint positions.
+HandModel SampleHand(const Mjcf& mjcf, int hand_body);
 
 }  // namespace rangegrasp::robot::internal

@@ -2,15 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <string>
 #include <utility>
 
 #include "base/stopwatch.h"
 #include "robot/ik.h"
-#include "robot/planning/internal/branch.h"
-#include "robot/planning/internal/joint_planner.h"
+#include "robot/planning/internal/motions.h"
 
 namespace rangegrasp::planning {
 namespace {
@@ -230,11 +227,6 @@ struct Planner::Impl {
     }
   }
 
-  void SetScene(PlanningScene a_scene) {
-    scene = std::move(a_scene);
-    check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
-  }
-
   PlanResult Plan(const PickRequest& request, base::Rng& rng) {
     base::Stopwatch watch;
     PlanResult result;
@@ -262,7 +254,10 @@ Planner::Planner(const robot::Robot& robot, PlanOptions options)
     : impl_(std::make_unique<Impl>(robot, options)) {}
 Planner::~Planner() = default;
 
-void Planner::SetScene(PlanningScene scene) { impl_->SetScene(std::move(scene)); }
+void Planner::SetScene(PlanningScene scene) {
+  impl_->check.collider().SetScene(scene.table_z_m, scene.obstacles_W, scene.target_W);
+  impl_->scene = std::move(scene);
+}
 
 PlanResult Planner::Plan(const PickRequest& request, base::Rng& rng) {
   return impl_->Plan(request, rng);

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/rng.h"
-#include "base/trajectory.h"
 #include "geometry/mesh.h"
 #include "robot/timing.h"
 
@@ -17,9 +17,8 @@ namespace rangegrasp::planning {
 /// What must not be hit: the work cell, the table's plane and the perceived objects, in W.
 struct PlanningScene {
   double table_z_m = 0.0;
-  std::vector<geometry::TriangleMesh>
-      obstacles_W;  ///< perceived, completed surfaces, without the one to be grasped
-  geometry::TriangleMesh target_W;  ///< the one to be grasped
+  std::vector<geometry::TriangleMesh> obstacles_W;  ///< perceived, completed surfaces; no target
+  geometry::TriangleMesh target_W;                  ///< the one to be grasped
 };
 
 struct PickRequest {
@@ -28,8 +27,8 @@ struct PickRequest {
   Eigen::Vector3d approach_W = -Eigen::Vector3d::UnitZ();
   double opening_m = 0.1;     ///< gap of the pads during the approach
   double closed_gap_m = 0.0;  ///< gap when the object is held
-  /// The object may push what it touches while it is lifted, if it is clear of it when it has been:
-  /// neighbors give way, and the completed surface is a guess. Hand and arm may not.
+  /// The object may push what it touches during the lift, if it is clear afterwards: neighbors give
+  /// way, and the completed surface is a guess. Hand and arm may not.
   bool may_brush = false;
 };
 
@@ -40,8 +39,9 @@ struct PlanOptions {
   /// sensor's calibration (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses
   /// into the table moves the arm.
   double lower_clearance_m = 0.010;
-  /// What was seen down to less than this above the table stands on it, and is not lowered further:
-  /// the lowest points are the table's by the preselection, or lost at grazing light.
+  /// An object seen down to less than this above the table stands on it, and is not lowered
+  /// further: the preselection takes its lowest points for the table's, or grazing light loses
+  /// them.
   double standing_m = 0.03;
   double retreat_m = 0.15;  ///< back along the approach axis after release
   double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
@@ -110,14 +110,12 @@ struct PlanResult {
 /// The first branch that is free all the way, and that RRTConnect reaches from q_start, wins. Where
 /// the arc is blocked for all, RRTConnect plans the carry with the tilt bounded.
 ///
-/// The object, in the pose it was perceived in, rides with the hand from the lift to the lowering.
-/// It is set down with its lowest point lower_clearance_m above the table, as deep as the hand
-/// allows, where it was seen to stand on something else. What it touches at the grasp is no
-/// obstacle to its lift until they have parted; after that nothing that was perceived may be
-/// touched.
+/// The object, in its perceived pose, moves with the hand from the lift to the lowering. It is
+/// released with its lowest point lower_clearance_m above the table, or as deep as the hand allows.
+/// What it touches at the grasp is no obstacle to its lift until they have parted.
 ///
-/// Samples come from rng alone and the number of iterations bounds a query, so that the same scene
-/// and arguments give the same plan (unless the backstop planning_s strikes). Not thread-safe.
+/// Samples come from rng alone and iterations bound a query, so that the same scene and arguments
+/// give the same plan (unless the backstop planning_s strikes). Not thread-safe.
 class Planner {
  public:
   Planner(const robot::Robot& robot, PlanOptions options);

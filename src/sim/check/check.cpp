@@ -1,22 +1,416 @@
 #include "sim/check/check.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
-#include "base/error.h"
-#include "sim/check/internal/model.h"
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "base/units.h"
+#include "base/words.h"
+#include "geometry/mesh.h"
+#include "sim/check/internal/arm.h"
+#include "sim/check/internal/cell.h"
+#include "sim/check/internal/hand.h"
+#include "sim/internal/engine.h"
+#include "sim/internal/scene_builder.h"
+#include "sim/resting_poses.h"
+
+namespace rangegrasp::check::internal {
+namespace {
+
+// ---- names, tuples and numerics that the program looks for ----
+
+// A block to paste, with the elements that are likely to be meant.
+std::string TupleBlock(const Model& model, const std::string& tuple, mjtObj type,
+                       const std::vector<int>& ids) {
+  std::string text = fmt::format("in <custom>:\n<tuple name=\"{}\">\n", tuple);
+  for (const int id : ids) {
+    std::string name = model.Name(type, id);
+    // Within its own file an element goes without the prefixes of attachments.
+    name = name.substr(name.find_last_of('/') + 1);
+    text += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
+                        name.empty() ? "NAME" : name);
+  }
+  if (ids.empty()) {
+    text += fmt::format("  <element objtype=\"{}\" objname=\"NAME\"/>\n", mju_type2Str(type));
+  }
+  return text + "</tuple>";
+}
+
+struct Wanted {
+  mjtObj type;
+  const char* name;
+  bool needed;
+  const char* what_for;
+  const char* cure;
+};
+
+// Whether it is there once; adds what is wrong.
+bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
+  const auto found = model.FindAll(wanted.type, wanted.name);
+  const std::string element = fmt::format("{} \"{}\"", mju_type2Str(wanted.type), wanted.name);
+  if (found.size() > 1) {
+    model.Error(model.Where(wanted.type, found[1]), element,
+                fmt::format("is there twice: {}", model.NamesOf(wanted.type, found)),
+                "rename or remove one of them");
+    return false;
+  }
+  if (!found.empty()) return true;
+  const std::string what = fmt::format("is missing: {}", wanted.what_for);
+  wanted.needed ? model.Error(file, element, what, wanted.cure)
+                : model.Warn(file, element, what, wanted.cure);
+  return false;
+}
+
+void CheckSceneNames(Model& model) {
+  const std::string file = model.file().string();
+  for (const Wanted& wanted :
+       {Wanted{mjOBJ_SITE, "workspace", true, "objects are put and looked for there",
+               "<site name=\"workspace\" type=\"cylinder\" size=\"0.13 0.0005\" group=\"4\"/> on "
+               "the table's top (z = 0); its first size is the radius"},
+        Wanted{mjOBJ_SITE, "delivery", true, "objects are carried there",
+               "<site name=\"delivery\" type=\"cylinder\" pos=\"-0.08 -0.42 0\" size=\"0.15 "
+               "0.0005\" group=\"4\"/> on the table's top"},
+        Wanted{mjOBJ_SITE, "scanner", true, "the sensor looks from there",
+               "<site name=\"scanner\" group=\"4\"/> with x to the right, y down, z to the "
+               "workspace, as in scenes/tabletop.xml"},
+        Wanted{mjOBJ_CAMERA, "overview", false, "`snapshot` draws from it",
+               "copy it from scenes/tabletop.xml"},
+        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` looks along it",
+               "copy it from scenes/tabletop.xml"}}) {
+    CheckOne(model, wanted, file);
+  }
+}
+
+void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj type,
+                const char* what_for, const std::vector<int>& likely) {
+  const std::string cure = TupleBlock(model, name, type, likely);
+  if (!CheckOne(model, {mjOBJ_TUPLE, name, true, what_for, cure.c_str()}, file)) return;
+  if (!model.Tuple(name, type).empty()) return;
+  model.Error(
+      model.Where(mjOBJ_TUPLE, model.Find(mjOBJ_TUPLE, name)), fmt::format("tuple \"{}\"", name),
+      fmt::format("holds something else than elements of type {}", mju_type2Str(type)), cure);
+}
+
+// A numeric of so many values above 0 (or any).
+void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, std::size_t size,
+                  bool positive) {
+  if (!CheckOne(model, wanted, file)) return;
+  const auto values = model.Numeric(wanted.name);
+  const bool right =
+      values.size() == size &&
+      (!positive || std::all_of(values.begin(), values.end(), [](double v) { return v > 0.0; }));
+  if (right) return;
+  model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, wanted.name)),
+              fmt::format("numeric \"{}\"", wanted.name),
+              fmt::format("should hold {} {}, it holds {}", size,
+                          positive ? "numbers above 0" : "numbers", values.size()),
+              wanted.cure);
+}
+
+std::string NumericBlock(const char* name, std::size_t count, const char* value) {
+  std::vector<std::string> values(count, value);
+  return fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
+                     base::Join(values, " "));
+}
+
+void CheckArmNames(Model& model) {
+  const std::string file = model.ArmFile();
+  CheckTuple(model, file, "arm_joints", mjOBJ_JOINT, "the arm's joints, base to tip",
+             model.arm_joints);
+  CheckTuple(model, file, "arm_actuators", mjOBJ_ACTUATOR,
+             "the position servos of these joints, in the same order", model.arm_actuators);
+  const std::size_t n = model.arm_joints.size();
+  for (const auto& [name, unit, value] :
+       {std::array{"joint_velocity", "limits in rad/s", "1"},
+        std::array{"joint_acceleration", "limits in rad/s^2", "2"}}) {
+    const std::string cure =
+        NumericBlock(name, n, value) + ", or what the data sheet says, one a joint";
+    CheckNumeric(model, file, {mjOBJ_NUMERIC, name, true, unit, cure.c_str()}, n, true);
+  }
+  const std::string suggested = SuggestHome(model);
+  const std::string home =
+      suggested.empty()
+          ? NumericBlock("home", n, "0") +
+                ", in the arm's file or the scene's: the check of the scene proposes one"
+          : "in <custom>: " + suggested;
+  CheckNumeric(model, file,
+               {mjOBJ_NUMERIC, "home", model.kind() == Kind::kScene, "where the arm waits [rad]",
+                home.c_str()},
+               n, false);
+}
+
+// Which of the two kinds of hands it is to be: one geared motor on hinges, or drives that say how
+// they close it.
+bool IsGeared(const Model& model) {
+  return model.Find(mjOBJ_TUPLE, "hand_motors") < 0 &&
+         (model.Find(mjOBJ_TUPLE, "hand_motor") >= 0 ||
+          model.Find(mjOBJ_TUPLE, "hand_joints") >= 0);
+}
+
+void CheckGearedNames(Model& model, const std::string& file) {
+  CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
+  CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
+  CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
+}
+
+void CheckMotorNames(Model& model, const std::string& file) {
+  const HandGuess guess = GuessHand(model);
+  CheckTuple(model, file, "hand_motors", mjOBJ_ACTUATOR, "the drives that close the hand",
+             guess.motors);
+  CheckTuple(model, file, "fingertips", mjOBJ_GEOM,
+             "the geoms that may hold an object, the thumb's first (geoms need names)",
+             guess.fingertips);
+  const auto ends = [&](const char* name, const char* what, const std::string& values) {
+    const std::string cure = fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
+                                         values.empty() ? "VALUE ..." : values);
+    const std::size_t drives = model.Tuple("hand_motors", mjOBJ_ACTUATOR).size();
+    CheckNumeric(model, file, {mjOBJ_NUMERIC, name, true, what, cure.c_str()},
+                 drives > 0 ? drives : guess.motors.size(), false);
+  };
+  ends("hand_open", "where each drive's joint or tendon stands in the open hand [rad or m]",
+       guess.open);
+  ends("hand_closed", "where it stands in the closed hand", guess.closed);
+  CheckNumeric(model, file,
+               {mjOBJ_NUMERIC, "grip_force", true,
+                "the first grip and the strongest one between the two sides [N]",
+                "in <custom>: <numeric name=\"grip_force\" data=\"20 40\"/>"},
+               2, true);
+}
+
+void CheckToolSites(Model& model, const std::string& file) {
+  const bool own = model.Find(mjOBJ_SITE, "tcp_tip") >= 0 || IsGeared(model);
+  const std::string cure =
+      own ? "a <site> of this name in the body \"hand\", between the tips of the open hand"
+          : SuggestTool(model);
+  const char* what =
+      "the tool's centre: z is the approach, x leads from the fingers' pads to the thumb's";
+  if (!own) CheckOne(model, {mjOBJ_SITE, "tcp", true, what, cure.c_str()}, file);
+  for (const char* site : {"tcp_tip", "tcp_power"}) {
+    if (own) CheckOne(model, {mjOBJ_SITE, site, true, what, cure.c_str()}, file);
+  }
+}
+
+void CheckHandNames(Model& model) {
+  const std::string file = model.HandFile();
+  const char* attach =
+      "attach a hand to the last link, e.g. in <asset> <model name=\"hand\" "
+      "file=\"PATH/models/hand/sensorhand.xml\"/> and in the last body\n"
+      "<frame pos=\"FLANGE\" xyaxes=\"0 1 0 0 0 1\">\n"
+      "  <frame pos=\"-0.010 0.075 -0.020\">\n"
+      "    <attach model=\"hand\" body=\"hand\" prefix=\"hand/\"/>\n"
+      "  </frame>\n"
+      "</frame>\n"
+      "where FLANGE is the place of the flange, its axis z";
+  const std::string rename =
+      model.kind() == Kind::kHand && model.m().nbody > 1
+          ? fmt::format("name=\"hand\" in place of \"{}\"", model.BodyName(1))
+          : attach;
+  if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", rename.c_str()},
+                model.HasArm() ? model.ArmFile() : file)) {
+    if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
+    model.hand = 1;  // what else it lacks is said at once
+  }
+  IsGeared(model) ? CheckGearedNames(model, file) : CheckMotorNames(model, file);
+  CheckToolSites(model, file);
+  CheckOne(model,
+           {mjOBJ_TUPLE, "grip_sensors", false, "the hand feels neither pressure nor slip",
+            "<touch> sensors on the last segments, named in a tuple of this name"},
+           file);
+}
+
+void CheckNames(Model& model) {
+  if (model.kind() == Kind::kScene) CheckSceneNames(model);
+  if (model.HasArm()) CheckArmNames(model);
+  CheckHandNames(model);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::check::internal
 
 namespace rangegrasp::check {
 namespace {
 
+using base::Finding;
+using Eigen::Vector3d;
+
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
 // What the engine or a loader says, without the file's name, which stands before it.
-base::Finding Told(const std::filesystem::path& mjcf, std::string what) {
+Finding Told(const std::filesystem::path& mjcf, std::string what) {
   const std::string file = mjcf.string() + ": ";
   if (what.starts_with(file)) what = what.substr(file.size());
   while (!what.empty() && what.back() == '\n') what.pop_back();
   return {true, mjcf.string(), "", what, ""};
 }
+
+// ---- objects ----
+
+constexpr int kSegments = 32;  // of round primitives
+
+std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * base::kMmPerM); }
+
+double LongestEdge(const geometry::Points& points) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  return points.empty() ? 0.0 : box.sizes().maxCoeff();
+}
+
+// A compiled object at its zero pose, and what is wrong with it.
+class Checked {
+ public:
+  Checked(const sim::ObjectModel& object, const ObjectBounds& bounds)
+      : object_(object), bounds_(bounds), built_(sim::internal::BuildObject(object)) {
+    data_ = sim::internal::DataAtZero(model());
+    seen_ = sim::internal::VisualOfTree(model(), data_.get(), root()).mesh_W.vertices;
+    for (int geom = 0; geom < model()->ngeom; ++geom) {
+      if (!sim::internal::Collides(model(), geom)) continue;
+      const auto surface = sim::internal::GeomSurface(model(), geom, kSegments);
+      for (const Vector3d& v : surface.vertices) {
+        solid_.push_back(sim::internal::GeomPose(data_.get(), geom) * v);
+      }
+    }
+  }
+
+  std::vector<Finding> Findings() {
+    CheckSize();
+    if (found_.empty()) {
+      CheckSeen();
+      CheckMass();
+      CheckResting();
+    }
+    CheckConvex();
+    CheckSurface();
+    std::stable_sort(found_.begin(), found_.end(),
+                     [](const Finding& a, const Finding& b) { return a.error && !b.error; });
+    return std::move(found_);
+  }
+
+ private:
+  const mjModel* model() const { return built_.model.get(); }
+  int root() const { return built_.objects[0].body; }
+
+  void Say(bool error, const std::string& element, const std::string& what,
+           const std::string& cure) {
+    found_.push_back({error, object_.mjcf.string(), element, what, cure});
+  }
+  std::string Body() const {
+    return fmt::format("body \"{}\"", mj_id2name(model(), mjOBJ_BODY, root()));
+  }
+
+  void CheckSize() {
+    const double size = LongestEdge(solid_);
+    if (size > bounds_.max_size_m) {
+      Say(true, Body(), fmt::format("what collides is {:.4g} m long: a mesh in millimetres?", size),
+          "write scale=\"0.001 0.001 0.001\" in each <mesh>, and correct mass and inertia; "
+          "`rangegrasp add-object` does all of it");
+    } else if (size < bounds_.min_size_m) {
+      Say(true, Body(), fmt::format("what collides is {} long: too small for a hand", Mm(size)),
+          "write a scale in each <mesh>, e.g. scale=\"1000 1000 1000\"");
+    }
+  }
+
+  void CheckSeen() {
+    if (seen_.empty()) {
+      Say(true, Body(), "no geom is seen: sensors see the groups 0 to 2",
+          "add <geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" .../> of its shape");
+      return;
+    }
+    const double seen = LongestEdge(seen_), solid = LongestEdge(solid_);
+    if (std::abs(seen - solid) <= bounds_.max_mismatch * std::max(seen, solid)) return;
+    Say(true, Body(), fmt::format("what is seen is {} long, what collides {}", Mm(seen), Mm(solid)),
+        "give both the same shape and, in <mesh>, the same scale");
+  }
+
+  void CheckMass() {
+    const geometry::TriangleMesh hull = geometry::ConvexHull(solid_);
+    const geometry::MassProperties filled = geometry::MassPropertiesOf(hull);
+    if (!(filled.volume_m3 > 0.0)) {
+      Say(true, Body(), "what collides has no volume", "give it a solid shape");
+      return;
+    }
+    const double mass = model()->body_subtreemass[root()];
+    const double density = mass / filled.volume_m3;
+    if (density < bounds_.min_density_kg_m3 || density > bounds_.max_density_kg_m3) {
+      Say(true, Body(),
+          fmt::format("its mass of {:.4g} kg is out of all proportion: {:.3g} kg/m3 in its hull, "
+                      "{:g} to {:g} are possible",
+                      mass, density, bounds_.min_density_kg_m3, bounds_.max_density_kg_m3),
+          "state the mass in kg in <inertial> or in a geom's mass=\"...\"");
+      return;
+    }
+    CheckInertia(mass / filled.volume_m3 * filled.inertia_M, hull);
+  }
+
+  // Of one rigid body: others' inertia changes with their joints.
+  void CheckInertia(const Eigen::Matrix3d& filled, const geometry::TriangleMesh& hull) {
+    if (model()->nbody != root() + 1) return;
+    Eigen::Vector3d own = sim::internal::Vec3(model()->body_inertia + 3 * root());
+    std::sort(own.data(), own.data() + 3);
+    const Eigen::Vector3d even =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(filled).eigenvalues();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double share = own[axis] / even[axis];
+      if (share >= bounds_.min_inertia && share <= bounds_.max_inertia) continue;
+      Say(true, Body(),
+          fmt::format(
+              "its inertia is out of all proportion: a principal moment of {:.3g} kg m2, "
+              "{:.3g} of what its hull has where its mass fills it evenly ({:g} to {:g} are "
+              "possible)",
+              own[axis], share, bounds_.min_inertia, bounds_.max_inertia),
+          fmt::format("its hull has diaginertia=\"{:.3g} {:.3g} {:.3g}\"; or leave <inertial> out "
+                      "and give the geoms that collide their mass",
+                      even[0], even[1], even[2]));
+      return;
+    }
+    geometry::Points with_center = hull.vertices;
+    with_center.push_back(sim::internal::CenterOfMass(model(), data_.get(), root()));
+    const double inside = geometry::Volume(hull);
+    if (geometry::Volume(geometry::ConvexHull(with_center)) <= inside * (1.0 + 1e-6)) return;
+    Say(true, Body(), "its center of mass lies outside of what collides",
+        "correct pos=\"...\" of <inertial>");
+  }
+
+  void CheckResting() {
+    if (!sim::StableRestingPoses(object_, bounds_.min_tipping_rad).empty()) return;
+    Say(true, Body(),
+        fmt::format("it rests nowhere: every pose tips over at less than {:.0f} deg",
+                    base::ToDeg(bounds_.min_tipping_rad)),
+        "give it a flat side, or lower min_tipping_deg in the experiment");
+  }
+
+  void CheckConvex() {
+    for (int geom = 0; geom < model()->ngeom; ++geom) {
+      if (!sim::internal::Collides(model(), geom) || model()->geom_type[geom] != mjGEOM_MESH)
+        continue;
+      const auto mesh = sim::internal::GeomSurface(model(), geom, kSegments);
+      const double hull = geometry::Volume(geometry::ConvexHull(mesh.vertices));
+      const double share = std::abs(geometry::Volume(mesh)) / hull;
+      if (!(share < bounds_.min_convexity)) continue;
+      const char* name = mj_id2name(model(), mjOBJ_MESH, model()->geom_dataid[geom]);
+      Say(false, fmt::format("mesh \"{}\"", name == nullptr ? "" : name),
+          fmt::format("is not convex: it collides as its hull, of which it fills {:.0f} %",
+                      100.0 * share),
+          "cut it into convex parts: `rangegrasp add-object` does");
+    }
+  }
+
+  void CheckSurface() {
+    if (mj_name2id(model(), mjOBJ_TEXT, "surface") >= 0) return;
+    Say(false, Body(), "names no surface: friction and reflection are those of cardboard",
+        "write <text name=\"surface\" data=\"plastic\"/> in <custom>, or another of "
+        "models/surfaces.yaml");
+  }
+
+  const sim::ObjectModel& object_;
+  const ObjectBounds& bounds_;
+  sim::internal::BuiltScene built_;
+  sim::internal::DataPtr data_;
+  geometry::Points seen_, solid_;
+  std::vector<Finding> found_;
+};
 
 }  // namespace
 
@@ -31,11 +425,11 @@ Kind KindOf(const std::filesystem::path& mjcf) {
   return lines.longest_chain() > 0 ? Kind::kHand : Kind::kScene;
 }
 
-std::vector<base::Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
-  std::vector<base::Finding> findings;
+std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
+  std::vector<Finding> findings;
   try {
     internal::Model model(mjcf, kind);
-    CheckNames(model);
+    internal::CheckNames(model);
     CheckArm(model);
     CheckHand(model);
     CheckBodies(model);
@@ -44,7 +438,7 @@ std::vector<base::Finding> CheckModel(const std::filesystem::path& mjcf, Kind ki
     try {
       CheckMotion(model);
     } catch (const base::InputError& error) {
-      const base::Finding told = Told(mjcf, error.what());
+      const Finding told = Told(mjcf, error.what());
       model.Error(told.where, told.element, told.what, told.cure);
     }
     findings = model.findings();
@@ -52,8 +446,22 @@ std::vector<base::Finding> CheckModel(const std::filesystem::path& mjcf, Kind ki
     findings.push_back(Told(mjcf, error.what()));
   }
   std::stable_partition(findings.begin(), findings.end(),
-                        [](const base::Finding& finding) { return finding.error; });
+                        [](const Finding& finding) { return finding.error; });
   return findings;
+}
+
+bool IsObjectFile(const std::filesystem::path& mjcf) { return sim::internal::IsObject(mjcf); }
+
+std::vector<Finding> CheckObject(const sim::ObjectModel& object, const ObjectBounds& bounds) {
+  try {
+    return Checked(object, bounds).Findings();
+  } catch (const base::InputError& error) {
+    std::string what = error.what();
+    const std::string file = object.mjcf.string() + ": ";
+    if (what.starts_with(file)) what.erase(0, file.size());
+    return {{true, object.mjcf.string(), "object", what,
+             "docs/bring-your-own.md shows what an object's file holds"}};
+  }
 }
 
 }  // namespace rangegrasp::check

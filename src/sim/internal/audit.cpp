@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "base/units.h"
-#include "sim/internal/kinematics.h"
-#include "sim/internal/names.h"
+#include "sim/internal/engine.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
@@ -105,8 +104,7 @@ void AuditRecorder::Step(bool holding, const JointCommand* free_motion) {
   }
   if (!holding) return;
   audit_.equality_share = std::max(audit_.equality_share, EqualityShare(world_->data(), levers_));
-  const Touch touch =
-      TouchOf(world_->model(), world_->data(), *hand_, world_->object_body(target_));
+  const Touch touch = TouchOf(*world_, *hand_, target_);
   if (touch.hand) penetration_.push_back(touch.deepest_m);
 }
 
@@ -117,8 +115,7 @@ void AuditRecorder::BeginRest() {
   slid_at_rest_ = motor_moved_ = false;
   rest_contacts_.clear();
   const base::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
-  for (const ContactPoint& contact :
-       ContactsOf(world_->model(), world_->data(), *hand_, world_->object_body(target_))) {
+  for (const ContactPoint& contact : ContactsOf(*world_, *hand_, target_)) {
     const Eigen::Vector3d point_H = X_HW * contact.point_W;
     rest_contacts_.push_back(
         {point_H, X_HW.linear() * contact.normal_W, rest_pose_.inverse() * point_H});

@@ -30,7 +30,9 @@ class AuditRecorder {
   void RestStep(bool slides, bool motor_moves = false);
   void EndRest();
 
-  /// At the end of a hold. @param felt_N  by the pads of the side pressed less
+  /// At the end of a hold.
+
+  /// @param felt_N  by the pads of the side pressed less
   void RecordGrip(double felt_N, double strongest_N);
 
   /// What was gathered, with the first figure that is out of bounds (struct Audit says which have

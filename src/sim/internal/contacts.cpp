@@ -7,15 +7,34 @@
 #include <set>
 
 #include "base/error.h"
-#include "robot/mjcf/hand_file.h"
-#include "sim/internal/kinematics.h"
-#include "sim/internal/names.h"
-#include "sim/internal/visual.h"
+#include "robot/mjcf/hand.h"
+#include "sim/internal/engine.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
 
 constexpr double kFarApart_m = 1.0;  // beyond any hand: the engine looks no further
+
+// Of the readings: 5 of them in the time after which a force may be raised again.
+constexpr double kPeriod_s = 0.008;
+// A time step may end a rounding error before a reading is due.
+constexpr double kRounding_s = 1e-9;
+
+// Calls `of` with the number of each contact of an object that bears load, and the other geom.
+template <class Function>
+void ForContactsOf(const World& world, int object, const Function& of) {
+  const mjModel* model = world.model();
+  const mjData* data = world.data();
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    if (contact.efc_address < 0) continue;
+    for (const int side : {0, 1}) {
+      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != world.object_body(object))
+        continue;
+      of(i, contact.geom[1 - side]);
+    }
+  }
+}
 
 }  // namespace
 
@@ -78,53 +97,115 @@ double HandGeoms::Gap(const mjModel* model, mjData* data) const {
   return gap;
 }
 
-std::vector<ContactPoint> ContactsOf(const mjModel* model, const mjData* data,
-                                     const HandGeoms& hand, int object_body) {
+std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, int object) {
   std::vector<ContactPoint> contacts;
-  for (int i = 0; i < data->ncon; ++i) {
-    const mjContact& contact = data->contact[i];
-    if (contact.efc_address < 0) continue;
-    for (const int side : {0, 1}) {
-      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != object_body) continue;
-      if (!hand.IsHand(contact.geom[1 - side])) continue;
-      contacts.push_back({Vec3(contact.pos), Vec3(contact.frame)});
-    }
-  }
+  ForContactsOf(world, object, [&](int i, int other) {
+    if (!hand.IsHand(other)) return;
+    const mjContact& contact = world.data()->contact[i];
+    contacts.push_back({Vec3(contact.pos), Vec3(contact.frame)});
+  });
   return contacts;
 }
 
-double PressureOn(const mjModel* model, const mjData* data, const HandGeoms& hand,
-                  int object_body) {
+double PressureOn(const World& world, const HandGeoms& hand, int object) {
   double pressure_N = 0.0;
-  for (int i = 0; i < data->ncon; ++i) {
-    const mjContact& contact = data->contact[i];
-    for (const int side : {0, 1}) {
-      if (contact.geom[side] < 0 || contact.geom[1 - side] < 0) continue;
-      const bool of_object =
-          model->body_rootid[model->geom_bodyid[contact.geom[side]]] == object_body;
-      if (of_object && hand.IsHand(contact.geom[1 - side]))
-        pressure_N += NormalForce(model, data, i);
-    }
-  }
+  ForContactsOf(world, object, [&](int i, int other) {
+    if (hand.IsHand(other)) pressure_N += NormalForce(world.model(), world.data(), i);
+  });
   return pressure_N;
 }
 
-Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body) {
+Touch TouchOf(const World& world, const HandGeoms& hand, int object) {
   Touch touch;
+  const mjModel* model = world.model();
+  ForContactsOf(world, object, [&](int i, int other) {
+    if (hand.IsHand(other)) {
+      touch.hand = true;
+      touch.deepest_m = std::max(touch.deepest_m, -world.data()->contact[i].dist);
+    } else if (model->body_rootid[model->geom_bodyid[other]] != world.object_body(object)) {
+      touch.other = true;
+    }
+  });
+  return touch;
+}
+
+Glove::Glove(const World& world, const HandGeoms& hand, int target)
+    : hand_(&hand),
+      object_of_body_(static_cast<std::size_t>(world.model()->nbody), -1),
+      part_of_(static_cast<std::size_t>(world.model()->ngeom), 0),
+      objects_(world.objects() + 1),
+      contacts_(hand.all().size() * static_cast<std::size_t>(objects_)),
+      touched_(hand.all().size(), target) {
+  for (int object = 0; object < world.objects(); ++object) {
+    object_of_body_[static_cast<std::size_t>(world.object_body(object))] = object;
+  }
+  for (std::size_t part = 0; part < hand.all().size(); ++part) {
+    part_of_[static_cast<std::size_t>(hand.all()[part])] = part;
+  }
+}
+
+Glove::Contact& Glove::ContactOf(std::size_t part, int object) {
+  return contacts_[part * static_cast<std::size_t>(objects_) +
+                   static_cast<std::size_t>(object + 1)];
+}
+
+void Glove::ReadContacts(const World& world) {
+  for (Contact& contact : contacts_) {
+    contact.speed_m_s = -1.0;
+    contact.pressure_N = 0.0;
+  }
+  const mjModel* model = world.model();
+  const mjData* data = world.data();
   for (int i = 0; i < data->ncon; ++i) {
-    const mjContact& contact = data->contact[i];
-    if (contact.efc_address < 0) continue;
+    const mjContact& met = data->contact[i];
     for (const int side : {0, 1}) {
-      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != object_body) continue;
-      if (hand.IsHand(contact.geom[1 - side])) {
-        touch.hand = true;
-        touch.deepest_m = std::max(touch.deepest_m, -contact.dist);
-      } else if (model->body_rootid[model->geom_bodyid[contact.geom[1 - side]]] != object_body) {
-        touch.other = true;
-      }
+      const int geom = met.geom[side];
+      const int other = met.geom[1 - side];
+      if (geom < 0 || other < 0 || !hand_->IsHand(geom) || hand_->IsHand(other)) continue;
+      const int root = model->body_rootid[model->geom_bodyid[other]];
+      Contact& contact = ContactOf(part_of_[static_cast<std::size_t>(geom)],
+                                   object_of_body_[static_cast<std::size_t>(root)]);
+      contact.speed_m_s = std::max(contact.speed_m_s, SlipSpeed(model, data, met));
+      contact.pressure_N += NormalForce(model, data, i);
     }
   }
-  return touch;
+}
+
+void Glove::Tick(World& world) {
+  ReadContacts(world);
+  slides_ = false;
+  pad_speed_m_s_ = 0.0;
+  for (std::size_t part = 0; part < hand_->all().size(); ++part) {
+    const int geom = hand_->all()[part];
+    double hardest_N = 0.0;
+    for (int object = -1; object + 1 < objects_; ++object) {
+      Contact& contact = ContactOf(part, object);
+      contact.state.Update(contact.speed_m_s);
+      slides_ =
+          slides_ || (contact.state.sliding && contact.speed_m_s >= 0.0 && hand_->IsTip(geom));
+      if (hand_->IsPad(geom)) pad_speed_m_s_ = std::max(pad_speed_m_s_, contact.speed_m_s);
+      if (contact.pressure_N <= hardest_N) continue;
+      hardest_N = contact.pressure_N;
+      touched_[part] = object;
+    }
+    const int object = touched_[part];
+    world.model()->geom_friction[3 * geom] =
+        ContactOf(part, object).state.Coefficient(world.glove_friction(object));
+  }
+}
+
+bool SlipSensor::Tick(double time_s, double speed_m_s) {
+  if (time_s + kRounding_s >= next_s_) {
+    const double noisy_m_s = speed_m_s + options_.slip_noise_m_s * rng_.Normal();
+    underway_.push_back({time_s, noisy_m_s > options_.slip_threshold_m_s});
+    next_s_ = time_s + kPeriod_s;
+  }
+  while (!underway_.empty() &&
+         underway_.front().time_s + options_.slip_delay_s <= time_s + kRounding_s) {
+    heard_ = underway_.front().slips;
+    underway_.pop_front();
+  }
+  return heard_;
 }
 
 }  // namespace rangegrasp::sim::internal

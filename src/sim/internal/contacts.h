@@ -3,7 +3,12 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Core>
+#include <deque>
 #include <vector>
+
+#include "base/rng.h"
+#include "sim/execute.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -53,10 +58,68 @@ struct ContactPoint {
   Eigen::Vector3d point_W;
   Eigen::Vector3d normal_W;
 };
-std::vector<ContactPoint> ContactsOf(const mjModel* model, const mjData* data,
-                                     const HandGeoms& hand, int object_body);
+std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, int object);
 /// Sum of the normal forces of the hand's contacts with an object [N].
-double PressureOn(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body);
-Touch TouchOf(const mjModel* model, const mjData* data, const HandGeoms& hand, int object_body);
+double PressureOn(const World& world, const HandGeoms& hand, int object);
+Touch TouchOf(const World& world, const HandGeoms& hand, int object);
+
+/// The glove's friction: each of the hand's geoms has the static coefficient on what it touches
+/// until a contact with it slides, then the kinetic one until it sticks again. Each object has its
+/// own pair (World::glove_friction). The engine knows one coefficient a geom: where a geom touches
+/// several things it is the one of what it presses hardest.
+class Glove {
+ public:
+  /// @param target  whose pair a geom has that has touched nothing yet
+  Glove(const World& world, const HandGeoms& hand, int target);
+  /// Once before each step.
+  void Tick(World& world);
+  bool Slides() const { return slides_; }  ///< any fingertip on anything
+  /// Of the fastest contact with a distal pad [m/s]; 0 where nothing touches one.
+  double PadSpeed() const { return pad_speed_m_s_; }
+
+ private:
+  // Of a geom of the hand with one object, or with the scene.
+  struct Contact {
+    SlipState state;
+    double speed_m_s = -1.0;  ///< of the fastest contact; negative if there is none
+    double pressure_N = 0.0;
+  };
+  Contact& ContactOf(std::size_t part, int object);
+  void ReadContacts(const World& world);
+
+  const HandGeoms* hand_;
+  std::vector<int> object_of_body_;   // by root body; the scene's is -1
+  std::vector<std::size_t> part_of_;  // by geom: its place among the hand's
+  int objects_;                       // with the scene, which stands first
+  std::vector<Contact> contacts_;     // a row for each of the hand's geoms
+  std::vector<int> touched_;          // by the hand's geoms: the last one that was pressed
+  bool slides_ = false;
+  double pad_speed_m_s_ = 0.0;
+};
+
+/// What the distal pads' sensors hear: the speed at which something slides along a pad, read with
+/// noise at a fixed period whatever the time step is, and reported when the delay has passed.
+class SlipSensor {
+ public:
+  SlipSensor(const HandControlOptions& options, base::Rng rng) : options_(options), rng_(rng) {}
+
+  /// Once a time step.
+
+  /// @param speed_m_s  of the fastest contact with a pad; 0 where none slides
+  /// @return whether the newest reading that has come through tells of a slip.
+  bool Tick(double time_s, double speed_m_s);
+
+ private:
+  struct Reading {
+    double time_s;
+    bool slips;
+  };
+
+  HandControlOptions options_;
+  base::Rng rng_;
+  std::deque<Reading> underway_;
+  double next_s_ = 0.0;
+  bool heard_ = false;
+};
 
 }  // namespace rangegrasp::sim::internal

@@ -11,7 +11,7 @@
 
 #include "base/rng.h"
 #include "base/units.h"
-#include "sim/internal/names.h"
+#include "sim/internal/engine.h"
 
 namespace rangegrasp::sim::internal {
 namespace {

@@ -19,9 +19,9 @@ struct Texture {
 /// What makers print into the empty regions of a package, beside what a label in the model's folder
 /// shows in large. Estimates of what stands on packages in a kitchen; coverage counts most.
 struct FinePrint {
-  double coverage =
-      0.0;           ///< share of the label that lists, tables and bar codes fill, if it is empty
-  int pictures = 0;  ///< blotchy ones, as of food
+  /// Share of the label that lists, tables and bar codes fill, if it is empty.
+  double coverage = 0.0;
+  int pictures = 0;           ///< blotchy ones, as of food
   double grain_levels = 0.0;  ///< of 255: unevenness of paper and ink, in patches of half a mm
 };
 

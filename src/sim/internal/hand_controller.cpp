@@ -6,11 +6,37 @@
 
 #include "base/error.h"
 #include "sim/internal/engine.h"
-#include "sim/internal/kinematics.h"
-#include "sim/internal/names.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
+
+// Of the pre-shape, in the air, a share of the motor's damping: the hand follows the ramp by 0.09
+// rad, and the passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad. A
+// motor without damping has the least one.
+constexpr double kPositionRate_1_s = 25.0;
+constexpr double kLeastPositionGain_Nm_rad = 15.0;
+// While the hand moves, the motor's current is limited to this share of the first grip: what it
+// meets is shoved with 10 N, and not with what the motor has.
+constexpr double kMovingShare = 0.25;
+// What a side must press to feel it: a twentieth of the weakest grip, above what the fingers'
+// blow on the air gives, which is none. Larger shoves light objects further before the grip.
+constexpr double kFelt_N = 0.5;
+// The motor stalls that turns slowly for this long: long enough for the start, when it turns slowly
+// too.
+constexpr double kStallTime_s = 0.06;
+// The force rises from touch to the first grip of 40 N in 0.12 s. Faster is a blow.
+constexpr double kForceRate_N_s = 250.0;
+// The first grip stands this long before slip is listened to: closing itself slides.
+constexpr double kFirstGripHold_s = 0.05;
+// One detection of slip in this time at most, so that a force has time to act before the next.
+constexpr double kSlipPeriod_s = 0.04;
+
+// A plain motor is given a servo that presses with the strongest grip when it is so far from where
+// it should be, as a share of its way, and comes there in about so long.
+constexpr double kFullForceAt = 0.1;
+constexpr double kServo_s = 0.05;
+// Where on the way forces are looked at, from the open to the touching hand.
+constexpr int kSamples = 12;
 
 // The hand's range is tried in so many steps for a gap: 0.7 deg or 1.7 mm of gap each.
 constexpr int kGapSteps = 60;
@@ -74,6 +100,204 @@ HandControlOptions OptionsOf(const mjModel* model, HandControlOptions options) {
 
 }  // namespace
 
+void GripControl::Preshape(double from_rad, double to_rad) {
+  mode_ = Mode::kPreshape;
+  target_rad_ = to_rad;
+  commanded_rad_ = from_rad;
+}
+
+void GripControl::Close(bool firm) {
+  mode_ = Mode::kClosing;
+  first_force_N_ = firm ? drive_.max_force_N : drive_.first_force_N;
+  stalled_s_ = 0.0;
+  force_N_ = 0.0;
+}
+
+void GripControl::Open() {
+  mode_ = Mode::kOpening;
+  force_N_ = 0.0;
+}
+
+bool GripControl::Gripping() const {
+  return mode_ == Mode::kGripping && gripping_s_ >= kFirstGripHold_s;
+}
+
+double GripControl::Tick(const HandReading& reading) {
+  const double step_rad = options_.closing_speed_rad_s * timestep_s_;
+  switch (mode_) {
+    case Mode::kPreshape:
+      commanded_rad_ += std::clamp(target_rad_ - commanded_rad_, -step_rad, step_rad);
+      return std::max(kLeastPositionGain_Nm_rad, kPositionRate_1_s * drive_.damping_Nm_s) *
+             (commanded_rad_ - reading.angle_rad);
+    case Mode::kClosing:
+      return TickClosing(reading);
+    case Mode::kGripping:
+      return TickGripping(reading.slips);
+    case Mode::kOpening:
+      break;
+  }
+  return -MovingTorque(-reading.speed_rad_s);
+}
+
+double GripControl::moving_force_N() const { return kMovingShare * drive_.first_force_N; }
+
+// Runs free at the closing speed, and stalls at the limit of the current.
+double GripControl::MovingTorque(double speed_rad_s) const {
+  const double limit_Nm = moving_force_N() * drive_.torque_per_force_Nm_N;
+  const double free_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
+  return std::min(limit_Nm + drive_.damping_Nm_s * std::max(0.0, speed_rad_s),
+                  std::max(limit_Nm, free_Nm));
+}
+
+double GripControl::TickClosing(const HandReading& reading) {
+  const bool both_sides = reading.thumb_N > kFelt_N && reading.fingers_N > kFelt_N;
+  if (both_sides || Stalls(reading.speed_rad_s)) {
+    mode_ = Mode::kGripping;
+    force_N_ = std::min(first_force_N_, moving_force_N());
+    gripping_s_ = since_slip_s_ = 0.0;
+  }
+  return MovingTorque(reading.speed_rad_s);
+}
+
+bool GripControl::Stalls(double speed_rad_s) {
+  stalled_s_ = std::abs(speed_rad_s) < drive_.stall_speed_rad_s ? stalled_s_ + timestep_s_ : 0.0;
+  return stalled_s_ > kStallTime_s;
+}
+
+double GripControl::TickGripping(bool slips) {
+  if (force_N_ < first_force_N_) {
+    force_N_ = std::min(first_force_N_, force_N_ + kForceRate_N_s * timestep_s_);
+  } else {
+    gripping_s_ += timestep_s_;
+    since_slip_s_ += timestep_s_;
+    if (options_.slip_control && slips && Gripping() && since_slip_s_ >= kSlipPeriod_s) {
+      force_N_ += options_.slip_gain_N;
+      ++slips_heard_;
+      since_slip_s_ = 0.0;
+    }
+  }
+  force_N_ = std::clamp(force_N_, options_.min_force_N, drive_.max_force_N);
+  return force_N_ * drive_.torque_per_force_Nm_N;
+}
+
+double Ratchet(double lower_rad, double upper_rad, double angle_rad, double backlash_rad) {
+  return std::max(lower_rad, std::min(angle_rad - backlash_rad, upper_rad));
+}
+
+HandMotors::HandMotors(mjModel* model, double strongest_N)
+    : model_(model), motors_(mjcf::HandMotors(model)), tool_(mjcf::ToolSite(model, "tcp_tip")) {
+  if (tool_ < 0) throw base::InputError("the hand has no site \"tcp\"");
+  CallEngine(nullptr, [&] { closing_ = mjcf::CloseOnNothing(model); });
+  DataPtr scratch(mj_makeData(model));
+  for (const mjcf::HandMotor& motor : motors_) drives_.push_back({motor, {}, 0.0, 0.0, 0.0});
+  for (int i = 0; i < kSamples; ++i) {
+    const double share = closing_.Touching() * i / (kSamples - 1);
+    closing_.Pose(model, scratch.get(), share);
+    CallEngine(nullptr, [&] { mj_forward(model, scratch.get()); });
+    const auto forces = mjcf::GripForces(model, scratch.get(), motors_, closing_, share,
+                                         internal::SitePose(scratch.get(), tool_).linear().col(0));
+    for (std::size_t k = 0; k < drives_.size(); ++k) {
+      drives_[k].per_newton = std::max(drives_[k].per_newton, std::abs(forces[k]));
+    }
+  }
+  // What moves the fingers together shoves alike: by the work of the drive that does most.
+  double work = 0.0;
+  for (const Drive& drive : drives_) {
+    work = std::max(work, drive.per_newton * std::abs(drive.motor.Travel()));
+  }
+  for (Drive& drive : drives_) {
+    if (drive.motor.Moves()) drive.per_newton = work / std::abs(drive.motor.Travel());
+    ServePlainMotor(drive, strongest_N);
+  }
+}
+
+// A motor has neither stiffness nor damping: its controller gives it both, the damping in the
+// engine's own terms, which are solved implicitly.
+void HandMotors::ServePlainMotor(Drive& drive, double strongest_N) {
+  const int a = drive.motor.actuator;
+  drive.affine = mjcf::AffineOf(model_, a);
+  if (drive.affine.bias[1] < 0.0) {
+    drive.stiffness = -drive.affine.bias[1];
+    return;
+  }
+  const double way = drive.motor.Moves() ? std::abs(drive.motor.Travel()) : 1.0;
+  drive.stiffness = std::max(strongest_N * drive.per_newton, 1e-3) / (kFullForceAt * way);
+  drive.affine.bias[2] = std::min(drive.affine.bias[2], -kServo_s * drive.stiffness);
+  model_->actuator_biastype[a] = mjBIAS_AFFINE;
+  model_->actuator_biasprm[a * mjNBIAS + 2] = drive.affine.bias[2];
+}
+
+double HandMotors::Share(const mjData* data) const {
+  return Along([&](const Drive& drive) {
+    return mjcf::DriveLength(model_, data, drive.motor.actuator) - drive.motor.open;
+  });
+}
+
+double HandMotors::Speed(const mjData* data) const {
+  return Along(
+      [&](const Drive& drive) { return mjcf::DriveSpeed(model_, data, drive.motor.actuator); });
+}
+
+double HandMotors::Wanted(const Drive& drive, const mjData* data, double share) const {
+  const double goal = drive.motor.open + share * drive.motor.Travel();
+  return drive.stiffness * (goal - mjcf::DriveLength(model_, data, drive.motor.actuator));
+}
+
+void HandMotors::Follow(mjData* data, double share) const {
+  for (const Drive& drive : drives_) Command(data, drive, Wanted(drive, data, share));
+}
+
+// What a drive's own damping and that of the joints that it moves take of its force.
+double HandMotors::Damping(const Drive& drive, const mjData* data) const {
+  const int a = drive.motor.actuator;
+  const int out = model_->actuator_outadr[a];
+  double damping = std::abs(drive.affine.bias[2] * mjcf::DriveSpeed(model_, data, a));
+  double of_joints = 0.0;
+  for (int i = 0; i < data->moment_rownnz[out]; ++i) {
+    const int at = data->moment_rowadr[out] + i;
+    const int dof = data->moment_colind[at];
+    const double moment = std::abs(data->actuator_moment[at]);
+    if (moment <= 0.0) continue;
+    of_joints = std::max(of_joints, model_->dof_damping[dof] * std::abs(data->qvel[dof]) / moment);
+  }
+  return damping + of_joints;
+}
+
+void HandMotors::Press(mjData* data, double share, double force_N) const {
+  for (const Drive& drive : drives_) {
+    const double wanted = Wanted(drive, data, share);
+    const double limit = force_N * drive.per_newton + Damping(drive, data);
+    Command(data, drive, drive.motor.Moves() ? std::clamp(wanted, -limit, limit) : wanted);
+  }
+}
+
+void HandMotors::BeginGrip(const mjData* data) {
+  held_share_ = Share(data);
+  for (Drive& drive : drives_) {
+    drive.held = mjcf::DriveLength(model_, data, drive.motor.actuator);
+  }
+}
+
+void HandMotors::Grip(mjData* data, double force_N) const {
+  const double share = Share(data);
+  const auto forces = mjcf::GripForces(model_, data, motors_, closing_, share,
+                                       internal::SitePose(data, tool_).linear().col(0));
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    const Drive& drive = drives_[k];
+    const double shape = drive.held + (share - held_share_) * drive.motor.Travel();
+    const double at = mjcf::DriveLength(model_, data, drive.motor.actuator);
+    Command(data, drive, forces[k] * force_N + drive.stiffness * (shape - at));
+  }
+}
+
+void HandMotors::Command(mjData* data, const Drive& drive, double force) const {
+  const int a = drive.motor.actuator;
+  const mjcf::AffineDrive& affine = drive.affine;
+  const double at = mjcf::DriveLength(model_, data, a);
+  data->ctrl[model_->actuator_ctrladr[a]] =
+      (force - affine.bias[0] - affine.bias[1] * at) / affine.gain;
+}
+
 HandController::HandController(World& world, const HandGeoms& hand,
                                const HandControlOptions& options)
     : world_(&world),
@@ -115,11 +339,10 @@ double HandController::Speed() const {
 double HandController::AngleOfGap(double gap_m, int halvings) const {
   if (motors_) return motors_->closing().ShareAtGap(gap_m);
   const mjModel* model = world_->model();
-  mjData* scratch = nullptr;
   double best = open_limit_[0];
   const double upper = model->jnt_range[2 * joints_[0] + 1];
-  CallEngine(nullptr, [&] { scratch = mj_makeData(model); });
-  const DataPtr owner(scratch);
+  const DataPtr owner = MakeData(model);
+  mjData* scratch = owner.get();
   const auto is_open = [&](double angle) {
     for (const int joint : joints_) scratch->qpos[model->jnt_qposadr[joint]] = angle;
     CallEngine(nullptr, [&] { mj_kinematics(model, scratch); });

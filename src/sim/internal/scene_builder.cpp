@@ -8,9 +8,6 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "sim/friction.h"
-#include "sim/internal/names.h"
-#include "sim/internal/visual.h"
 
 namespace rangegrasp::sim::internal {
 namespace {

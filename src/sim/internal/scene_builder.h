@@ -35,10 +35,14 @@ struct BuiltScene {
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options);
 
-/// An object alone, checked to be one. @throws base::InputError likewise.
+/// An object alone, checked to be one.
+
+/// @throws base::InputError likewise.
 BuiltScene BuildObject(const ObjectModel& object);
 
-/// Whether a file holds one free body and nothing else. @throws base::InputError if it is no MJCF.
+/// Whether a file holds one free body and nothing else.
+
+/// @throws base::InputError if it is no MJCF.
 bool IsObject(const std::filesystem::path& mjcf);
 
 }  // namespace rangegrasp::sim::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "sim/internal/names.h"
+#include "sim/internal/engine.h"
 
 namespace rangegrasp::sim::internal {
 namespace {

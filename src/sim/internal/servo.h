@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "base/trajectory.h"
+#include "base/frames.h"
 
 namespace rangegrasp::sim::internal {
 

@@ -1,13 +1,93 @@
 #include "clearing/clear.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "base/stopwatch.h"
-#include "grasp/workspace.h"
-#include "trial/between.h"
 
 namespace rangegrasp::clearing {
+double SharedSamples(Samples a, Samples b) {
+  std::ranges::sort(a);
+  std::ranges::sort(b);
+  Samples both;
+  std::ranges::set_intersection(a, b, std::back_inserter(both));
+  const std::size_t either = a.size() + b.size() - both.size();
+  return either == 0 ? 0.0 : static_cast<double>(both.size()) / static_cast<double>(either);
+}
+
+// The one that has the most in common; the first of equals.
+const TriedObjects::Entry* TriedObjects::Find(const Samples& object) const {
+  const Entry* best = nullptr;
+  double best_share = 0.0;
+  for (const Entry& entry : entries_) {
+    const double share = SharedSamples(entry.samples, object);
+    if (share < options_->same_object_share || share <= best_share) continue;
+    best_share = share;
+    best = &entry;
+  }
+  return best;
+}
+
+TriedObjects::Entry& TriedObjects::FindOrAdd(const Samples& object) {
+  const Entry* found = Find(object);
+  Entry& entry =
+      found ? entries_[static_cast<std::size_t>(found - entries_.data())] : entries_.emplace_back();
+  entry.samples = object;
+  return entry;
+}
+
+Passed TriedObjects::StateOf(const Samples& object) const {
+  const Entry* entry = Find(object);
+  if (!entry) return Passed::kNotYet;
+  return entry->tries >= options_->tries_per_object ? Passed::kTriesUsedUp : entry->passed;
+}
+
+int TriedObjects::TriesAt(const Samples& object) const {
+  const Entry* entry = Find(object);
+  return entry ? entry->tries : 0;
+}
+
+std::optional<int> TriedObjects::TurnOf(const Samples& object) const {
+  if (!MayBeTaken(object)) return std::nullopt;
+  return options_->retry == Retry::kAfterOthers ? TriesAt(object) : 0;
+}
+
+void TriedObjects::PassOver(const Samples& object, Passed why) { FindOrAdd(object).passed = why; }
+
+void TriedObjects::Failed(const Samples& object, const base::Pose& X_CH) {
+  Entry& entry = FindOrAdd(object);
+  ++entry.tries;
+  entry.failed_X_CH.push_back(X_CH);
+}
+
+void TriedObjects::Taken(const Samples& object) {
+  const Entry* entry = Find(object);
+  if (entry) entries_.erase(entries_.begin() + (entry - entries_.data()));
+}
+
+void TriedObjects::SceneChanged() {
+  for (Entry& entry : entries_) entry.passed = Passed::kNotYet;
+}
+
+bool TriedObjects::LikeFailed(const Entry& entry, const base::Pose& X_CH) const {
+  return std::any_of(
+      entry.failed_X_CH.begin(), entry.failed_X_CH.end(), [&](const base::Pose& failed) {
+        const base::Pose X_moved = failed.inverse() * X_CH;
+        return X_moved.translation().norm() <= options_->other_grasp_m &&
+               Eigen::AngleAxisd(X_moved.linear()).angle() <= options_->other_grasp_rad;
+      });
+}
+
+void TriedObjects::PutFailedLast(grasp::Detection& detection) const {
+  if (detection.objects.empty()) return;
+  const Entry* entry = Find(detection.objects.front().samples);
+  if (!entry) return;
+  std::stable_partition(detection.grasps.begin(), detection.grasps.end(),
+                        [&](const grasp::DetectedGrasp& g) { return !LikeFailed(*entry, g.X_CH); });
+}
+
 namespace {
 
 using trial::Attempt;
@@ -232,14 +312,12 @@ class Run {
 }  // namespace
 
 int Clearing::Grasps() const {
-  return static_cast<int>(std::count_if(
-      steps.begin(), steps.end(), [](const Step& step) { return step.attempt.log.has_value(); }));
+  return static_cast<int>(
+      std::ranges::count_if(steps, [](const Step& step) { return step.attempt.log.has_value(); }));
 }
 
-int Clearing::Delivered() const {
-  return static_cast<int>(std::count_if(objects.begin(), objects.end(), [](const ObjectEnd& end) {
-    return end.fate == Fate::kDelivered;
-  }));
+int Clearing::Count(Fate fate) const {
+  return static_cast<int>(std::ranges::count(objects, fate, &ObjectEnd::fate));
 }
 
 Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,

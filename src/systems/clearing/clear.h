@@ -3,18 +3,108 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "clearing/clearing_options.h"
-#include "clearing/tried_objects.h"
+#include "base/frames.h"
+#include "base/units.h"
+#include "geometry/observation.h"
+#include "grasp/detector.h"
 #include "sim/world.h"
-#include "trial/attempt.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::clearing {
+
+/// When the table is scanned again (section 5.1, fig. 5.2).
+enum class Rescan {
+  kEach,          ///< after each grasp
+  kAfterFailure,  ///< what was taken is left out of the last scan; a failed grasp needs a new one
+};
+constexpr std::array<std::string_view, 2> WordsOf(Rescan) { return {"each", "after_failure"}; }
+
+/// When a failed object is tried again.
+enum class Retry {
+  kAtOnce,
+  kAfterOthers,  ///< those with fewer failed tries first: what was in the way may be gone by then
+};
+constexpr std::array<std::string_view, 2> WordsOf(Retry) { return {"at_once", "after_others"}; }
+
+/// How a program that does not know the truth goes on after a grasp.
+struct ClearingOptions {
+  int runs = 100;
+  Rescan rescan = Rescan::kEach;
+  Retry retry = Retry::kAfterOthers;
+  int tries_per_object = 3;  ///< failed grasps at one object, then it is passed over
+  /// Of the whole run; 0: tries_per_object for each object of the experiment.
+  int max_grasps = 0;
+  /// New scans in which nothing could be done, one after the other, before the program gives up:
+  /// noise may have hidden a grasp.
+  int idle_scans = 2;
+  /// An object is the one that a grasp has failed at where the two have at least this share of
+  /// their samples in common (of those that either has): the sensor does not move between scans.
+  double same_object_share = 0.5;
+  /// A grasp is another one than one that has failed where the hand is further away from it than
+  /// this, or turned by more: half of a fingertip's width, and what the hand's own give evens out.
+  double other_grasp_m = 0.010;
+  double other_grasp_rad = 15.0 * base::kDeg;
+};
+
+using Samples = std::vector<geometry::SampleId>;
+
+/// Samples that two objects of scans from the same place have in common, of those that either has.
+double SharedSamples(Samples a, Samples b);
+
+/// Why an object is passed over.
+enum class Passed {
+  kNotYet,       ///< it is not
+  kNoGrasp,      ///< none is free, as the scene stands
+  kNoPath,       ///< none is reached, as the scene stands
+  kTriesUsedUp,  ///< for good
+};
+constexpr std::array<std::string_view, 4> WordsOf(Passed) {
+  return {"not_tried", "no_grasp", "no_path", "tries_used_up"};
+}
+
+/// What the program remembers of objects that it could not take. It knows an object again by its
+/// samples alone: one that a grasp has moved is a new one to it.
+class TriedObjects {
+ public:
+  explicit TriedObjects(const ClearingOptions& options) : options_(&options) {}
+
+  Passed StateOf(const Samples& object) const;
+  bool MayBeTaken(const Samples& object) const { return StateOf(object) == Passed::kNotYet; }
+  /// nullopt if it may not be taken; else 0, or its failed tries where others come before it.
+  std::optional<int> TurnOf(const Samples& object) const;
+  int TriesAt(const Samples& object) const;
+
+  /// No grasp could be executed: it is passed over until the scene changes.
+  void PassOver(const Samples& object, Passed why);
+  /// A grasp with the hand there was executed and failed.
+  void Failed(const Samples& object, const base::Pose& X_CH);
+  /// It is gone; another one may be seen in its place.
+  void Taken(const Samples& object);
+  /// What could not be grasped may be free now. Used-up tries stay so.
+  void SceneChanged();
+
+  /// Puts the first object's grasps that are like one that has failed at it behind the others.
+  void PutFailedLast(grasp::Detection& detection) const;
+
+ private:
+  struct Entry {
+    Samples samples;
+    int tries = 0;
+    Passed passed = Passed::kNotYet;
+    std::vector<base::Pose> failed_X_CH;
+  };
+  const Entry* Find(const Samples& object) const;
+  Entry& FindOrAdd(const Samples& object);
+  bool LikeFailed(const Entry& entry, const base::Pose& X_CH) const;
+
+  const ClearingOptions* options_;
+  std::vector<Entry> entries_;
+};
 
 /// Why a run ended.
 enum class Stop {
@@ -57,7 +147,7 @@ struct Step {
   trial::Attempt attempt;
   int scan = 0;                 ///< it was made on, from 1
   int try_number = 0;           ///< at that object, as the program counts, from 1
-  bool felt = false;            ///< the hand's aperture told to the end that it held something
+  bool felt = false;            ///< the hand's aperture showed until the end that it held something
   std::vector<int> taken_away;  ///< objects that it left at the delivery place
 };
 
@@ -72,8 +162,8 @@ struct Clearing {
   std::vector<Step> steps;
   std::vector<ObjectEnd> objects;
 
-  int Grasps() const;  ///< attempts that were executed
-  int Delivered() const;
+  int Grasps() const;          ///< attempts that were executed
+  int Count(Fate fate) const;  ///< objects
 };
 
 /// What a viewer sees of a run.
@@ -87,8 +177,8 @@ struct ClearingObserver {
 /// Clears the world (section 5.1, fig. 5.2): scan, take the topmost object, deliver it, and again,
 /// until nothing is perceived or nothing can be done.
 ///
-/// The program knows no truth. That a grasp has failed it feels by the aperture of the closed hand;
-/// then it tries again, another grasp where there is one, at most tries_per_object times at one
+/// The program knows no truth. It feels by the aperture of the closed hand that a grasp has failed.
+/// Then it tries again, another grasp where there is one, at most tries_per_object times at one
 /// object, which it knows again by its samples. An object without a free grasp, or that the arm
 /// does not reach, is passed over until something else has been taken.
 ///

@@ -3,14 +3,17 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "base/rng.h"
 #include "base/units.h"
-#include "cylinders/axis_fit.h"
+#include "cylinders/cylinder.h"
 #include "geometry/point_cloud.h"
 #include "perception/sampling.h"
 
 /// The barrel of a cylinder whose axis is about known: its points, the pose that they say, and its
 /// ends.
+
 namespace rangegrasp::cylinders {
 
 struct BarrelOptions {
@@ -44,7 +47,7 @@ geometry::Indices BarrelPoints(geometry::PointSpan points, const Line& axis, dou
 /// What the points of a barrel say of its axis.
 struct RefinedAxis {
   Line axis;                 ///< fitted with the given radius
-  double radius_m = 0.0;     ///< fitted beside the axis
+  double radius_m = 0.0;     ///< fitted together with the axis
   double radius_sd_m = 0.0;  ///< its standard deviation by the residuals: large for short arcs
   double rms_m = 0.0;        ///< of the residuals about the given radius
   double arc_rad = 0.0;      ///< how far round the axis the points go without a gap
@@ -58,8 +61,8 @@ struct RefinedAxis {
 /// surface whose normals are radial are gathered, and the sum of their squared distances made
 /// least by Gauss-Newton (the axis has four degrees of freedom), with less weight to what is
 /// further off (Tukey's). With the radius known, the distance to the axis does not trade against
-/// it, as it does where the arc that is seen is short; the radius is fitted apart to be told.
-/// O(rounds n).
+/// it, as it does where the arc that is seen is short; the radius is fitted separately, to be
+/// reported. O(rounds n).
 /// @param near  positions of the points that may be of the barrel
 /// @return nullopt if there are too few or they say nothing of an axis.
 std::optional<RefinedAxis> RefineAxis(const geometry::PointCloud& cloud,
@@ -77,7 +80,7 @@ struct BarrelEnds {
 };
 
 /// From the runs of well-filled pieces along the axis, and the faces of the ends where they are
-/// seen. The run with the most points is of the barrel, and others beside it as long as all are no
+/// seen. The run with the most points is of the barrel, and others next to it as long as all are no
 /// longer than max_length_m: something may stand in front of the middle, and what lies in the
 /// barrel's continuation has points about the same axis, too. O(n).
 /// @param near  as of RefineAxis: faces are looked for among them, too
@@ -85,5 +88,45 @@ std::optional<BarrelEnds> FindEnds(const geometry::PointCloud& cloud,
                                    std::span<const std::uint32_t> near, const RefinedAxis& refined,
                                    double radius_m, double max_length_m,
                                    const BarrelOptions& options);
+
+// Barrels of a known radius, without their rims.
+
+struct BarrelSearchOptions {
+  /// Points that are looked at, evenly taken. More: smaller parts of a barrel are found; the time
+  /// grows with them.
+  int points = 6000;
+  /// How far axis points (p - n r) scatter about the axis: by the normals' error of about 5 deg
+  /// times the radius, and at least this.
+  perception::AdaptiveLength min_scatter_m{0.002, {.noises = 3.0}};
+  double scatter_of_radius = 0.09;
+  /// A normal within this of square to the axis may be of the barrel.
+  double max_off_square_rad = base::Deg(20.0);
+  /// Standing and lying barrels that are looked for, of each radius.
+  int max_standing = 12;
+  int max_lying = 6;
+  int draws = 150;  ///< of points whose normal gives the direction of a lying axis
+  /// A lying barrel's normal must lean this far from the vertical to determine the axis' direction.
+  double min_lean_rad = base::Deg(20.0);
+  /// Leaning ones, of each radius, from so many draws of pairs: a line through two axis points that
+  /// is square to both normals. A barrel with a twentieth of the points is drawn five times.
+  int max_leaning = 3;
+  int pair_draws = 2000;
+  int pair_points = 2500;  ///< of those looked at: every pair that may be asks all of them
+  /// An axis within this of upright or of level is left to the searches for those.
+  double min_oblique_rad = base::Deg(10.0);
+  /// Support of a candidate, of the points looked at, is at least this many.
+  int min_support = 12;
+};
+
+/// Axes that many points p with normals n have their p - n r about: of standing barrels (along
+/// `up`) of lying ones (square to it) and of leaning ones, best supported first within each. On a
+/// barrel of radius r all of these are on its axis; on a plane they are a plane, on another barrel
+/// a thinner one, so that few fall together. Two given cylinders of nearly one radius find each
+/// other's. O(n + points (draws + log points)).
+/// @param up  unit, away from the table
+/// @throws std::invalid_argument if there is not one normal a point.
+std::vector<Line> FindBarrels(const geometry::PointCloud& cloud, const Eigen::Vector3d& up,
+                              double radius_m, double height_m, const BarrelSearchOptions& options,
+                              base::Rng& rng);
 
 }  // namespace rangegrasp::cylinders

@@ -4,16 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
+#include "base/statistics.h"
 #include "base/stopwatch.h"
-#include "cylinders/barrel_search.h"
-#include "cylinders/internal/candidate.h"
+#include "cylinders/barrel.h"
 #include "geometry/kd_tree.h"
-#include "geometry/normals.h"
-#include "perception/find_table.h"
-#include "perception/point_filter.h"
+#include "geometry/plane.h"
+#include "perception/preprocess.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -22,11 +23,314 @@ using geometry::Indices;
 using geometry::KdTree;
 using geometry::Points;
 using geometry::PointSpan;
-using internal::Candidate;
-using internal::CandidateContext;
+
+/// What all candidates are compared with.
+struct CandidateContext {
+  const CylinderScene& scene;
+  PointSpan places_C;                       ///< where the sensor stood
+  std::span<const std::uint32_t> place_of;  ///< one a point of scene.points_C
+  const DetectOptions& options;
+};
+
+/// Where a given cylinder may be.
+struct Candidate {
+  Line axis_C;
+  const Rim* rim = nullptr;  ///< nullptr: found by its barrel
+};
+
+/// Points about the axis that its barrel or its ends could have, with room for what the axis is
+/// off.
+Indices NearAxis(const Points& points, const Line& axis, double radius_m, double reach_m) {
+  Indices near;
+  const double square = radius_m * radius_m;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d offset = points[i] - axis.point;
+    const double along = offset.dot(axis.direction);
+    if (std::abs(along) > reach_m) continue;
+    if (offset.squaredNorm() - along * along <= square) near.push_back(i);
+  }
+  return near;
+}
+
+/// A given cylinder at an axis, its pose fitted to what was seen (refine_pose) and compared with it
+/// (check_shape).
+class Examination {
+ public:
+  Examination(const CandidateContext& context, const GivenCylinder& given)
+      : context_(context), accept_(context.options.accept), given_(given) {}
+
+  /// nullopt if it is not there.
+  std::optional<FoundCylinder> Of(const Candidate& candidate) const {
+    // From a rim the axis goes down by the height, and from a barrel's middle by half of it, or by
+    // all of it where half is hidden.
+    const double reach_m = 1.5 * given_.height_m + accept_.max_height_error_m;
+    const double round_m = given_.radius_m + context_.options.barrel.first_distance_m;
+    const Indices near = NearAxis(context_.scene.cloud.points, candidate.axis_C, round_m, reach_m);
+    auto refined = RefineAxis(context_.scene.cloud, near, candidate.axis_C, given_.radius_m,
+                              context_.options.barrel);
+    if (refined) return ByBarrel(candidate, near, std::move(*refined));
+    return candidate.rim ? ByRim(*candidate.rim) : std::nullopt;
+  }
+
+ private:
+  const geometry::Plane& Table() const { return context_.scene.table.plane; }
+
+  std::optional<FoundCylinder> ByBarrel(const Candidate& candidate, const Indices& near,
+                                        RefinedAxis refined) const {
+    if (!IsOfTheGivenRadius(refined)) return std::nullopt;
+    Orient(refined.axis);
+    // Points are no further out than the ends but for noise; they may end a row before them.
+    const double max_length_m = given_.height_m + accept_.max_face_error_m;
+    const auto ends = FindEnds(context_.scene.cloud, near, refined, given_.radius_m, max_length_m,
+                               context_.options.barrel);
+    if (!ends || ends->Length() > max_length_m) return std::nullopt;
+    if (ends->Length() < accept_.min_length_share * given_.height_m) return std::nullopt;
+    FoundCylinder found;
+    found.lies = !Stands(refined.axis.direction);
+    found.length_seen_m = ends->Length();
+    found.cylinder_C = {refined.axis.point, refined.axis.direction, refined.radius_m,
+                        given_.height_m};
+    const RaysThrough rays = RaysAbout(refined.axis, *ends);
+    const Cylinder shown{
+        refined.axis.point + 0.5 * (ends->low_m + ends->high_m) * refined.axis.direction,
+        refined.axis.direction, given_.radius_m, ends->Length()};
+    const Seen seen{refined, *ends, rays, PointsOn(rays.points, shown, accept_.view_tolerance_m)};
+    const bool placed = found.lies ? PlaceLying(seen, found) : PlaceStanding(seen, found);
+    if (!placed) return std::nullopt;
+    found.barrel = std::move(refined.points);
+    AddRim(candidate, found);
+    return found;
+  }
+
+  /// What was seen of the cylinder.
+  struct Seen {
+    const RefinedAxis& refined;
+    const BarrelEnds& ends;
+    const RaysThrough& rays;  ///< those that any cylinder may meet that the ends are ends of
+    /// Of the rays' points those on it: their rays end before a part that is not seen as they would
+    /// were there none.
+    std::vector<bool> own;
+  };
+
+  /// The cylinder goes on from one end of what is seen until it is as high as given.
+  RaysThrough RaysAbout(const Line& axis, const BarrelEnds& ends) const {
+    const double slack_m = 2.0 * accept_.max_height_error_m + accept_.view_tolerance_m;
+    const double reach_m = given_.height_m - 0.5 * ends.Length();
+    const double sphere_m = std::hypot(given_.radius_m, reach_m) + 2.0 * slack_m;
+    return ChooseRays(context_.scene.points_C, context_.places_C, context_.place_of,
+                      axis.point + 0.5 * (ends.low_m + ends.high_m) * axis.direction, sphere_m);
+  }
+
+  void AddRim(const Candidate& candidate, FoundCylinder& found) const {
+    if (!candidate.rim) return;
+    found.from_rim = true;
+    found.rim_share = candidate.rim->share;
+    found.rim = candidate.rim->points;
+  }
+
+  bool IsOfTheGivenRadius(const RefinedAxis& refined) const {
+    const double max_error_m = accept_.max_radius_error_m;
+    const double allowed_m = max_error_m + std::min(max_error_m, 2.0 * refined.radius_sd_m);
+    return std::abs(refined.radius_m - given_.radius_m) <= allowed_m &&
+           refined.arc_rad >= accept_.min_arc_rad &&
+           refined.normal_angle_rad <= accept_.max_normal_angle_rad;
+  }
+
+  bool Stands(const Eigen::Vector3d& axis) const {
+    return std::abs(axis.dot(Table().normal)) >= std::cos(accept_.max_standing_tilt_rad);
+  }
+
+  /// Up, away from the table.
+  void Orient(Line& axis) const {
+    if (axis.direction.dot(Table().normal) < 0.0) axis.direction = -axis.direction;
+  }
+
+  /// Where along the axis the table is.
+  double TableAlong(const Line& axis) const {
+    return -Table().Distance(axis.point) / axis.direction.dot(Table().normal);
+  }
+
+  /// Its top at the given height above the table, or higher where it shows that it stands on
+  /// something; lower only where the top may be hidden.
+  bool PlaceStanding(const Seen& seen, FoundCylinder& found) const {
+    const auto& [refined, ends, rays, own] = seen;
+    const double half = 0.5 * given_.height_m;
+    const double table = TableAlong(refined.axis);
+    const double top = table + given_.height_m;
+    const double error_m = ends.high_face ? accept_.max_face_error_m : accept_.max_height_error_m;
+    if (std::abs(ends.high_m - top) <= error_m) {
+      return Place(seen, (ends.high_face ? ends.high_m : top) - half, found);
+    }
+    if (ends.high_m < top) {
+      return !ends.high_face && Place(seen, top - half, found);
+    }
+    const double foot =
+        table + context_.options.preprocess.table_clearance_m + accept_.max_height_error_m;
+    return ends.low_m > foot && IsWhole(ends) && Place(seen, ends.high_m - half, found);
+  }
+
+  bool IsWhole(const BarrelEnds& ends) const {
+    const double error_m =
+        ends.low_face && ends.high_face ? accept_.max_face_error_m : accept_.max_height_error_m;
+    return std::abs(ends.Length() - given_.height_m) <= error_m;
+  }
+
+  bool PlaceLying(const Seen& seen, FoundCylinder& found) const {
+    const auto& [refined, ends, rays, own] = seen;
+    const double half = 0.5 * given_.height_m;
+    double middle = 0.5 * (ends.low_m + ends.high_m);
+    if (IsWhole(ends)) {
+      if (ends.high_face && !ends.low_face) middle = ends.high_m - half;
+      if (ends.low_face && !ends.high_face) middle = ends.low_m + half;
+      return Place(seen, middle, found);
+    }
+    // What is missing is hidden beyond the one end, the other, or both: the middle of all places
+    // where it may be.
+    const double missing = given_.height_m - ends.Length();
+    const double low = ends.low_face ? 0.0 : HiddenLength(seen, ends.low_m, -1.0, missing);
+    const double high = ends.high_face ? 0.0 : HiddenLength(seen, ends.high_m, 1.0, missing);
+    if (low + high < missing - accept_.max_height_error_m) return false;
+    const double most_up = ends.high_m + high - half;
+    const double most_down = ends.low_m - low + half;
+    middle = 0.5 * (most_up + most_down);
+    return Place(seen, middle, found);
+  }
+
+  /// Puts the middle there, and says whether what was seen agrees.
+  bool Place(const Seen& seen, double middle_m, FoundCylinder& found) const {
+    const auto& [refined, ends, rays, own] = seen;
+    found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
+    if (IsSunk(found.cylinder_C)) return false;
+    if (!context_.options.check_shape) return true;
+    const double half = 0.5 * given_.height_m;
+    return MayBeHidden(seen, middle_m - half, ends.low_m) &&
+           MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found, &rays);
+  }
+
+  /// Under the table by more than its end's uncertainty.
+  bool IsSunk(const Cylinder& cylinder) const {
+    const double upright = std::abs(cylinder.axis.dot(Table().normal));
+    const double lowest = 0.5 * given_.height_m * upright +
+                          given_.radius_m * std::sqrt(std::max(0.0, 1.0 - upright * upright));
+    return Table().Distance(cylinder.center) < lowest - 2.0 * accept_.max_height_error_m;
+  }
+
+  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are no thinner
+  /// than a row of points: a slice that no ray meets would be taken for hidden.
+  double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
+    const int steps =
+        std::clamp(static_cast<int>(up_to_m / accept_.max_height_error_m), 1, accept_.hidden_steps);
+    const double step_m = up_to_m / steps;
+    for (int i = 0; i < steps; ++i) {
+      const double near_m = end_m + sign * i * step_m;
+      const double far_m = near_m + sign * step_m;
+      if (!IsHidden(seen, std::min(near_m, far_m), std::max(near_m, far_m))) return i * step_m;
+    }
+    return up_to_m;
+  }
+
+  /// Whether the part of the cylinder between two places along its axis, which showed no points,
+  /// can be there.
+  bool MayBeHidden(const Seen& seen, double from_m, double to_m) const {
+    return to_m - from_m <= accept_.max_height_error_m || IsHidden(seen, from_m, to_m);
+  }
+
+  bool IsHidden(const Seen& seen, double from_m, double to_m) const {
+    const Line& axis = seen.refined.axis;
+    const Cylinder part{axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction,
+                        given_.radius_m, to_m - from_m};
+    // Without the rays that end on the part that is seen.
+    const ViewCounts counts = ViewOf(part, &seen.rays, seen.own);
+    return static_cast<double>(counts.through) <=
+           accept_.max_missing_seen * static_cast<double>(counts.through + counts.before);
+  }
+
+  /// @param rays  some of all rays that may do; nullptr: there are none chosen
+  bool Agrees(FoundCylinder& found, const RaysThrough* rays = nullptr) const {
+    Cylinder as_given = found.cylinder_C;
+    as_given.radius_m = given_.radius_m;
+    found.view = ViewOf(as_given, rays, {});
+    return found.view.Agreement() >= accept_.min_agreement &&
+           static_cast<double>(found.view.on) >=
+               accept_.min_seen_share * static_cast<double>(found.view.All());
+  }
+
+  /// What the rays say of a cylinder.
+  /// @param left_out  where not empty, one of the chosen rays each: whether it is left out
+  ViewCounts ViewOf(const Cylinder& cylinder, const RaysThrough* rays,
+                    const std::vector<bool>& left_out) const {
+    const double tolerance_m = accept_.view_tolerance_m;
+    if (rays && rays->AreAllOf(cylinder, tolerance_m)) {
+      return CompareWithView(rays->points, context_.places_C, rays->place_of, cylinder, tolerance_m,
+                             left_out);
+    }
+    std::vector<bool> of_all(left_out.empty() ? 0 : context_.scene.points_C.size(), false);
+    for (std::size_t k = 0; k < left_out.size(); ++k) of_all[rays->chosen[k]] = left_out[k];
+    return CompareWithView(context_.scene.points_C, context_.places_C, context_.place_of, cylinder,
+                           tolerance_m, of_all);
+  }
+
+  /// Only the rim is seen: it stands on the table, below its rim.
+  std::optional<FoundCylinder> ByRim(const Rim& rim) const {
+    const Eigen::Vector3d& up = Table().normal;
+    std::vector<double> heights;
+    for (const auto i : rim.points) {
+      heights.push_back(Table().Distance(context_.scene.cloud.points[i]));
+    }
+    const double top_m = base::MedianOf(std::move(heights));
+    if (std::abs(top_m - given_.height_m) > accept_.max_height_error_m) return std::nullopt;
+    FoundCylinder found;
+    const Eigen::Vector3d foot = Table().Project(rim.circle_C.center);
+    found.cylinder_C = {foot + 0.5 * given_.height_m * up, up, rim.circle_C.radius_m,
+                        given_.height_m};
+    AddRim({{}, &rim}, found);
+    if (context_.options.check_shape && !Agrees(found)) return std::nullopt;
+    return found;
+  }
+
+  const CandidateContext& context_;
+  const AcceptOptions& accept_;
+  const GivenCylinder& given_;
+};
+
+/// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis, the line
+/// through their axis points, the centre again on it. The circle's axis is the table's normal: the
+/// normal of one triple's plane is several degrees off and leaves the barrel after a few
+/// centimetres.
+FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
+                            const GivenCylinder& given) {
+  const geometry::PointCloud& cloud = context.scene.cloud;
+  const Eigen::Vector3d& up = context.scene.table.plane.normal;
+  const Points rim_points = geometry::Select(cloud.points, rim.points);
+  const double r = rim.circle_C.radius_m;
+  const double distance_m = context.options.barrel.distance_m;
+  FoundCylinder found;
+  found.from_rim = true;
+  found.rim_share = rim.share;
+  found.rim = rim.points;
+  found.barrel = BarrelPoints(cloud.points, {rim.circle_C.center, up}, r,
+                              -given.height_m - distance_m, distance_m, distance_m);
+  const auto line = FitLine(AxisPoints(geometry::Select(cloud.points, found.barrel),
+                                       geometry::Select(cloud.normals, found.barrel), r));
+  Line axis = line.value_or(Line{rim.circle_C.center, up});
+  if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
+  const Eigen::Vector3d c_m = CenterOnAxis(axis, rim_points, up).value_or(rim.circle_C.center);
+  found.cylinder_C = {CenterOfGravity(c_m, axis.direction, given.height_m), axis.direction, r,
+                      given.height_m};
+  found.lies = axis.direction.dot(up) < std::cos(context.options.accept.max_standing_tilt_rad);
+  return found;
+}
 
 /// Fewer points are no scan of a table.
 constexpr std::size_t kMinPoints = 100;
+
+Indices PositionsOf(const std::vector<bool>& chosen) {
+  Indices positions;
+  for (std::uint32_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i]) positions.push_back(i);
+  }
+  return positions;
+}
 
 /// What was measured, and from where.
 struct Measured {
@@ -122,13 +426,9 @@ void FindTable(const Measured& measured, DetectOptions& options, base::Rng& rng,
 }
 
 Indices AboveTable(const CylinderScene& scene) {
-  std::vector<bool> of_table(scene.points_C.size(), false);
-  for (const auto i : scene.table.points) of_table[i] = true;
-  Indices above;
-  for (std::uint32_t i = 0; i < scene.points_C.size(); ++i) {
-    if (!of_table[i]) above.push_back(i);
-  }
-  return above;
+  std::vector<bool> above(scene.points_C.size(), true);
+  for (const auto i : scene.table.points) above[i] = false;
+  return PositionsOf(above);
 }
 
 void Filter(const Indices& above, const DetectOptions& options, CylinderScene& scene) {
@@ -158,14 +458,6 @@ geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree
   return neighbors;
 }
 
-Indices PositionsOf(const std::vector<bool>& chosen) {
-  Indices positions;
-  for (std::uint32_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i]) positions.push_back(i);
-  }
-  return positions;
-}
-
 void FindCurvature(const Measured& measured, const KdTree& tree,
                    const geometry::NeighborLists& neighbors, const DetectOptions& options,
                    CylinderScene& scene) {
@@ -178,26 +470,15 @@ void FindCurvature(const Measured& measured, const KdTree& tree,
   scene.edges = PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
 }
 
-bool PassesGate(const Eigen::Vector3d& normal_C, const Eigen::Vector3d& up_C,
-                const DetectOptions& options) {
-  const TopGate gate = options.table_gate ? options.curvature.gate : TopGate::kSensorX;
-  switch (gate) {
-    case TopGate::kSensorX:
-      return PassesSensorGate(options.R_CS.transpose() * normal_C);
-    case TopGate::kTableNormal:
-      return normal_C.dot(up_C) >= std::cos(options.curvature.max_tilt_rad);
-    case TopGate::kNone:
-      return true;
-  }
-  return false;
-}
-
 void FindFragments(const DetectOptions& options, CylinderScene& scene) {
   Indices top;
   std::set_union(scene.curved.begin(), scene.curved.end(), scene.edges.begin(), scene.edges.end(),
                  std::back_inserter(top));
   std::erase_if(top, [&](std::uint32_t i) {
-    return !PassesGate(scene.cloud.normals[i], scene.table.plane.normal, options);
+    const Eigen::Vector3d& n_C = scene.cloud.normals[i];
+    return options.table_gate
+               ? n_C.dot(scene.table.plane.normal) < std::cos(options.curvature.max_tilt_rad)
+               : !PassesSensorGate(options.R_CS.transpose() * n_C);
   });
   FragmentOptions as_options = options.fragments;
   if (!options.wide_links) as_options.link = 0.0;
@@ -214,9 +495,8 @@ void FindRims(const DetectOptions& options, base::Rng& rng, CylinderScene& scene
     const Points points = geometry::Select(scene.cloud.points, fragment);
     const auto fit = FitRandomCircle(points, as_options, rng);
     if (!fit) continue;
-    const double share =
-        ShareOn(fit->circle, points, as_options.distance, options.accept.rim_distance_m);
-    if (share > options.accept.min_rim_share) scene.rims.push_back({fit->circle, share, fragment});
+    const double share = ShareOn(*fit, points, as_options.distance, options.accept.rim_distance_m);
+    if (share > options.accept.min_rim_share) scene.rims.push_back({*fit, share, fragment});
   }
 }
 
@@ -234,7 +514,7 @@ void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylin
         RadiusError(*nearest, given[g]) > context.options.accept.max_rim_error_m) {
       continue;
     }
-    scene.cylinders.push_back(internal::PublishedPose(context, *nearest, given[g]));
+    scene.cylinders.push_back(PublishedPose(context, *nearest, given[g]));
     scene.cylinders.back().given = g;
   }
 }
@@ -295,7 +575,7 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
   std::vector<FoundCylinder> found;
   for (std::size_t g = 0; g < given.size(); ++g) {
     for (const Candidate& candidate : CandidatesFor(scene, given[g], context.options, rng)) {
-      auto one = internal::Examine(context, candidate, given[g]);
+      auto one = Examination(context, given[g]).Of(candidate);
       if (!one) continue;
       one->given = g;
       found.push_back(std::move(*one));
@@ -305,6 +585,27 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
 }
 
 }  // namespace
+
+DetectOptions AsPublished() {
+  DetectOptions options;
+  base::SwitchAll<DetectAdditions>(false, options);
+  return options;
+}
+
+void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options) {
+  perception::PerceptionOptions perception_options;
+  perception_options.preprocess = options.preprocess;
+  perception::AdaptLengths(sampling, perception_options);
+  options.preprocess = perception_options.preprocess;
+  for (perception::AdaptiveLength* length :
+       {&options.curvature.radius_m, &options.curvature.line_step_m, &options.barrel.distance_m,
+        &options.barrel.first_distance_m, &options.barrel.piece_m, &options.search.min_scatter_m,
+        &options.accept.rim_distance_m, &options.accept.max_rim_error_m,
+        &options.accept.max_radius_error_m, &options.accept.max_height_error_m,
+        &options.accept.max_face_error_m, &options.accept.view_tolerance_m}) {
+    length->AdaptTo(sampling);
+  }
+}
 
 CylinderScene DetectCylinders(const geometry::Observation& observation,
                               std::span<const GivenCylinder> given, const DetectOptions& as_given,

@@ -1,20 +1,138 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "base/rng.h"
-#include "cylinders/axis_fit.h"
-#include "cylinders/circle_fit.h"
-#include "cylinders/detect_options.h"
-#include "cylinders/visibility.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "cylinders/barrel.h"
+#include "cylinders/cylinder.h"
+#include "cylinders/rims.h"
 #include "geometry/observation.h"
 #include "perception/perceive.h"
+#include "perception/perception_options.h"
+#include "perception/sampling.h"
 #include "perception/scene.h"
 
-/// Detection of given cylinders among other things on a table (section 4.2).
 namespace rangegrasp::cylinders {
+
+/// What the detection of given cylinders does beyond chapter 4; every switch off is the method as
+/// published (base/words.h).
+struct DetectAdditions {
+  bool adapt_lengths = true;
+  bool robust_table = true;
+  bool repeated_filter = true;
+  bool widened_normals = true;
+  bool table_gate = true;
+  bool wide_links = true;
+  bool curve_distance = true;
+  bool barrel_search = true;
+  bool refine_pose = true;
+  bool check_shape = true;
+};
+constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const DetectAdditions*) {
+  using A = DetectAdditions;
+  return {{
+      {"adapt_lengths", &A::adapt_lengths,
+       "noise and spacing are measured and lengths adapted to them; off: the published lengths"},
+      {"robust_table", &A::robust_table,
+       "the table is looked for as perception does; off: the plane that most points are near"},
+      {"repeated_filter", &A::repeated_filter,
+       "the outlier filter repeats until it finds none, and leaves points with near neighbors"},
+      {"widened_normals", &A::widened_normals,
+       "normals from further off where all points near lie on one scan line"},
+      {"table_gate", &A::table_gate,
+       "points of a top are told by the table's normal; off: by n_x > n_y, n_z in the sensor's "
+       "frame"},
+      {"wide_links", &A::wide_links,
+       "fragments hold together over several mean distances; off: below d_ca"},
+      {"curve_distance", &A::curve_distance,
+       "distance of a rim's points from the circle; off: from the sphere round it"},
+      {"barrel_search", &A::barrel_search,
+       "barrels are found without their rims, lying ones, too; off: by their rims alone"},
+      {"refine_pose", &A::refine_pose,
+       "the pose is fitted to the barrel and its ends; off: by the line through axis points"},
+      {"check_shape", &A::check_shape,
+       "radius, height and what was seen through must agree with the given cylinder; off: the rim "
+       "alone decides"},
+  }};
+}
+static_assert(base::AllAdditionsListed<DetectAdditions>());
+
+/// When a circle is a given cylinder's rim (section 4.2.4).
+struct AcceptOptions {
+  /// Of a rim's points from the circle (eq. 4.26).
+  perception::AdaptiveLength rim_distance_m{0.002, {.noises = 2.5, .spacings = 0.67}};
+  double min_rim_share = 0.8;  ///< of the rim's points on the circle (section 4.2.4)
+  /// Of the circle's radius from the given one (eq. 4.27 takes the nearest, however far it is). The
+  /// range tolerance of section 4.2.4. Larger: other cylinders are taken for given ones.
+  perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
+  /// The same of the barrel's, which has more points: what the given numbers and a scan's radius
+  /// are known to (the line scanner's are off by 0.1 mm, one in twenty by 0.4); and by as much
+  /// again where two deviations of the fit are as much (an arc that is short).
+  perception::AdaptiveLength max_radius_error_m{0.0005, {.noises = 1.5}};
+  /// Of the height that is seen from the given one: a row of points at each end.
+  perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
+  /// The same of ends that are seen as faces, of many points each.
+  perception::AdaptiveLength max_face_error_m{0.002, {.noises = 4.0}};
+  /// Of the height that a barrel has to show: of a shorter piece nothing says how far it goes on.
+  double min_length_share = 0.2;
+  /// Less of a barrel fits about any curved thing.
+  double min_arc_rad = base::Deg(45.0);
+  /// RefinedAxis::normal_angle_rad. Larger: corners of boxes are barrels; smaller: noisy ones are
+  /// none.
+  double max_normal_angle_rad = base::Deg(9.0);
+  /// Of the rays that should have ended on the cylinder (CompareWithView): how many did. All of
+  /// them in 1,500 scenes and 20 scans with the line scanner (the tolerance grows with the noise);
+  /// the rest is for mixed points and holes. Smaller: others that are partly hidden are taken for
+  /// it.
+  double min_agreement = 0.95;
+  /// The same of the rays to a part that no points show: those that went through where it should
+  /// be. The others have to end in front of it.
+  double max_missing_seen = 0.05;
+  /// Such a part is looked at in so many slices, to see how far the cylinder may go on. More: its
+  /// place is found better, in more time.
+  int hidden_steps = 8;
+  /// Of all rays that meet the cylinder: how many have to show it. Smaller: found behind more.
+  double min_seen_share = 0.12;
+  /// Of a ray's end from the surface.
+  perception::AdaptiveLength view_tolerance_m{0.004, {.noises = 5.0, .gaps = 0.7}};
+  /// An axis within this of the table's normal stands.
+  double max_standing_tilt_rad = base::Deg(30.0);
+  /// Points of one cylinder that another one may have too, of its own.
+  double max_shared = 0.3;
+};
+
+/// Defaults with an equation or section are the dissertation's, for its scanner; the others are
+/// this program's own.
+struct DetectOptions : DetectAdditions {
+  /// Table, filter and normals: those of chapter 5, which took them over. Nothing is smoothed: it
+  /// would make barrels thinner.
+  perception::PreprocessOptions preprocess;
+  perception::SamplingOptions sampling;
+  CurvatureOptions curvature;
+  FragmentOptions fragments;
+  RandomCircleOptions circle{.draws = 100, .distance = CircleDistance::kCurve};
+  AcceptOptions accept;
+  BarrelOptions barrel;
+  BarrelSearchOptions search;
+  /// The plane of no table (without robust_table) holds fewer of the points than this share.
+  double min_table_share = 0.05;
+  /// The sensor's axes in the cloud's frame, for the gate as published.
+  Eigen::Matrix3d R_CS = Eigen::Matrix3d::Identity();
+};
+
+/// Every addition off.
+DetectOptions AsPublished();
+
+/// Sets every length that stands for noise or spacing, and was not given, to what the sampling asks
+/// for.
+void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options);
+
+// Detection of given cylinders among other things on a table (section 4.2).
 
 /// The shape of a cylinder that is looked for [m].
 struct GivenCylinder {

@@ -1,13 +1,511 @@
 #include "cylinders/fit.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <unsupported/Eigen/NonLinearOptimization>
+
+#include "base/statistics.h"
+#include "geometry/kd_tree.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::cylinders {
-
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   // Of a cosine alone angles below 1e-8 would be lost.
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
+}
+
+Incidence IncidenceOf(const Barrel& barrel, const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d& d = barrel.axis.direction;
+  const Eigen::Vector3d ray = (p - eye).stableNormalized();
+  const Eigen::Vector3d across = ray - ray.dot(d) * d;
+  const double length = across.norm();
+  if (length == 0.0) return {0.0, 0.0};
+  // The ray's distance from the axis, as a share of the radius: the sine of its incidence in the
+  // section square to the axis.
+  const double sine = std::min(
+      1.0, std::abs((barrel.axis.point - eye).dot(across.cross(d))) / (length * barrel.radius_m));
+  return {length * std::sqrt(1.0 - sine * sine), length * sine};
+}
+
+DistanceNoise DistanceNoiseOf(const RayNoise& noise, const Incidence& incidence, double radius_m) {
+  const auto mixed = [&noise](double part) {
+    return std::pow(noise.along_m * part, 2) + std::pow(noise.across_m, 2) * (1.0 - part * part);
+  };
+  const double tangential_m2 = mixed(incidence.tangential);
+  return {tangential_m2 / (2.0 * radius_m),
+          mixed(incidence.radial) + std::pow(tangential_m2 / radius_m, 2) / 2.0};
+}
+
+namespace {
+
+/// What Eigen's Levenberg-Marquardt asks for.
+class Residuals {
+ public:
+  using Scalar = double;
+  using InputType = Eigen::VectorXd;
+  using ValueType = Eigen::VectorXd;
+  using JacobianType = Eigen::MatrixXd;
+  enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
+
+  explicit Residuals(geometry::PointSpan points) : points_(points) {}
+
+  int inputs() const { return BarrelParameters::RowsAtCompileTime; }
+  int values() const { return static_cast<int>(points_.size()); }
+
+  int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& values) const {
+    const BarrelParameters parameters = x;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      values[static_cast<Eigen::Index>(i)] = BarrelResidual(parameters, points_[i]);
+    }
+    return 0;
+  }
+  int df(const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) const {
+    const BarrelParameters parameters = x;
+    BarrelParameters gradient;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      BarrelResidual(parameters, points_[i], &gradient);
+      jacobian.row(static_cast<Eigen::Index>(i)) = gradient.transpose();
+    }
+    return 0;
+  }
+
+ private:
+  geometry::PointSpan points_;
+};
+
+std::optional<Barrel> BarrelOf(const Eigen::VectorXd& x, const Eigen::Vector3d& mean) {
+  const Eigen::Vector3d d = x.segment<3>(3);
+  if (!x.allFinite() || d.norm() == 0.0 || x[6] <= 0.0) return std::nullopt;
+  Barrel barrel;
+  barrel.axis.direction = d.normalized();
+  const Eigen::Vector3d c = x.head<3>();
+  barrel.axis.point = c + (mean - c).dot(barrel.axis.direction) * barrel.axis.direction;
+  barrel.radius_m = x[6];
+  return barrel;
+}
+
+}  // namespace
+
+double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
+                      BarrelParameters* gradient) {
+  const Eigen::Vector3d d = x.segment<3>(3);
+  const Eigen::Vector3d offset = p - x.head<3>();
+  const double along = offset.dot(d) / d.squaredNorm();
+  const Eigen::Vector3d across = offset - along * d;
+  const double distance = across.norm();
+  if (gradient != nullptr) {
+    // On the axis itself the direction is free; none is as good as another.
+    const Eigen::Vector3d outward =
+        distance > 0.0 ? Eigen::Vector3d(across / distance) : Eigen::Vector3d::Zero();
+    gradient->head<3>() = -outward;
+    gradient->segment<3>(3) = -along * outward;
+    (*gradient)[6] = -1.0;
+  }
+  return distance - x[6];
+}
+
+std::optional<BarrelFit> FitLeastSquares(geometry::PointSpan points, int iterations) {
+  if (iterations < 1) throw std::invalid_argument("FitLeastSquares: iterations must be >= 1");
+  constexpr int kParameters = BarrelParameters::RowsAtCompileTime;
+  const auto line = FitLine(points);
+  if (points.size() < kParameters || !line) return std::nullopt;
+  double sum_m = 0.0;
+  for (const auto& p : points) sum_m += line->Distance(p);
+  Eigen::VectorXd x(kParameters);
+  x << line->point, line->direction, sum_m / static_cast<double>(points.size());
+  Residuals residuals(points);
+  Eigen::LevenbergMarquardt<Residuals> solver(residuals);
+  auto status = solver.minimizeInit(x);
+  BarrelFit fit;
+  while (status == Eigen::LevenbergMarquardtSpace::NotStarted ||
+         status == Eigen::LevenbergMarquardtSpace::Running) {
+    if (fit.iterations == iterations) break;
+    status = solver.minimizeOneStep(x);
+    ++fit.iterations;
+  }
+  const auto barrel = BarrelOf(x, line->point);
+  if (!barrel) return std::nullopt;
+  fit.barrel = *barrel;
+  return fit;
+}
+
+namespace {
+
+/// A normal closer to the axis than 45 deg is of an end.
+constexpr double kSquare = 0.7071;
+
+/// CircleOnAxis ends after so many steps, or where one is below this share of the radius; a
+/// distance below the floor, as a share of the radius, counts by its square.
+constexpr int kCircleRounds = 40;
+constexpr double kRestShare = 1e-9;
+constexpr double kFloorShare = 1e-4;
+
+void Check(const RcfOptions& options) {
+  if (options.neighborhood_m <= 0.0 || options.tolerance_m <= 0.0 || options.barrel_rounds < 1) {
+    throw std::invalid_argument(
+        "RCF: neighborhood_m and tolerance_m must be > 0, barrel_rounds >= 1");
+  }
+}
+
+/// Points of the wall with their normals.
+struct WallPoints {
+  geometry::Points points;
+  geometry::Points normals;
+};
+
+WallPoints WallOf(const FitInput& input, const RcfPreparation& prepared, const Barrel& barrel,
+                  double tolerance_m) {
+  WallPoints wall;
+  for (std::size_t i = 0; i < input.points.size(); ++i) {
+    if (prepared.curved[i] || std::abs(barrel.Distance(input.points[i])) > tolerance_m) continue;
+    // The seen end lies within the tolerance near its rim; its normals do not point to the axis.
+    if (std::abs(prepared.normals[i].dot(barrel.axis.direction)) > kSquare) continue;
+    wall.points.push_back(input.points[i]);
+    wall.normals.push_back(prepared.normals[i]);
+  }
+  return wall;
+}
+
+}  // namespace
+
+RcfOptions RcfAsPrinted() {
+  RcfOptions options;
+  options.gate = RimGate::kSigned;
+  options.circle.distance = CircleDistance::kSphere;
+  options.barrel_rounds = 1;
+  options.circle_again = false;
+  return options;
+}
+
+bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
+                const Eigen::Vector3d& to_eye, const RcfOptions& options) {
+  const double n_x = normal.dot(up);
+  if (options.gate == RimGate::kHalfway) {
+    const double tilt = std::acos(std::clamp(n_x, -1.0, 1.0));
+    return std::abs(tilt - base::Deg(45.0)) <= options.halfway_rad;
+  }
+  const Eigen::Vector3d y = to_eye.cross(up).stableNormalized();
+  const double n_y = normal.dot(y);
+  const double n_z = normal.dot(up.cross(y));
+  return PassesSensorGate({n_x, n_y, n_z});
+}
+
+RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
+  Check(options);
+  const geometry::KdTree tree(input.points);
+  RcfPreparation prepared;
+  const geometry::Points eye{input.eye};
+  const std::vector<std::uint32_t> eye_of(input.points.size(), 0);
+  geometry::NeighborLists neighbors;
+  geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
+  cloud.normals = geometry::EstimateNormals(input.points, tree, options.neighborhood_m, eye, eye_of,
+                                            0.0, &neighbors);
+  CurvatureOptions curvature;
+  curvature.radius_m = options.neighborhood_m;
+  curvature.min_angle_rad = options.curvature_rad;
+  prepared.curved = CurvedPoints(cloud, tree, curvature, neighbors);
+  prepared.normals = std::move(cloud.normals);
+  return prepared;
+}
+
+geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
+                        const RcfOptions& options) {
+  geometry::Indices rim;
+  for (std::size_t i = 0; i < input.points.size(); ++i) {
+    if (prepared.curved[i] &&
+        PassesGate(prepared.normals[i], input.up, input.eye - input.points[i], options)) {
+      rim.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return rim;
+}
+
+std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3d& axis,
+                                   const Circle& start) {
+  if (rim.size() < 3) return std::nullopt;
+  const auto& [u, v] = Across(axis);
+  Circle circle{start.center, axis, start.radius_m};
+  for (int round = 0; round < kCircleRounds; ++round) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : rim) {
+      const Eigen::Vector2d offset((p - circle.center).dot(u), (p - circle.center).dot(v));
+      const double distance = offset.norm();
+      if (distance == 0.0) continue;
+      const double error = distance - circle.radius_m;
+      const Eigen::Vector3d row(-offset.x() / distance, -offset.y() / distance, -1.0);
+      // The square over its root: the size. Below the floor squares count, so that no single point
+      // that lies on the circle holds it.
+      const double weight = 1.0 / std::max(std::abs(error), kFloorShare * start.radius_m);
+      normal += weight * row * row.transpose();
+      right -= weight * error * row;
+    }
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    if (!step.allFinite()) return std::nullopt;
+    circle.center += step.x() * u + step.y() * v;
+    circle.radius_m += step.z();
+    if (!(circle.radius_m > 0.0)) return std::nullopt;
+    if (step.norm() < kRestShare * start.radius_m) break;
+  }
+  return circle;
+}
+
+std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& prepared,
+                                const RcfOptions& options, base::Rng& rng) {
+  Check(options);
+  const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, options));
+  const auto drawn = FitRandomCircle(rim, options.circle, rng);
+  if (!drawn) return std::nullopt;
+  Circle circle = *drawn;
+  Barrel barrel{{circle.center, circle.normal}, circle.radius_m};
+  for (int round = 0; round < options.barrel_rounds; ++round) {
+    const WallPoints wall = WallOf(input, prepared, barrel, options.tolerance_m);
+    const auto line = FitLine(AxisPoints(wall.points, wall.normals, barrel.radius_m));
+    if (!line) return std::nullopt;
+    barrel.axis = *line;
+    if (!options.circle_again) continue;
+    const auto again = CircleOnAxis(rim, line->direction, circle);
+    if (!again) return std::nullopt;
+    circle = *again;
+    barrel.radius_m = circle.radius_m;
+  }
+  return BarrelFit{barrel, options.circle.draws};
+}
+
+namespace {
+
+constexpr std::size_t kMinRefinedPoints = 7;
+/// Standard deviation of normal values from the median of their sizes.
+constexpr double kSigmaOfMedian = 1.4826;
+/// Neither part of the noise is taken to be less than this share of the whole: a weight of a few
+/// points at the outline alone would decide all.
+constexpr double kMinNoiseShare = 0.05;
+/// Noise below this [m] is rounding: exact points get equal weights.
+constexpr double kRounding_m = 1e-12;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Offsets of the axis along u and v, its turns towards them, and of the radius.
+using LevenbergStep = Eigen::Matrix<double, 5, 1>;
+
+Barrel Moved(const Barrel& barrel, const LevenbergStep& step) {
+  const Across across(barrel.axis.direction);
+  Barrel moved;
+  moved.axis.point = barrel.axis.point + step[0] * across.u + step[1] * across.v;
+  moved.axis.direction =
+      (barrel.axis.direction + step[2] * across.u + step[3] * across.v).normalized();
+  moved.radius_m = barrel.radius_m + step[4];
+  return moved;
+}
+
+double Along(const Barrel& barrel, const Eigen::Vector3d& p) {
+  return (p - barrel.axis.point).dot(barrel.axis.direction);
+}
+
+double Tukey(double sigmas, double cut) {
+  const double t = sigmas / cut;
+  return std::abs(t) >= 1.0 ? 0.0 : (1.0 - t * t) * (1.0 - t * t);
+}
+
+double Square(double x) { return x * x; }
+
+// The variance of unit normal values, weighed by Tukey's biweight: what its weights leave of it.
+// (Of values beyond the cut, which are one in 3e5 at 4.685, the formula has none.)
+double KeptVariance(double cut) {
+  const double c2 = cut * cut;
+  return (1.0 - 6.0 / c2 + 15.0 / (c2 * c2)) / (1.0 - 2.0 / c2 + 3.0 / (c2 * c2));
+}
+
+/// A point's part in a round.
+struct Term {
+  double distance_m = 0.0;  ///< from the barrel, less its mean under noise
+  LevenbergStep gradient;   ///< of the distance
+  Incidence incidence;
+  double variance_m2 = 1.0;  ///< of the distance by the point's own noise
+  double weight = 0.0;       ///< of the robust loss: 0 to 1
+};
+
+class Refinement {
+ public:
+  Refinement(const FitInput& input, const Barrel& start, const RefineOptions& options)
+      : input_(input), options_(options), barrel_(start) {
+    // The middle of the points: turns of the axis then leave them where they are.
+    const Eigen::Vector3d middle = geometry::Centroid(input.points);
+    barrel_.axis.point += Along(start, middle) * start.axis.direction;
+    for (const auto& p : input.points) reach_m_ = std::max(reach_m_, (p - middle).norm());
+  }
+
+  const Barrel& barrel() const { return barrel_; }
+
+  /// One round. False where there is no further one to make of the points.
+  bool Advance() {
+    FindTerms();
+    if (terms_.size() < kMinRefinedPoints) return false;
+    const double sigma_m = Sigma();
+    if (!noise_) noise_ = RayNoise{sigma_m, sigma_m};
+    Weigh();
+    if (options_.weigh_incidence) {
+      EstimateNoise(sigma_m);
+    } else {
+      noise_ = RayNoise{sigma_m, sigma_m};
+    }
+    const auto step = FindStep();
+    if (!step) return false;
+    barrel_ = Moved(barrel_, *step);
+    moved_m_ =
+        step->head<2>().norm() + step->segment<2>(2).norm() * reach_m_ + std::abs((*step)[4]);
+    return barrel_.radius_m > 0.0;
+  }
+  bool AtRest() const { return moved_m_ <= options_.rest_m; }
+
+ private:
+  // Of an end that was seen many points lie far inside the barrel, about one plane.
+  void FindWall() {
+    low_m_ = -kInfinity;
+    high_m_ = kInfinity;
+    std::vector<double> inside;
+    std::vector<double> on;
+    for (const auto& p : input_.points) {
+      const bool is_inside = barrel_.Distance(p) < -options_.inner_share * barrel_.radius_m;
+      (is_inside ? inside : on).push_back(Along(barrel_, p));
+    }
+    const double enough = options_.end_share * static_cast<double>(input_.points.size());
+    if (static_cast<double>(inside.size()) < std::max(enough, 3.0) || on.empty()) return;
+    // Mixed points behind the wall lie within it, too, but all along it.
+    const double spread_m = base::QuantileOf(inside, 0.75) - base::QuantileOf(inside, 0.25);
+    if (spread_m > options_.inner_share * barrel_.radius_m) return;
+    const double end_m = base::MedianOf(inside);
+    // The end is seen at an angle: along the axis its noise is at most that along the ray.
+    const double noise_m = noise_ ? std::hypot(noise_->along_m, noise_->across_m) : 0.0;
+    const double margin_m = options_.end_margin_sigmas * noise_m;
+    if (end_m > base::MedianOf(on)) {
+      high_m_ = end_m - margin_m;
+    } else {
+      low_m_ = end_m + margin_m;
+    }
+  }
+
+  void FindTerms() {
+    FindWall();
+    const Across across(barrel_.axis.direction);
+    BarrelParameters x;
+    x << barrel_.axis.point, barrel_.axis.direction, barrel_.radius_m;
+    terms_.clear();
+    for (std::size_t i = 0; i < input_.points.size(); ++i) {
+      const Eigen::Vector3d& p = input_.points[i];
+      const double along_m = Along(barrel_, p);
+      if (along_m < low_m_ || along_m > high_m_) continue;
+      Term term;
+      BarrelParameters g;
+      term.distance_m = BarrelResidual(x, p, &g);
+      const Eigen::Vector3d inward = g.head<3>();
+      const Eigen::Vector3d turned = g.segment<3>(3);
+      term.gradient << inward.dot(across.u), inward.dot(across.v), turned.dot(across.u),
+          turned.dot(across.v), g[6];
+      term.incidence = IncidenceOf(barrel_, input_.eye, p);
+      terms_.push_back(term);
+    }
+  }
+
+  double Sigma() const {
+    std::vector<double> sizes;
+    sizes.reserve(terms_.size());
+    for (const Term& term : terms_) sizes.push_back(std::abs(term.distance_m));
+    return kSigmaOfMedian * base::MedianOf(std::move(sizes));
+  }
+
+  void Weigh() {
+    for (Term& term : terms_) {
+      const DistanceNoise expected = DistanceNoiseOf(*noise_, term.incidence, barrel_.radius_m);
+      term.distance_m -= expected.mean_m;
+      const double variance_m2 =
+          options_.weigh_incidence ? expected.variance_m2 : Square(noise_->along_m);
+      term.variance_m2 = std::max(variance_m2, Square(kRounding_m));
+      term.weight = Tukey(term.distance_m / std::sqrt(term.variance_m2), options_.cut_sigmas);
+    }
+  }
+
+  // The squares of the distances as a sum of both noises' squares, each times its part of the
+  // normal: weighted linear least squares with the robust loss's weights, or one point in eleven
+  // that is far off would widen the noise until it counts itself.
+  void EstimateNoise(double sigma_m) {
+    const double kept = KeptVariance(options_.cut_sigmas);
+    double aa = 0.0, ab = 0.0, bb = 0.0, ay = 0.0, by = 0.0;
+    for (const Term& term : terms_) {
+      if (term.weight == 0.0) continue;
+      const double a = Square(term.incidence.radial);
+      const double b = 1.0 - a;
+      // The variance of a square is twice the square of its mean.
+      const double w = term.weight / Square(term.variance_m2);
+      const double y = Square(term.distance_m) / kept;
+      aa += w * a * a;
+      ab += w * a * b;
+      bb += w * b * b;
+      ay += w * a * y;
+      by += w * b * y;
+    }
+    const double determinant = aa * bb - ab * ab;
+    const double least = Square(kMinNoiseShare * sigma_m);
+    if (!(determinant > 1e-12 * aa * bb)) {  // one incidence alone
+      noise_ = RayNoise{sigma_m, sigma_m};
+      return;
+    }
+    noise_ = RayNoise{std::sqrt(std::max((ay * bb - by * ab) / determinant, least)),
+                      std::sqrt(std::max((by * aa - ay * ab) / determinant, least))};
+  }
+
+  std::optional<LevenbergStep> FindStep() {
+    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+    LevenbergStep right = LevenbergStep::Zero();
+    std::size_t used = 0;
+    for (const Term& term : terms_) {
+      if (term.weight == 0.0) continue;
+      const double w = term.weight / term.variance_m2;
+      normal += w * term.gradient * term.gradient.transpose();
+      right -= w * term.distance_m * term.gradient;
+      ++used;
+    }
+    if (used < kMinRefinedPoints) return std::nullopt;
+    const LevenbergStep step = normal.ldlt().solve(right);
+    if (!step.allFinite()) return std::nullopt;
+    return step;
+  }
+
+  const FitInput& input_;
+  const RefineOptions& options_;
+  Barrel barrel_;
+  double reach_m_ = 0.0;
+  double moved_m_ = kInfinity;
+  std::optional<RayNoise> noise_;
+  double low_m_ = -kInfinity;  ///< the wall alone, along the axis
+  double high_m_ = kInfinity;
+  std::vector<Term> terms_;
+};
+
+void Check(const RefineOptions& options) {
+  if (options.rounds < 1 || options.cut_sigmas <= 0.0 || options.rest_m < 0.0 ||
+      options.end_margin_sigmas < 0.0) {
+    throw std::invalid_argument(
+        "FitRefined: rounds must be >= 1, cut_sigmas > 0, rest_m and end_margin_sigmas >= 0");
+  }
+}
+
+}  // namespace
+
+std::optional<BarrelFit> FitRefined(const FitInput& input, const Barrel& start,
+                                    const RefineOptions& options) {
+  Check(options);
+  if (input.points.size() < kMinRefinedPoints || !(start.radius_m > 0.0)) return std::nullopt;
+  Refinement refinement(input, start, options);
+  int round = 0;
+  while (round < options.rounds && !refinement.AtRest()) {
+    if (!refinement.Advance()) return std::nullopt;
+    ++round;
+  }
+  return BarrelFit{refinement.barrel(), round};
 }
 
 }  // namespace rangegrasp::cylinders

@@ -1,11 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <vector>
 
-#include "cylinders/axis_fit.h"
+#include "base/rng.h"
+#include "base/units.h"
+#include "cylinders/cylinder.h"
+#include "cylinders/rims.h"
 #include "geometry/point_cloud.h"
 
 /// Fits of one cylinder to the points of its seen side, compared by tables 4.3 and 4.4.
+
 namespace rangegrasp::cylinders {
 
 /// The barrel of a cylinder, unbounded along its axis.
@@ -32,5 +38,151 @@ struct FitInput {
 
 /// Angle between two axes, whatever their signs [rad], 0 to pi / 2.
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
+// What the noise of a range sensor does to the distances of points from a barrel.
+
+/// Noise of a range sensor's points: along the ray and square to it [m], standard deviations.
+struct RayNoise {
+  double along_m = 0.0;
+  double across_m = 0.0;
+};
+
+/// How a ray meets a barrel, by the ray alone, so that the noise of the point on it plays no part:
+/// of the ray's unit vector the part along the surface's normal there, and that along the surface
+/// and square to the axis.
+struct Incidence {
+  double radial = 1.0;      ///< 0 to 1; 0 at the outline and beyond
+  double tangential = 0.0;  ///< 0 to 1
+};
+Incidence IncidenceOf(const Barrel& barrel, const Eigen::Vector3d& eye, const Eigen::Vector3d& p);
+
+/// What noise does to a point's distance from the barrel that it lies on, to second order: with s_n
+/// and s_t the noise along the normal and along the tangent square to the axis,
+///   mean = s_t^2 / (2 r)   (a step along the tangent leads out of a circle),
+///   variance = s_n^2 + s_t^4 / (2 r^2).
+struct DistanceNoise {
+  double mean_m = 0.0;
+  double variance_m2 = 0.0;
+};
+DistanceNoise DistanceNoiseOf(const RayNoise& noise, const Incidence& incidence, double radius_m);
+
+// Least-squares fitting of a cylinder (LSF), the method that the dissertation compares with
+/// (sections 2.5.1 and 4.4).
+
+/// All parameters of a barrel as one vector: a point of the axis c [m], its direction d (any
+/// length), the radius r [m]. Seven numbers for five freedoms, as published: Levenberg-Marquardt's
+/// damping holds those that change nothing.
+using BarrelParameters = Eigen::Matrix<double, 7, 1>;
+
+/// The residual of a point, |(I - d d^T / d^T d)(p - c)| - r [m], and its derivatives by the
+/// parameters.
+double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
+                      BarrelParameters* gradient = nullptr);
+
+/// The barrel with the least sum of squared distances of all points, by Levenberg-Marquardt
+/// (MINPACK's, in Eigen) from the start as published: the mean, the direction of the largest
+/// variance (PCA), the mean distance from that line. Of one side of a cylinder the mean lies near
+/// the wall: the start is far off. All points count alike: those of the seen end, too. O(iterations
+/// n).
+/// @return nullopt for fewer than seven points, or where the start or the result is no cylinder.
+/// @param iterations  at most, >= 1; the dissertation's 100 (section 4.4)
+/// @throws std::invalid_argument if iterations < 1.
+std::optional<BarrelFit> FitLeastSquares(geometry::PointSpan points, int iterations = 100);
+
+// Random circle fitting of one cylinder's points (RCF): rim, circle, axis (sections 4.2.2 to
+/// 4.2.4), without the search among other objects.
+
+/// Which curvature points are of the rim of the upper end.
+enum class RimGate {
+  kSigned,   ///< n_x > n_y and n_x > n_z, as printed: the wall's outline on one side passes, too
+  kHalfway,  ///< the normal is about halfway between the end's and the wall's
+};
+
+struct RcfOptions {
+  double neighborhood_m = 0.005;           ///< > 0; section 4.2.2; table 4.4 takes 3 mm
+  double curvature_rad = base::Deg(20.0);  ///< section 4.2.3
+  /// A normal that is estimated across the rim lies between the end's and the wall's, halfway where
+  /// the point is on the rim itself: the circle is then that of the rim and not that of a band
+  /// within it.
+  RimGate gate = RimGate::kHalfway;
+  /// Half of kHalfway's range about 45 deg. Smaller: nearer to the rim, and fewer points.
+  double halfway_rad = base::Deg(20.0);
+  /// Its draws are the iterations of tables 4.3 and 4.4. A sphere passes through a rim wherever on
+  /// the axis its centre is, so that the printed distance leaves the radius open (kSphere).
+  RandomCircleOptions circle{100, CircleDistance::kCurve};
+  double tolerance_m = 0.002;  ///< > 0; of the barrel (section 4.2.4)
+  /// Times that the barrel is gathered and its axis fitted: 1 as printed, along the circle's
+  /// normal, which a rim of r 10 mm gives to a few degrees: 2 mm at 30 mm from the rim.
+  int barrel_rounds = 8;
+  /// Whether the radius is that of CircleOnAxis; false: of the best triple, as printed, which three
+  /// points of a rim a millimetre wide decide.
+  bool circle_again = true;
+};
+
+/// All of it as the text prints it.
+RcfOptions RcfAsPrinted();
+
+/// What is computed before the first triple is drawn: the "ppt" of table 4.3. Serves any gate.
+struct RcfPreparation {
+  geometry::Points normals;  ///< unit, towards the eye; one a point
+  std::vector<bool> curved;  ///< whether a point is a strong curvature point (eq. 4.13)
+};
+/// O(n m) for neighborhoods of m points.
+/// @throws std::invalid_argument if an option is out of range or a point is not finite.
+RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
+
+/// Whether a normal is that of a "top curvature point", in a frame whose x axis is `up` and whose
+/// z axis points to the eye.
+bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
+                const Eigen::Vector3d& to_eye, const RcfOptions& options);
+
+/// "Top curvature points": curved, and through the gate. Ascending.
+geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
+                        const RcfOptions& options);
+
+/// The circle square to the axis with the least sum of distances of the rim (eq. 4.24, seen along
+/// the axis), by reweighted least squares from `start`. The text calculates "the circle centre c_m
+/// again" on the axis; here the radius, too, comes from all of the rim.
+/// @return nullopt where it does not come to a circle.
+std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3d& axis,
+                                   const Circle& start);
+
+/// The circle through the rim, the wall (points within the tolerance of the cylinder that stands on
+/// the circle, not curved), the axis through p - n r of the wall (algorithm 1), and the circle
+/// again.
+/// @return nullopt if there is no rim, no circle or no wall.
+std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& prepared,
+                                const RcfOptions& options, base::Rng& rng);
+
+// A barrel refined by orthogonal distances, each weighed by what a range sensor's noise makes of
+/// it. An addition to the dissertation.
+
+struct RefineOptions {
+  /// Whether distances are weighed by their variance at their incidence; false: all alike. With it
+  /// the outline, where noise runs along the surface, says most of the radius.
+  bool weigh_incidence = true;
+  /// Tukey's biweight: distances beyond so many standard deviations do not count. 4.685 keeps 95 %
+  /// of least squares' efficiency where the noise is normal (Huber 1981); smaller throws out more
+  /// of what is no barrel.
+  double cut_sigmas = 4.685;
+  /// Points nearer to a seen end than this many noises along the ray are left out.
+  double end_margin_sigmas = 4.0;
+  /// An end is seen where this share of the points lies within the barrel by more than
+  /// inner_share of its radius.
+  double end_share = 0.01;
+  double inner_share = 0.25;
+  int rounds = 60;       ///< >= 1; weights, then a Gauss-Newton step
+  double rest_m = 1e-9;  ///< ends where no point of the barrel moves by more
+};
+
+/// The barrel near `start` with the least robust, weighted sum of squared distances. The noise
+/// along and across the rays is estimated from the points' own distances in each round; the mean of
+/// DistanceNoise is taken off each distance. The seen end and what is about its rim are left out:
+/// the robust loss cannot tell the end's outermost points from the wall. O(rounds n).
+/// @param start  off by less than about a quarter of the radius.
+/// @return nullopt for fewer than seven points within the cut, or where the result is no cylinder.
+/// @throws std::invalid_argument if an option is out of range.
+std::optional<BarrelFit> FitRefined(const FitInput& input, const Barrel& start,
+                                    const RefineOptions& options = {});
 
 }  // namespace rangegrasp::cylinders

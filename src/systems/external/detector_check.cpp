@@ -4,9 +4,11 @@
 
 #include <algorithm>
 
-#include "base/process/sandbox.h"
+#include "base/file.h"
+#include "base/process/program.h"
 #include "external/outside_detector.h"
-#include "grasp/workspace.h"
+#include "grasp/detector.h"
+#include "trial/registry.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::external {
@@ -20,7 +22,7 @@ using trial::Cell;
 using trial::Sensed;
 
 constexpr std::size_t kScenes = 3;
-/// Tables are reported on other seeds.
+// Tables are reported on other seeds.
 constexpr std::uint64_t kSeed = 11;
 
 struct CheckScene {
@@ -95,8 +97,9 @@ bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
 
 std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Detected& before,
                             bool& failed) {
-  if (const auto why = process::WhyNoSandbox())
+  if (const auto why = process::WhyNoSandbox()) {
     return "sandbox: does not work here: " + *why + "\n";
+  }
   auto boxed = trial::Of<OutsideOptions>(cell.options, kExternal);
   const bool wanted = boxed.sandbox;
   boxed.sandbox = true;
@@ -124,9 +127,7 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
     try {
       const Detected detected = Ask(*cell.detector, scene);
       text += Describe(cell, scene, detected);
-      if (&scene == &scenes.back()) {
-        text += DescribeSandbox(cell, scene, detected, failed);
-      }
+      if (&scene == &scenes.back()) text += DescribeSandbox(cell, scene, detected, failed);
     } catch (const DetectorFailed& e) {
       text += fmt::format("{}: detector_failed: {}\n", scene.object, e.what());
       return false;
@@ -136,3 +137,67 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
 }
 
 }  // namespace rangegrasp::external
+
+namespace rangegrasp {
+namespace {
+
+namespace fs = std::filesystem;
+using external::kExternal;
+using external::OutsideOptions;
+using trial::Options;
+
+void Read(base::YamlMap keys, Options& options) {
+  ReadOutside(std::move(keys), trial::Of<OutsideOptions>(options, kExternal));
+}
+
+// A sandbox that is asked for can be made here, and a trial does not end before the detector's time
+// is over.
+void Check(const base::YamlMap& map, const Options& all, double case_limit_s) {
+  const auto options = trial::Of<OutsideOptions>(all, kExternal);
+  if (options.command.empty()) map.Fail("detector", "key 'command': is missing and has no default");
+  if (options.limit_s >= case_limit_s) {
+    map.Fail("detector", fmt::format("time_limit_s is {:g} s: it must be less than trial_limit_s "
+                                     "({:g} s), which the whole trial has",
+                                     options.limit_s, case_limit_s));
+  }
+  if (!options.sandbox) return;
+  if (const auto why = process::WhyNoSandbox()) {
+    map.Fail("detector", "no sandbox can be made: " + *why +
+                             "; `sandbox: false` (--set detector.sandbox=false) runs the detector "
+                             "without one, if you trust it");
+  }
+}
+
+// A hash of the files that the command names.
+void AddTo(const Options& all, experiment::Stamp& stamp) {
+  const auto options = trial::Of<OutsideOptions>(all, kExternal);
+  std::uint64_t hash = base::Fnv1a(options.sandbox ? "sandbox" : "");
+  for (const fs::path& file : options.files) {
+    if (fs::is_regular_file(file)) {
+      hash = base::Fnv1a(file.filename().string() + base::ReadFile(file), hash);
+    }
+  }
+  stamp.identity["detector_hash"] = base::Hex(hash);
+}
+
+}  // namespace
+
+void RegisterExternal() {
+  trial::AddDetector(
+      {.word = trial::kDetectorWithKeys,
+       .make =
+           [](const Options& options, const robot::Robot& robot, grasp::SceneObserver observer) {
+             return external::MakeOutsideDetector(trial::Of<OutsideOptions>(options, kExternal),
+                                                  options, robot, std::move(observer));
+           },
+       .read = Read,
+       .check = Check,
+       .add_to = AddTo,
+       .hide =
+           [](const fs::path& folder, Options& options) {
+             trial::Of<OutsideOptions>(options, kExternal).hidden.push_back(folder);
+           },
+       .check_answers = external::CheckAnswers});
+}
+
+}  // namespace rangegrasp

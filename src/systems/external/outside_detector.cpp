@@ -8,24 +8,21 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/process/ask.h"
-#include "base/process/own_folder.h"
-#include "base/process/sandbox.h"
+#include "base/process/program.h"
 #include "base/stopwatch.h"
 #include "external/internal/detector_message.h"
-#include "geometry/groups.h"
 #include "geometry/kd_tree.h"
 #include "geometry/mesh_file.h"
+#include "grasp/obstacles.h"
 #include "grasp/proposals.h"
 #include "grasp/surface.h"
-#include "grasp/view_obstacles.h"
-#include "grasp/workspace.h"
 #include "perception/perceive.h"
 
 namespace rangegrasp::external {
 namespace {
 
 namespace fs = std::filesystem;
+using base::YamlMap;
 using grasp::Detected;
 using grasp::Detector;
 using grasp::DetectorFailed;
@@ -36,6 +33,29 @@ using grasp::WorkspaceOf;
 using internal::Answer;
 using internal::AnsweredObject;
 using perception::Scene;
+
+void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
+  auto& command = options.command;
+  const auto folder = std::filesystem::absolute(map.file()).parent_path();
+  for (std::string& word : command) {
+    const bool is_name = &word == &command.front() && word.find('/') == std::string::npos;
+    const auto beside = (folder / word).lexically_normal();
+    std::error_code ignored;  // of words that are no names of files at all
+    if (is_name || word.empty() || !std::filesystem::exists(beside, ignored)) {
+      if (word.ends_with(".py")) map.Fail("command", fmt::format("no file {}", beside.string()));
+      continue;
+    }
+    word = beside.string();
+    options.files.push_back(beside);
+  }
+  const auto program = process::Find(command.front());
+  if (!program) {
+    map.Fail("command", fmt::format("no program '{}' that can be executed (a name is looked for in "
+                                    "PATH, a path from the experiment's folder)",
+                                    command.front()));
+  }
+  command.front() = program->string();
+}
 
 // Of what is said of an answer so many characters are recorded.
 constexpr std::size_t kDetail = 600;
@@ -74,7 +94,7 @@ process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder
   return program;
 }
 
-/// A surface from the detector's folder: what it says is no more to be trusted than its answer.
+// A surface from the detector's folder: what it says is no more to be trusted than its answer.
 geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& folder) {
   const auto fail = [&](const std::string& why) {
     throw DetectorFailed(fmt::format("answer: surface '{}' {}", name, why));
@@ -101,7 +121,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   return mesh;
 }
 
-/// Where each sample of the observation stands in the scene's cloud; -1: not above the table.
+// Where each sample of the observation stands in the scene's cloud; -1: not above the table.
 class CloudPositions {
  public:
   CloudPositions(const Scene& scene, const geometry::Observation& observation) {
@@ -135,7 +155,7 @@ perception::PerceivedObject ObjectFrom(geometry::Indices points, const Scene& sc
   return object;
 }
 
-/// What hangs together with some points of a cloud; positions in it.
+// What hangs together with some points of a cloud; positions in it.
 geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan points_C,
                             double link_m) {
   std::vector<char> is_seed(points_C.size(), 0);
@@ -221,7 +241,7 @@ class OutsideDetector : public Detector {
     detected.segments = static_cast<int>(scene.objects.size());
   }
 
-  /// What is nowhere near the workspace counts as colliding.
+  // What is nowhere near the workspace counts as colliding.
   grasp::Grasp Placed(const grasp::Proposal& proposal) const {
     grasp::Grasp placed = grasp::PlaceHand(proposal, robot_.hand(), options_.grasp);
     const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
@@ -237,7 +257,7 @@ class OutsideDetector : public Detector {
     scene.objects.insert(first ? scene.objects.begin() : scene.objects.end(), std::move(object));
   }
 
-  /// The answer's objects, the one whose turn it is first. @return its position in the answer
+  // The answer's objects, the one whose turn it is first. @return its position in the answer
   std::optional<std::size_t> FirstOfObjects(const Answer& answer, const fs::path& folder,
                                             const geometry::Observation& observation,
                                             const Turn& turn, Scene& scene,
@@ -261,7 +281,7 @@ class OutsideDetector : public Detector {
     return first;
   }
 
-  /// The object between the fingers of the best grasp (whose turn it is).
+  // The object between the fingers of the best grasp (whose turn it is).
   std::optional<std::size_t> FirstOfGrasps(const Answer& answer, const Turn& turn, Scene& scene,
                                            Detected& detected) const {
     geometry::Indices best;
@@ -298,6 +318,23 @@ class OutsideDetector : public Detector {
 };
 
 }  // namespace
+
+void ReadOutside(YamlMap map, OutsideOptions& options) {
+  if (!map.Names().empty()) map.Require("command");
+  map.Read("command", options.command,
+           "a program of your own with its arguments, e.g. [python3, my_detector.py]; files are "
+           "looked for from the experiment's folder");
+  map.Read("time_limit_s", options.limit_s, 0.1, 86400.0,
+           "from its start to its answer; less than trial_limit_s");
+  map.Read("sandbox", options.sandbox,
+           "it runs without network, writes its own folder only and sees no results (bubblewrap)");
+  map.Read("memory_mb", options.memory_mb, 0, 10'000'000,
+           "address space of each of its processes; 0: no limit");
+  map.Read("file_mb", options.file_mb, 0, 10'000'000,
+           "size of each file that it writes; 0: no limit");
+  map.Finish();
+  if (!options.command.empty()) ResolveCommand(map, options);
+}
 
 std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                               const grasp::DetectorOptions& options,

@@ -1,10 +1,12 @@
 #include "mesh/mesh_object.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "base/error.h"
@@ -14,6 +16,147 @@
 #include "geometry/mesh_file.h"
 
 namespace rangegrasp::objects {
+double MetersOf(LengthUnit unit) {
+  switch (unit) {
+    case LengthUnit::kMm:
+      return 0.001;
+    case LengthUnit::kCm:
+      return 0.01;
+    case LengthUnit::kInch:
+      return 0.0254;
+    case LengthUnit::kM:
+      break;
+  }
+  return 1.0;
+}
+
+namespace {
+
+// [m] What a hand may want to grasp: longest edge of the box round it.
+constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
+// Without a unit it is guessed only where the size comes to lie within these: a dice, a bottle.
+constexpr double kLikelyMin_m = 0.02, kLikelyMax_m = 0.4, kTypical_m = 0.1;
+
+}  // namespace
+
+std::optional<LengthUnit> GuessUnit(double longest) {
+  std::optional<LengthUnit> best;
+  const auto distance = [&](LengthUnit unit) {
+    return std::abs(std::log(longest * MetersOf(unit) / kTypical_m));
+  };
+  for (const LengthUnit unit : {LengthUnit::kMm, LengthUnit::kCm, LengthUnit::kM}) {
+    const double size_m = longest * MetersOf(unit);
+    if (size_m < kLikelyMin_m || size_m > kLikelyMax_m) continue;
+    if (!best || distance(unit) < distance(*best)) best = unit;
+  }
+  return best;
+}
+
+namespace {
+
+// CoACD's plain C interface, as its wheel's Python module declares it; the wheel has no header.
+struct CoacdMesh {
+  double* vertices = nullptr;
+  std::uint64_t vertex_count = 0;
+  int* triangles = nullptr;
+  std::uint64_t triangle_count = 0;
+};
+struct CoacdMeshes {
+  CoacdMesh* meshes = nullptr;
+  std::uint64_t count = 0;
+};
+using CoacdRun = CoacdMeshes (*)(const CoacdMesh& input, double threshold, int max_hulls,
+                                 int preprocess, int preprocess_resolution, int resolution,
+                                 int nodes, int iterations, int depth, bool pca, bool merge,
+                                 bool decimate, int max_hull_vertices, bool extrude,
+                                 double extrude_margin, int approximation, unsigned seed,
+                                 bool real_metric);
+using CoacdFree = void (*)(CoacdMeshes);
+using CoacdLog = void (*)(const char*);
+
+// CoACD's values of these arguments.
+constexpr int kAnyNumber = -1;
+constexpr int kNoPreprocess = 2;           // the solid is closed
+constexpr int kPreprocessResolution = 50;  // not used then
+constexpr int kDepth = 3;                  // of the search: CoACD's default
+constexpr int kMaxHullVertices = 256;      // not used: fewer vertices would cut corners off
+constexpr int kHulls = 0;
+constexpr unsigned kSeed = 0;
+
+// Loaded when it is needed, and kept: what does not cut meshes does not wait for 13 MB, and runs
+// without it. It is looked for where the program's own libraries stand.
+struct Coacd {
+  CoacdRun run = nullptr;
+  CoacdFree free = nullptr;
+  CoacdLog log = nullptr;
+  bool there() const { return run != nullptr && free != nullptr && log != nullptr; }
+};
+
+const Coacd& Library() {
+  static const Coacd library = [] {
+    Coacd coacd;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    return coacd;  // a sanitizer's run time refuses a library that binds to itself first
+#endif
+    // It holds a spdlog of its own, which must not be mistaken for the program's.
+    void* handle = dlopen("lib_coacd.so", RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
+    if (handle == nullptr) return coacd;
+    coacd.run = reinterpret_cast<CoacdRun>(dlsym(handle, "CoACD_run"));
+    coacd.free = reinterpret_cast<CoacdFree>(dlsym(handle, "CoACD_freeMeshArray"));
+    coacd.log = reinterpret_cast<CoacdLog>(dlsym(handle, "CoACD_setLogLevel"));
+    return coacd;
+  }();
+  return library;
+}
+
+geometry::TriangleMesh HullOf(const CoacdMesh& part) {
+  geometry::Points points;
+  for (std::uint64_t i = 0; i < part.vertex_count; ++i) {
+    points.emplace_back(part.vertices[3 * i], part.vertices[3 * i + 1], part.vertices[3 * i + 2]);
+  }
+  return geometry::ConvexHull(points);
+}
+
+}  // namespace
+
+bool CanCut() { return Library().there(); }
+
+std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
+                                                const CutOptions& options) {
+  const Coacd& coacd = Library();
+  if (!coacd.there()) {
+    throw base::RunError(
+        "CoACD's library lib_coacd.so is not there: scripts/setup fetches it (PyPI wheel coacd)");
+  }
+  coacd.log("off");
+  const geometry::TriangleMesh input = geometry::Simplified(solid, options.max_triangles);
+  std::vector<double> vertices;
+  for (const Eigen::Vector3d& v : input.vertices) {
+    vertices.insert(vertices.end(), {v.x(), v.y(), v.z()});
+  }
+  std::vector<int> triangles;
+  for (const auto& triangle : input.triangles) {
+    for (const std::uint32_t corner : triangle) triangles.push_back(static_cast<int>(corner));
+  }
+  const CoacdMesh mesh{vertices.data(), input.vertices.size(), triangles.data(),
+                       input.triangles.size()};
+  const CoacdMeshes found = coacd.run(mesh, options.concavity, kAnyNumber, kNoPreprocess,
+                                      kPreprocessResolution, options.samples, options.nodes,
+                                      options.rounds, kDepth, /*pca=*/false, /*merge=*/true,
+                                      /*decimate=*/false, kMaxHullVertices, /*extrude=*/false,
+                                      /*extrude_margin=*/0.01, kHulls, kSeed,
+                                      /*real_metric=*/false);
+  const double min_volume = options.min_part * geometry::Volume(solid);
+  std::vector<geometry::TriangleMesh> parts;
+  for (std::uint64_t i = 0; i < found.count; ++i) {
+    geometry::TriangleMesh hull = HullOf(found.meshes[i]);
+    if (geometry::Volume(hull) > min_volume) parts.push_back(std::move(hull));
+  }
+  coacd.free(found);
+  if (parts.empty()) throw base::RunError("CoACD found no convex part");
+  return parts;
+}
+
 namespace {
 
 using Eigen::Vector3d;
@@ -44,10 +187,6 @@ Eigen::Matrix3d Upright(Up up) {
   return Eigen::Matrix3d::Identity();
 }
 
-void Turn(const Eigen::Matrix3d& R, geometry::TriangleMesh& mesh) {
-  for (Vector3d& v : mesh.vertices) v = R * v;
-}
-
 std::string Length(double length_m) {
   return length_m >= 1.0 ? fmt::format("{:.4g} m", length_m)
                          : fmt::format("{:.4g} mm", length_m * base::kMmPerM);
@@ -61,17 +200,15 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
     said.emplace_back("unit: m, as glTF says");
     return MetersOf(LengthUnit::kM);
   }
-  const auto guess = GuessUnit(longest, options.sizes);
+  const auto guess = GuessUnit(longest);
   if (!guess) {
     throw base::InputError(fmt::format(
         "{}: its longest edge is {:.4g}: in mm, cm and m alike that is not between {} and {}. Give "
         "its --unit, or its size with --height-mm or --size-mm",
-        file.string(), longest, Length(options.sizes.likely_min_m),
-        Length(options.sizes.likely_max_m)));
+        file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
   }
   said.push_back(
-      fmt::format("unit: {}, guessed since its longest edge is {:.4g} (--unit says "
-                  "otherwise)",
+      fmt::format("unit: {}, guessed since its longest edge is {:.4g} (--unit says otherwise)",
                   base::Word(*guess), longest));
   return MetersOf(*guess);
 }
@@ -87,14 +224,14 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
                        : options.longest_m ? *options.longest_m / longest
                                            : UnitOf(file, longest, options, said) * options.scale;
   const double size_m = longest * scale;
-  if (size_m < options.sizes.min_m || size_m > options.sizes.max_m) {
+  if (size_m < kMinSize_m || size_m > kMaxSize_m) {
     std::string cure = "--unit, --scale, --height-mm or --size-mm change it";
-    if (const auto likely = GuessUnit(longest, options.sizes)) {
+    if (const auto likely = GuessUnit(longest)) {
       cure = fmt::format("is its --unit {}? {}", base::Word(*likely), cure);
     }
-    throw base::InputError(fmt::format(
-        "{}: would be {} long; what a hand may want to grasp has {} to {}: {}", file.string(),
-        Length(size_m), Length(options.sizes.min_m), Length(options.sizes.max_m), cure));
+    throw base::InputError(
+        fmt::format("{}: would be {} long; what a hand may want to grasp has {} to {}: {}",
+                    file.string(), Length(size_m), Length(kMinSize_m), Length(kMaxSize_m), cure));
   }
   return scale;
 }
@@ -119,13 +256,17 @@ std::vector<std::array<Eigen::Vector2d, 3>> Unrolled(const geometry::TriangleMes
   return uv;
 }
 
-void Weigh(const geometry::TriangleMesh& solid, const MeshObjectOptions& options,
-           MeshObject& object) {
-  const geometry::MassProperties unit = geometry::MassPropertiesOf(solid);
-  object.volume_m3 = unit.volume_m3;
-  object.mass_kg = options.mass_kg.value_or(options.density_kg_m3 * unit.volume_m3);
-  object.center_O = unit.center_M;
-  object.inertia_O = object.mass_kg / unit.volume_m3 * unit.inertia_M;
+// The coarsest cut that is good enough: where parts stand out too far (thin walls), once more, half
+// as coarsely.
+void Cut(const geometry::TriangleMesh& solid, const MeshObjectOptions& options,
+         MeshObject& object) {
+  const auto coarse = geometry::Simplified(solid, options.cut.max_triangles);
+  CutOptions how = options.cut;
+  for (int cut = 0; cut < 2; ++cut, how.concavity /= 2) {
+    object.hulls_O = ConvexParts(solid, how);
+    object.overlap = geometry::OverlapOf(coarse, object.hulls_O);
+    if (object.overlap.beyond <= options.max_beyond) return;
+  }
 }
 
 }  // namespace
@@ -140,7 +281,8 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
     given.mesh = geometry::ReadMesh(file);
   }
   const Up up = options.up.value_or(IsGltf(file) ? Up::kY : Up::kZ);
-  Turn(Upright(up), given.mesh);
+  const Eigen::Matrix3d R = Upright(up);
+  for (Vector3d& v : given.mesh.vertices) v = R * v;
   const double scale = ScaleOf(file, BoxOf(given.mesh).sizes(), options, object.said);
   for (Vector3d& v : given.mesh.vertices) v *= scale;
 
@@ -155,7 +297,11 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
   geometry::TriangleMesh& solid = repaired.mesh;
   for (Vector3d& v : solid.vertices) v -= box.center();
   object.size_m = box.sizes();
-  Weigh(solid, options, object);
+  const geometry::MassProperties unit = geometry::MassPropertiesOf(solid);
+  object.volume_m3 = unit.volume_m3;
+  object.mass_kg = options.mass_kg.value_or(options.density_kg_m3 * unit.volume_m3);
+  object.center_O = unit.center_M;
+  object.inertia_O = object.mass_kg / unit.volume_m3 * unit.inertia_M;
 
   if (!given.uv.empty()) {
     // Coordinates belong to the triangles of the file.
@@ -175,14 +321,152 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
     if (keep_uv) {
       object.uv = Unrolled(object.seen_O, BoxOf(object.seen_O));
       object.said.emplace_back(
-          "it has no texture coordinates: the texture goes once round its z "
-          "axis");
+          "it has no texture coordinates: the texture goes once round its z axis");
     }
   }
-  Cut cut = CutFinely(solid, options.max_beyond, options.cut);
-  object.hulls_O = std::move(cut.parts);
-  object.overlap = cut.overlap;
+  Cut(solid, options, object);
   return object;
+}
+
+namespace {
+
+std::string Escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&') {
+      result += "&amp;";
+    } else if (c == '<') {
+      result += "&lt;";
+    } else if (c == '"') {
+      result += "&quot;";
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+// Of what is shorter than the meshes' own rounding.
+std::string Number(double value) {
+  const std::string text = fmt::format("{:.6g}", value);
+  return text == "-0" ? "0" : text;
+}
+
+void AppendVertices(const geometry::TriangleMesh& mesh, std::string& text) {
+  // A tenth of a micrometre: far below what a mesh is good for.
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    text += fmt::format("v {:.7f} {:.7f} {:.7f}\n", v.x(), v.y(), v.z());
+  }
+}
+
+std::string HullObj(const geometry::TriangleMesh& mesh) {
+  std::string text;
+  AppendVertices(mesh, text);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    text += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
+  }
+  return text;
+}
+
+std::string SeenObj(const MeshObject& object) {
+  if (object.uv.empty()) return HullObj(object.seen_O);
+  std::string text;
+  AppendVertices(object.seen_O, text);
+  for (const auto& corners : object.uv) {
+    for (const Eigen::Vector2d& uv : corners) {
+      text += fmt::format("vt {:.5f} {:.5f}\n", uv.x(), uv.y());
+    }
+  }
+  std::size_t corner = 1;
+  for (const auto& [a, b, c] : object.seen_O.triangles) {
+    text +=
+        fmt::format("f {}/{} {}/{} {}/{}\n", a + 1, corner, b + 1, corner + 1, c + 1, corner + 2);
+    corner += 3;
+  }
+  return text;
+}
+
+std::string Mjcf(const MeshObject& object, const ObjectLook& look) {
+  const Eigen::Matrix3d& inertia = object.inertia_O;
+  const sim::Surface& surface = look.surface;
+  const sim::OpticalSurface& optical = surface.optical;
+  const bool printed = !look.texture_png.empty();
+  std::string text = fmt::format(
+      R"(<mujoco model="{0}">
+  <!-- {1:.3g} kg, {2:.0f} x {3:.0f} x {4:.0f} mm. Origin in the middle of the box round it. Made by rangegrasp add-object;
+       numbers may be changed by hand. -->
+  <custom>
+    <text name="title" data="{5}"/>
+    <text name="surface" data="{6}"/>
+    <numeric name="albedo" data="{7}"/>
+    <numeric name="gloss" data="{8}"/>
+    <numeric name="clarity" data="{9}"/>
+  </custom>
+)",
+      look.name, object.mass_kg, object.size_m.x() * base::kMmPerM,
+      object.size_m.y() * base::kMmPerM, object.size_m.z() * base::kMmPerM, Escaped(look.title),
+      Escaped(surface.name), Number(optical.albedo), Number(optical.gloss),
+      Number(optical.clarity));
+  text += fmt::format(
+      R"(  <default>
+    <default class="visual">
+      <geom group="2" contype="0" conaffinity="0" type="mesh" material="label"/>
+    </default>
+    <default class="collision">
+      <!-- Friction on the table's laminate (kinetic), spin and rolling resistance [m]. -->
+      <geom group="3" condim="6" friction="{} 0.003 0.0005" solref="0.005 1" solimp="0.95 0.99 0.001 0.5 2"/>
+    </default>
+  </default>
+  <asset>
+)",
+      Number(surface.on_laminate.kinetic_mu));
+  if (printed) text += "    <texture name=\"label\" type=\"2d\" file=\"label.png\"/>\n";
+  text += fmt::format("    <material name=\"label\" {} specular=\"{}\" shininess=\"{}\"/>\n",
+                      printed ? std::string("texture=\"label\"")
+                              : fmt::format("rgba=\"{0} {0} {0} 1\"", Number(optical.albedo)),
+                      Number(surface.specular), Number(surface.shininess));
+  text += "    <mesh name=\"visual\" file=\"visual.obj\"/>\n";
+  for (std::size_t i = 0; i < object.hulls_O.size(); ++i) {
+    text += fmt::format("    <mesh name=\"hull{0}\" file=\"hull{0}.obj\"/>\n", i);
+  }
+  text += fmt::format(
+      R"(  </asset>
+  <worldbody>
+    <body name="{0}">
+      <freejoint name="{0}"/>
+      <inertial mass="{1}" pos="{2} {3} {4}" fullinertia="{5} {6} {7} {8} {9} {10}"/>
+      <geom name="visual" class="visual" mesh="visual"/>
+)",
+      look.name, Number(object.mass_kg), Number(object.center_O.x()), Number(object.center_O.y()),
+      Number(object.center_O.z()), Number(inertia(0, 0)), Number(inertia(1, 1)),
+      Number(inertia(2, 2)), Number(inertia(0, 1)), Number(inertia(0, 2)), Number(inertia(1, 2)));
+  for (std::size_t i = 0; i < object.hulls_O.size(); ++i) {
+    text += fmt::format(
+        "      <geom name=\"hull{0}\" class=\"collision\" type=\"mesh\" mesh=\"hull{0}\"/>\n", i);
+  }
+  return text + "    </body>\n  </worldbody>\n</mujoco>\n";
+}
+
+}  // namespace
+
+std::string ObjectNameFrom(const std::string& text) {
+  std::string name = text;
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return name;
+}
+
+std::map<std::string, std::string> ObjectFiles(const MeshObject& object, const ObjectLook& look) {
+  std::map<std::string, std::string> files;
+  files[look.name + ".xml"] = Mjcf(object, look);
+  files["visual.obj"] = SeenObj(object);
+  for (std::size_t i = 0; i < object.hulls_O.size(); ++i) {
+    files[fmt::format("hull{}.obj", i)] = HullObj(object.hulls_O[i]);
+  }
+  if (!look.texture_png.empty()) files["label.png"] = look.texture_png;
+  return files;
 }
 
 }  // namespace rangegrasp::objects

@@ -3,17 +3,56 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
-#include "mesh/convex_parts.h"
-#include "mesh/length_unit.h"
-#include "mesh/repair.h"
+#include "mesh/solid.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::objects {
+
+/// Unit of a mesh file's numbers. Only glTF says its own (metres).
+enum class LengthUnit { kMm, kCm, kM, kInch };
+constexpr std::array<std::string_view, 4> WordsOf(LengthUnit) { return {"mm", "cm", "m", "inch"}; }
+
+/// [m]
+double MetersOf(LengthUnit unit);
+
+/// The unit (mm, cm or m) that makes `longest` of a file's numbers the size of a likely object,
+/// from a dice (20 mm) to a bottle (400 mm); of two such units the one whose size is nearer to 100
+/// mm in proportion; nullopt if there is none.
+std::optional<LengthUnit> GuessUnit(double longest);
+
+/// How a solid is cut into convex parts.
+struct CutOptions {
+  /// How far a part's hull may stand off from the solid, as a share of half its longest edge: 2.5
+  /// mm of 100 mm. Smaller: more parts, slower to cut and to simulate.
+  double concavity = 0.05;
+  /// The search for good cuts: nodes and rounds of its tree, samples of a surface. A third of
+  /// CoACD's own defaults, and a tenth of their time; six household shapes come out as well within
+  /// 1 % of their volumes.
+  int nodes = 10;
+  int rounds = 40;
+  int samples = 1000;
+  /// Triangles that are cut: more are simplified before. Time grows with them, the parts do not.
+  std::size_t max_triangles = 2000;
+  /// A part below this share of the solid's volume is a splinter; the engine refuses such hulls.
+  double min_part = 1e-5;
+};
+
+/// Approximate convex decomposition (CoACD; Wei et al. 2022): closed hulls, faces outward, in the
+/// solid's frame and unit. The same solid gives the same bytes, on any number of cores.
+/// @param solid  as geometry::RepairMesh makes it.
+/// @throws base::RunError saying how to install CoACD's library where there is none.
+std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
+                                                const CutOptions& options = {});
+
+/// Whether CoACD's library is there.
+bool CanCut();
 
 /// Which of a file's axes points up.
 enum class Up { kZ, kY, kX };
@@ -32,7 +71,6 @@ struct MeshObjectOptions {
   geometry::RepairOptions repair;
   CutOptions cut;
   double max_beyond = 0.1;  ///< hulls that stand out by more of the volume are cut again, finer
-  SizeRange sizes;
 };
 
 /// What a mesh became: a solid in the object's frame O, whose origin is the middle of the box round
@@ -55,5 +93,19 @@ struct MeshObject {
 /// @throws base::InputError naming the file and why it cannot become an object.
 MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOptions& options,
                           bool keep_uv = false);
+
+/// What an object's file says besides its shape.
+struct ObjectLook {
+  std::string name;   ///< letters, digits and '_'
+  std::string title;  ///< in tables
+  sim::Surface surface;
+  std::string texture_png;  ///< a PNG's bytes; may be empty
+};
+
+/// A file's name as that of an object: letters, digits and '_'.
+std::string ObjectNameFrom(const std::string& text);
+
+/// The files of an object's folder by their names, MJCF and meshes as in models/objects.
+std::map<std::string, std::string> ObjectFiles(const MeshObject& object, const ObjectLook& look);
 
 }  // namespace rangegrasp::objects

@@ -2,9 +2,7 @@
 
 #include <stdexcept>
 
-#include "parts/baselines/core_extraction.h"
-#include "parts/baselines/kmeans.h"
-#include "parts/baselines/sdf.h"
+#include "parts/baselines/baselines.h"
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/stretched/pose_invariant.h"
 

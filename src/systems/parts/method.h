@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string_view>
 
@@ -22,7 +21,7 @@ struct MethodOptions {
   bool go_on_outside = false;         ///< mirror: also where no center inside of the shape is found
 };
 
-/// Whether it takes apart point clouds, too; all others need a mesh.
+/// Whether it segments point clouds, too; all others need a mesh.
 constexpr bool ReadsClouds(Method method) {
   return method == Method::kMirror || method == Method::kHierarchy;
 }

@@ -1,9 +1,12 @@
 #include "pcl_bridge/cloud.h"
 
 #include <pcl/console/print.h>
+#include <pcl/features/normal_3d.h>
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/search/kdtree.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 #include "pcl_bridge/internal/cloud_data.h"
 
@@ -35,7 +38,7 @@ Cloud::Cloud(geometry::PointSpan points, const Eigen::Vector3d& origin) {
   data->source.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].allFinite()) continue;
-    data->finite->push_back(pcl_bridge::ToPcl(points[i] - origin));
+    data->finite->push_back(ToPcl(points[i] - origin));
     data->source.push_back(static_cast<std::uint32_t>(i));
   }
   data_ = std::move(data);
@@ -71,31 +74,37 @@ geometry::Indices ToSource(const Cloud& cloud, const pcl::Indices& indices) {
   return source;
 }
 
-std::vector<geometry::Indices> ToSource(const Cloud& cloud,
-                                        const std::vector<pcl::PointIndices>& clusters) {
-  std::vector<geometry::Indices> source;
-  source.reserve(clusters.size());
-  for (const auto& cluster : clusters) source.push_back(ToSource(cloud, cluster.indices));
-  return source;
+geometry::Points EstimateNormals(const Cloud& cloud, const NormalOptions& options) {
+  Demand(options.radius_m > 0.0, "EstimateNormals: radius_m must be > 0");
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  geometry::Points normals(cloud.size(), Eigen::Vector3d::Constant(kNaN));
+  const Cloud::Data& data = cloud.data();
+  if (data.finite->empty()) return normals;
+  pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+  estimation.setInputCloud(data.finite);
+  estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  estimation.setRadiusSearch(options.radius_m);
+  pcl::PointCloud<pcl::Normal> found;
+  estimation.compute(found);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    normals[data.source[k]] = found[k].getNormalVector3fMap().cast<double>().normalized();
+  }
+  return normals;
 }
 
-OrientedCloud WithNormals(const Cloud& cloud, const Normals& normals) {
-  Demand(normals.directions.size() == cloud.size() && normals.curvature.size() == cloud.size(),
-         "there must be one normal and one curvature for each point of the cloud");
-  const Cloud::Data& all = cloud.data();
-  auto data = std::make_shared<Cloud::Data>();
-  data->size = all.size;
-  data->origin = all.origin;
-  const PclNormals::Ptr converted(new PclNormals);
-  for (std::size_t k = 0; k < all.source.size(); ++k) {
-    const auto i = all.source[k];
-    if (!normals.directions[i].allFinite() || !std::isfinite(normals.curvature[i])) continue;
-    const Eigen::Vector3f n = normals.directions[i].cast<float>();
-    converted->push_back({n.x(), n.y(), n.z(), static_cast<float>(normals.curvature[i])});
-    data->finite->push_back((*all.finite)[k]);
-    data->source.push_back(i);
-  }
-  return {Cloud(std::move(data)), converted};
+geometry::Indices StatisticalFilter(const Cloud& cloud, const StatisticalFilterOptions& options) {
+  Demand(options.neighbors >= 1, "StatisticalFilter: neighbors must be >= 1");
+  Demand(options.max_deviations >= 0.0, "StatisticalFilter: max_deviations must be >= 0");
+  const auto& points = cloud.data().finite;
+  // The library divides by the number of points less one, and by neighbors that may not be there.
+  if (points->size() < 3) return cloud.data().source;
+  pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
+  filter.setMeanK(std::min(options.neighbors, static_cast<int>(points->size()) - 1));
+  filter.setStddevMulThresh(options.max_deviations);
+  filter.setInputCloud(points);
+  pcl::Indices kept;
+  filter.filter(kept);
+  return ToSource(cloud, kept);
 }
 
 }  // namespace rangegrasp::pcl_bridge

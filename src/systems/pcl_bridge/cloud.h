@@ -45,4 +45,28 @@ class Cloud {
   std::shared_ptr<const Data> data_;
 };
 
+struct NormalOptions {
+  /// > 0. Larger evens out noise and rounds edges off. The dissertation's for its scanner
+  /// (section 5.1.1).
+  double radius_m = 0.005;
+};
+
+/// Normals by principal components of the points within the radius (NormalEstimation), O(n log n).
+/// @return unit vectors turned towards the cloud's origin, one a point; NaN where fewer than three
+///         points span no plane and where the point itself is not finite.
+/// @throws std::invalid_argument if the radius is not > 0.
+geometry::Points EstimateNormals(const Cloud& cloud, const NormalOptions& options = {});
+
+struct StatisticalFilterOptions {
+  int neighbors = 50;           ///< >= 1; of clouds with fewer other points, all of them
+  double max_deviations = 1.0;  ///< >= 0; standard deviations above the mean
+};
+
+/// Positions of the points that stay, ascending: those whose mean distance to their nearest
+/// neighbors is at most the mean of this number over all points plus max_deviations of its standard
+/// deviations (StatisticalOutlierRemoval; Rusu et al. 2008). O(n log n).
+/// @throws std::invalid_argument if an option is out of range.
+geometry::Indices StatisticalFilter(const Cloud& cloud,
+                                    const StatisticalFilterOptions& options = {});
+
 }  // namespace rangegrasp::pcl_bridge

@@ -28,22 +28,6 @@ struct Registration {
   bool converged = false;  ///< a step became small before the iterations were used up
 };
 
-struct PointToPlaneOptions : RegistrationOptions {
-  double normal_radius_m =
-      0.01;  ///< > 0, of the target's normals: wants ten points or more within it
-};
-
-/// Moves source onto target by iterated closest points, the distance taken along the target's
-/// normals (Chen and Medioni 1991; IterativeClosestPointWithNormals). Single-threaded, no
-/// randomness.
-/// @param X_TS  the initial guess.
-/// @return with converged false and X_TS as it was, where the pairs leave the pose open.
-/// @throws std::invalid_argument if an option is out of range, a cloud has fewer than 3 finite
-///         points, or the target has no normal.
-Registration RegisterPointToPlane(const Cloud& source, const Cloud& target,
-                                  const Eigen::Isometry3d& X_TS,
-                                  const PointToPlaneOptions& options = {});
-
 /// A surface that many clouds are laid on, with its normals and search tree made once. Immutable; a
 /// copy shares them.
 class PlaneTarget {
@@ -59,23 +43,15 @@ class PlaneTarget {
   std::shared_ptr<const Data> data_;
 };
 
-/// RegisterPointToPlane onto a surface whose normals are known, e.g. of a model.
+/// Moves source onto target by iterated closest points, the distance taken along the target's
+/// normals (Chen and Medioni 1991; IterativeClosestPointWithNormals). Single-threaded, no
+/// randomness.
+/// @param X_TS  the initial guess.
+/// @return with converged false and X_TS as it was, where the pairs leave the pose open.
 /// @throws std::invalid_argument if an option is out of range or the source has fewer than 3 finite
 ///         points.
 Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
                                   const Eigen::Isometry3d& X_TS,
                                   const RegistrationOptions& options = {});
-
-struct GeneralizedOptions : RegistrationOptions {
-  int neighbors = 20;  ///< >= 4, for the covariance of a point's surroundings (the paper's 20)
-};
-
-/// The same from plane to plane: each point's covariance is a disc on its surface (Segal et al.
-/// 2009; GeneralizedIterativeClosestPoint). Needs no normals; slower, and steadier on thin overlap.
-/// @throws std::invalid_argument if an option is out of range or a cloud has fewer finite points
-///         than neighbors.
-Registration RegisterGeneralized(const Cloud& source, const Cloud& target,
-                                 const Eigen::Isometry3d& X_TS,
-                                 const GeneralizedOptions& options = {});
 
 }  // namespace rangegrasp::pcl_bridge

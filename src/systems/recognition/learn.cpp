@@ -7,11 +7,10 @@
 #include <map>
 
 #include "base/error.h"
-#include "geometry/bounds.h"
-#include "geometry/hull.h"
 #include "geometry/kd_tree.h"
-#include "mesh/poisson.h"
-#include "recognition/internal/sampled_surface.h"
+#include "geometry/mesh.h"
+#include "mesh/solid.h"
+#include "recognition/model_shape.h"
 
 namespace rangegrasp::recognition {
 namespace {
@@ -19,7 +18,7 @@ namespace {
 using geometry::PointCloud;
 
 constexpr std::size_t kMinPoints = 200;  // fewer are noise, or too coarse a scan to learn from
-/// A place of the surface was seen if a measured point is no further away than so many spacings.
+/// A place of the surface was seen if a measured point is no further away, in spacings.
 constexpr double kSeen = 2.5;
 constexpr double kFacesUp = 0.5;  // of a normal's z: the foot's upper end is inside of the thing
 
@@ -30,8 +29,8 @@ base::Pose TableFrame(const geometry::Plane& table) {
   return base::MakePose(R, table.Project(Eigen::Vector3d::Zero()));
 }
 
-/// All that was perceived as objects, in the table's frame: seen from one side a thing may fall
-/// into several.
+/// All that was perceived as objects, in the table's frame: seen from one side, a thing may be
+/// segmented into several.
 PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
   PointCloud thing;
   for (const auto& object : scene.objects) {
@@ -44,7 +43,7 @@ PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
 }
 
 /// One point a cell: the mean of those whose normals are alike. Both sides of a thin wall stay.
-PointCloud Thinned(const PointCloud& cloud, double cell_m) {
+PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
   struct Sum {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
     int count = 0;
@@ -69,8 +68,8 @@ PointCloud Thinned(const PointCloud& cloud, double cell_m) {
   return thinned;
 }
 
-/// What it stands on: its side below the lowest points that were seen, and the bottom. Of the hull
-/// of its feet: a foot that is hollow from below looks the same from above.
+/// Adds what it stands on: its side below the lowest points that were seen, and the bottom, both of
+/// the hull of its feet: a foot that is hollow from below looks the same from above.
 void AddFoot(const LearnOptions& options, PointCloud& thing) {
   const double lowest_m = geometry::BoundsOf(thing.points).min().z();
   geometry::Points feet;
@@ -79,7 +78,7 @@ void AddFoot(const LearnOptions& options, PointCloud& thing) {
     feet.emplace_back(p.x(), p.y(), 0.0);
     feet.emplace_back(p.x(), p.y(), lowest_m);
   }
-  const PointCloud foot = internal::SampledSurface(geometry::ConvexHull(feet), options.spacing_m);
+  const PointCloud foot = SampledSurface(geometry::ConvexHull(feet), options.spacing_m);
   for (std::size_t i = 0; i < foot.size(); ++i) {
     if (foot.normals[i].z() > kFacesUp) continue;
     thing.points.push_back(foot.points[i]);
@@ -109,7 +108,7 @@ double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing,
 
 LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
   const base::Pose X_CT = TableFrame(scene.table.plane);
-  const PointCloud thing = Thinned(ThingOf(scene, X_CT), options.spacing_m);
+  const PointCloud thing = MeanOfEachCell(ThingOf(scene, X_CT), options.spacing_m);
   if (thing.size() < kMinPoints) {
     throw base::InputError(fmt::format(
         "{} points of a thing on the table (in cells of {:g} mm); {} at least tell what it is",

@@ -12,7 +12,7 @@ struct LearnOptions {
   double foot_m = 0.008;
 };
 
-/// What views of a thing tell of it.
+/// A thing as views of it show it.
 struct LearntModel {
   /// A closed surface; z up from the table, origin on it below the middle of the thing's box.
   geometry::TriangleMesh mesh_B;
@@ -22,7 +22,7 @@ struct LearntModel {
 
 /// A model of the one thing that stands on a table, from all views that a scene was perceived from:
 /// its measured points with their normals, and the table where it stands on it, closed by Poisson's
-/// reconstruction (geometry/poisson.h; its triangles may differ from run to run). What no view saw
+/// reconstruction (mesh/solid.h; its triangles may differ from run to run). What no view saw
 /// is closed smoothly.
 /// @throws base::InputError if there is nothing on the table, or no surface fits.
 LearntModel Learn(const perception::Scene& scene, const LearnOptions& options = {});

@@ -1,7 +1,6 @@
 #include "recognition/recognize.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
 #include <numeric>
@@ -18,29 +17,42 @@ namespace {
 using internal::Evidence;
 using internal::Match;
 using internal::Posed;
-using internal::PreparedObject;
 using internal::Segment;
+using SampleSet = std::set<geometry::SampleId>;
 
 /// Settling a pose raises its score by less than this share of what is hopeless.
 constexpr double kNearEnough = 0.5;
 /// A find that scores by so much less than one of fewer views explains two objects as one.
 constexpr double kMuchWorse = 0.1;
 
-FoundObject Told(const PreparedObject& object, const Posed& posed, const Segment& segment,
-                 const perception::Scene& scene, const RecognitionOptions& options) {
+/// What is recognized, by what.
+struct Query {
+  const geometry::Observation& observation;
+  const perception::Scene& scene;
+  const Library& library;
+  const RecognitionOptions& options;
+};
+
+std::size_t CountIn(const SampleSet& set, const std::vector<geometry::SampleId>& samples) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      samples, [&](const geometry::SampleId& id) { return set.contains(id); }));
+}
+
+FoundObject FoundAt(const Match& match, const Posed& posed, const Segment& segment,
+                    const Query& query) {
   geometry::Indices explained;
-  const Evidence evidence = internal::Weigh(object, posed.X_CB, segment.rays, options.tolerance_m,
-                                            options.color_tolerance, &explained);
+  const Evidence evidence =
+      internal::Weigh(match.object(), posed.X_CB, segment.rays, query.options.tolerance_m,
+                      query.options.color_tolerance, &explained);
   FoundObject found;
-  found.object = object.object->name;
+  found.object = match.object().object->name;
   found.X_CB = posed.X_CB;
   found.score = posed.score;
   found.color = evidence.Color();
-  const double visible = std::max(1.0, evidence.explained + evidence.violated);
-  found.share_seen = evidence.explained / (visible + evidence.hidden);
-  found.violations = evidence.violated / visible;
-  found.rms_m = std::sqrt(evidence.squares_m2 / std::max(1.0, evidence.explained));
-  for (const auto point : explained) found.samples.push_back(scene.samples[point]);
+  found.share_seen = evidence.explained / (evidence.Visible() + evidence.hidden);
+  found.violations = evidence.violated / evidence.Visible();
+  found.rms_m = evidence.Rms_m();
+  for (const auto point : explained) found.samples.push_back(query.scene.samples[point]);
   return found;
 }
 
@@ -59,7 +71,7 @@ void Sort(std::vector<Candidate>& candidates) {
   });
 }
 
-/// Leaves out what is hopeless beside the best.
+/// Leaves out what is hopeless compared with the best.
 void Prune(std::vector<Candidate>& candidates, double hopeless) {
   Sort(candidates);
   if (candidates.empty()) return;
@@ -69,10 +81,10 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
 
 /// All known objects at a segment, as far as they are not hopeless, the best first.
 std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cloud& source,
-                                    const Library& library, const RecognitionOptions& options,
-                                    std::uint64_t seed) {
+                                    const Query& query, std::uint64_t seed) {
+  const RecognitionOptions& options = query.options;
   std::vector<Candidate> candidates;
-  for (const auto& object : library.prepared().ready) {
+  for (const auto& object : query.library.prepared().ready) {
     base::Rng rng(base::DeriveSeed(seed, object->object->name));
     const Match match(*object, segment, source, options);
     candidates.push_back({match, match.Guesses(rng)});
@@ -90,14 +102,15 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
 }
 
 /// The share of a segment that lies close about the model and is not explained by it.
-double Hugging(const FoundObject& found, const KnownObject& object, const perception::Scene& scene,
-               const geometry::Indices& own, const RecognitionOptions& options) {
-  const std::set<geometry::SampleId> explained(found.samples.begin(), found.samples.end());
+double Hugging(const FoundObject& found, const KnownObject& object, const geometry::Indices& own,
+               const Query& query) {
+  const perception::Scene& scene = query.scene;
+  const SampleSet explained(found.samples.begin(), found.samples.end());
   const geometry::KdTree surface(object.surface_B.points);
   const base::Pose X_BC = found.X_CB.inverse();
   const auto hugging = std::ranges::count_if(own, [&](std::uint32_t point) {
     return !explained.contains(scene.SampleOf(point)) &&
-           surface.CountWithin(X_BC * scene.cloud.points[point], options.hugs_m, 1) > 0;
+           surface.CountWithin(X_BC * scene.cloud.points[point], query.options.hugs_m, 1) > 0;
   });
   return static_cast<double>(hugging) / static_cast<double>(own.size());
 }
@@ -114,30 +127,29 @@ bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
 }
 
 /// The object that a segment is; nullopt where none is good enough, or two are about as good.
-std::optional<FoundObject> Identify(const geometry::Observation& observation,
-                                    const perception::Scene& scene, const geometry::Indices& own,
-                                    const Library& library, const RecognitionOptions& options,
+std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
                                     base::Rng& rng) {
+  const RecognitionOptions& options = query.options;
   const std::uint64_t seed = rng.Next();
-  const Segment segment = internal::SegmentOf(observation, scene, own, options);
+  const Segment segment = internal::SegmentOf(query.observation, query.scene, own, options);
   const pcl_bridge::Cloud source(segment.source_C);
-  const auto candidates = CandidatesAt(segment, source, library, options, seed);
+  const auto candidates = CandidatesAt(segment, source, query, seed);
   if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
   if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
-  FoundObject found = Told(best.match.object(), best.posed.front(), segment, scene, options);
+  const KnownObject& known = *best.match.object().object;
+  FoundObject found = FoundAt(best.match, best.posed.front(), segment, query);
   std::vector<Posed> others(best.posed);
   std::ranges::copy(best.match.Moved(best.posed.front()), std::back_inserter(others));
   for (const Posed& other : others) {
-    const PoseDifference off =
-        Difference(other.X_CB, found.X_CB, best.match.object().object->symmetry);
+    const PoseDifference off = Difference(other.X_CB, found.X_CB, known.symmetry);
     const bool differs =
         off.distance_m > internal::kDiffers_m || off.angle_rad > internal::kDiffers_rad;
     if (differs && other.score > found.score - options.margin) {
       found.alternatives_CB.push_back(other.X_CB);
     }
   }
-  found.hugging = Hugging(found, *best.match.object().object, scene, own, options);
+  found.hugging = Hugging(found, known, own, query);
   if (candidates.size() > 1) found.runner_up = candidates[1].Score();
   return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
 }
@@ -162,34 +174,28 @@ geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
   return all.size() > own.size() ? all : geometry::Indices();
 }
 
-/// Leaves out what more than half of the samples of which a larger find explains: a piece of it.
+/// Leaves out finds more than half of whose samples a larger one explains: they are pieces of it.
 void DropPieces(std::vector<FoundObject>& all) {
   std::ranges::stable_sort(all, std::greater{},
                            [](const FoundObject& found) { return found.samples.size(); });
-  std::set<geometry::SampleId> taken;
+  SampleSet taken;
   std::erase_if(all, [&](const FoundObject& found) {
-    const auto known = std::ranges::count_if(
-        found.samples, [&](const geometry::SampleId& id) { return taken.contains(id); });
-    if (2 * static_cast<std::size_t>(known) > found.samples.size()) return true;
+    if (2 * CountIn(taken, found.samples) > found.samples.size()) return true;
     taken.insert(found.samples.begin(), found.samples.end());
     return false;
   });
 }
 
-/// How many of an earlier find's samples a new one explains.
-std::size_t Shared(const FoundObject& before, const FoundObject& now) {
-  const std::set<geometry::SampleId> samples(now.samples.begin(), now.samples.end());
-  return static_cast<std::size_t>(std::ranges::count_if(
-      before.samples, [&](const geometry::SampleId& id) { return samples.contains(id); }));
-}
-
-/// What more views tell counts before what fewer told of the same place, but where it fits much
-/// worse: then two objects have become one segment. @return the earlier finds that are left
+/// A find of more views replaces one of fewer at the same place, unless it fits much worse: then
+/// two objects have become one segment.
+/// @return the earlier finds that are left
 std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
                                        std::vector<FoundObject>& now) {
   std::erase_if(before, [&](const FoundObject& one) {
-    const auto again = std::ranges::find_if(
-        now, [&](const FoundObject& other) { return 2 * Shared(one, other) > one.samples.size(); });
+    const auto again = std::ranges::find_if(now, [&](const FoundObject& other) {
+      const SampleSet samples(other.samples.begin(), other.samples.end());
+      return 2 * CountIn(samples, one.samples) > one.samples.size();
+    });
     if (again == now.end()) return false;
     if (again->score >= one.score - kMuchWorse) return true;
     now.erase(again);
@@ -212,32 +218,29 @@ geometry::Indices PointsAt(const FoundObject& found, const KnownObject& object,
 
 /// Whether the new views agree with what was found before them: something is measured there, lies
 /// on its surface, and nothing behind it.
-bool StillFits(const FoundObject& found, const geometry::Observation& observation,
-               const perception::Scene& scene, const geometry::Indices& own, const Library& library,
-               const RecognitionOptions& options) {
-  const auto prepared = std::ranges::find_if(library.prepared().ready, [&](const auto& object) {
-    return object->object->name == found.object;
-  });
-  const Evidence evidence = internal::Weigh(
-      **prepared, found.X_CB, internal::RaysAbout(observation, scene, own, options.beside_m),
-      options.tolerance_m, options.color_tolerance);
-  const double visible = std::max(1.0, evidence.explained + evidence.violated);
-  const double rms_m = std::sqrt(evidence.squares_m2 / std::max(1.0, evidence.explained));
+bool StillFits(const FoundObject& found, const geometry::Indices& own, const Query& query) {
+  const RecognitionOptions& options = query.options;
+  const auto& ready = query.library.prepared().ready;
+  const auto prepared = std::ranges::find_if(
+      ready, [&](const auto& object) { return object->object->name == found.object; });
+  const auto rays = internal::RaysAbout(query.observation, query.scene, own, options.beside_m);
+  const Evidence evidence =
+      internal::Weigh(**prepared, found.X_CB, rays, options.tolerance_m, options.color_tolerance);
   return evidence.explained >= static_cast<double>(options.min_samples) &&
-         evidence.violated / visible <= options.max_violations &&
-         rms_m <= options.max_rms * options.tolerance_m;
+         evidence.violated / evidence.Visible() <= options.max_violations &&
+         evidence.Rms_m() <= options.max_rms * options.tolerance_m;
 }
 
-/// Of earlier finds those that the new views agree with take the points near to them.
+/// Earlier finds that the new views agree with take the points near to them; the others go.
 /// @return whether a point of the scene's cloud is theirs
-std::vector<bool> Claim(const geometry::Observation& observation, const perception::Scene& scene,
-                        const Library& library, const RecognitionOptions& options,
-                        std::vector<FoundObject>& known) {
+std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
+  const perception::Scene& scene = query.scene;
   std::vector<bool> claimed(scene.cloud.size(), false);
   std::erase_if(known, [&](FoundObject& found) {
-    const auto own = PointsAt(found, library.Find(found.object), scene, 2.0 * options.tolerance_m);
-    if (!StillFits(found, observation, scene, own, library, options)) return true;
-    std::set<geometry::SampleId> samples(found.samples.begin(), found.samples.end());
+    const auto own =
+        PointsAt(found, query.library.Find(found.object), scene, 2.0 * query.options.tolerance_m);
+    if (!StillFits(found, own, query)) return true;
+    SampleSet samples(found.samples.begin(), found.samples.end());
     for (const auto point : own) {
       claimed[point] = true;
       samples.insert(scene.SampleOf(point));
@@ -249,29 +252,25 @@ std::vector<bool> Claim(const geometry::Observation& observation, const percepti
 }
 
 /// What each of these perceived objects is, as far as that is known.
-std::vector<FoundObject> IdentifyAll(const geometry::Observation& observation,
-                                     const perception::Scene& scene,
-                                     const std::vector<std::size_t>& which, const Library& library,
-                                     const RecognitionOptions& options, base::Rng& rng) {
+std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
+                                     base::Rng& rng) {
   std::vector<FoundObject> all;
   for (const std::size_t i : which) {
-    const geometry::Indices& own = scene.objects[i].points;
+    const geometry::Indices& own = query.scene.objects[i].points;
     base::Rng of_object(rng.Next());
+    if (own.size() < query.options.min_samples) continue;
+    const geometry::Indices whole = WithPieces(query.scene, i, query.options);
     std::optional<FoundObject> found;
-    if (own.size() >= options.min_samples) {
-      const geometry::Indices whole = WithPieces(scene, i, options);
-      if (!whole.empty()) {
-        found = Identify(observation, scene, whole, library, options, of_object);
-      }
-      if (!found) found = Identify(observation, scene, own, library, options, of_object);
-    }
+    if (!whole.empty()) found = Identify(query, whole, of_object);
+    if (!found) found = Identify(query, own, of_object);
     if (found) all.push_back(std::move(*found));
   }
   DropPieces(all);
   return all;
 }
 
-/// Takes the points that are claimed off the perceived objects. @return those that lost some
+/// Takes the points that are claimed off the perceived objects.
+/// @return those that lost some
 std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -290,20 +289,54 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    std::vector<FoundObject> known) {
   std::vector<std::size_t> which(scene.objects.size());
   std::iota(which.begin(), which.end(), std::size_t{0});
-  auto all = IdentifyAll(observation, scene, which, library, options, rng);
+  const Query query{observation, scene, library, options};
+  auto all = IdentifyAll(query, which, rng);
   known = NotFoundAgain(std::move(known), all);
-  const auto claimed = Claim(observation, scene, library, options, known);
+  const auto claimed = Claim(query, known);
   if (!known.empty()) {
-    // What lies beside them in their segments is another object.
+    // What else is in their segments is another object.
     perception::Scene rest = scene;
     const auto changed = TakeOff(claimed, rest);
-    auto beside = IdentifyAll(observation, rest, changed, library, options, rng);
+    auto beside = IdentifyAll({observation, rest, library, options}, changed, rng);
     std::ranges::move(beside, std::back_inserter(all));
     DropPieces(all);
     std::ranges::move(known, std::back_inserter(all));
   }
   std::ranges::stable_sort(all, std::greater{}, &FoundObject::score);
   return all;
+}
+
+std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
+                                     const std::vector<FoundObject>& found,
+                                     const RecognitionOptions& options) {
+  SampleSet sure;
+  for (const FoundObject& one : SureOnes(found)) {
+    sure.insert(one.samples.begin(), one.samples.end());
+  }
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const geometry::Indices& own = scene.objects[i].points;
+    const auto known = std::ranges::count_if(
+        own, [&](std::uint32_t point) { return sure.contains(scene.SampleOf(point)); });
+    if (own.size() < options.min_samples) continue;
+    if (2 * static_cast<std::size_t>(known) < own.size()) open.push_back(i);
+  }
+  return open;
+}
+
+std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found) {
+  std::vector<FoundObject> sure;
+  std::ranges::copy_if(found, std::back_inserter(sure),
+                       [](const FoundObject& one) { return one.alternatives_CB.empty(); });
+  return sure;
+}
+
+std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found) {
+  for (FoundObject& one : found) {
+    std::erase_if(one.samples, [](const geometry::SampleId& id) { return id.view != 0; });
+  }
+  std::erase_if(found, [](const FoundObject& one) { return one.samples.empty(); });
+  return found;
 }
 
 }  // namespace rangegrasp::recognition

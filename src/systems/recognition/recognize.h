@@ -115,14 +115,29 @@ struct FoundObject {
 /// Single-threaded; the same arguments give the same result, and the order of the library plays no
 /// part.
 /// @param scene  of this observation
-/// @param known  found for sure in earlier looks at the same scene (looks.h). Those that are not
-/// found again, for more points make two objects one segment, stay as long as the new views agree
-/// with them; what lies within two tolerances of them is theirs, the rest of their segment is
-/// looked at by itself
+/// @param known  SureOnes of earlier looks at the same scene. Those that are not found again, since
+/// more points make two objects one segment, stay as long as the new views agree with them; what
+/// lies within two tolerances of them is theirs, the rest of their segment is looked at by itself
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
                                    const RecognitionOptions& options, base::Rng& rng,
                                    std::vector<FoundObject> known = {});
+
+/// The perceived objects that another view should be taken for: of which no find explains half of
+/// the points, or only one whose pose is open (FoundObject::alternatives_CB). What is too small to
+/// be compared with the library is none.
+/// @return positions in scene.objects, ascending (topmost first)
+std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
+                                     const std::vector<FoundObject>& found,
+                                     const RecognitionOptions& options);
+
+/// The finds whose pose is not open: what the next look at the same scene need not find again.
+std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found);
+
+/// Finds for another scan from where the first view was taken, of a scene that may have changed
+/// since: what further views alone told of them is left out. What has not moved need not be found
+/// again, and what has fits no longer (Recognize).
+std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found);
 
 }  // namespace rangegrasp::recognition

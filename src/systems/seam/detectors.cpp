@@ -13,7 +13,7 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Fewer columns hold no edge that could be told from an end: eq. 3.5 looks at three on either side.
+// Fewer columns hold no edge that differs from an end: eq. 3.5 looks at three on either side.
 constexpr std::size_t kMinEdgeColumns = 8;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }

@@ -1,11 +1,9 @@
 #include "seam/monitor.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <stdexcept>
 
 #include "base/units.h"

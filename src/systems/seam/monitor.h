@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/yaml_map.h"
-#include "seam/preprocess.h"
+#include "seam/profile.h"
 #include "seam/tracker.h"
 
 namespace rangegrasp::seam {
@@ -87,7 +87,7 @@ class SurfaceMonitor {
   std::deque<double> moved_m_;  // by how much the line had moved along itself by then
   std::deque<std::vector<bool>> rising_;
   std::deque<bool> no_edge_;
-  int ended_ = 0;     // usable profiles since the mat end was told
+  int ended_ = 0;     // usable profiles since the mat end was reported
   int unusable_ = 0;  // one after the other, up to now
   bool edge_seen_ = false;
   double usual_step_m_ = 0.0;  // of the edge

@@ -39,7 +39,7 @@ struct HeightScale {
   std::vector<double> no_values;  ///< numbers that mean "nothing measured", besides nan
 };
 
-/// How lines of a text become profiles. A column is told by its number, from 1, or by its name in
+/// How lines of a text become profiles. A column is given by its number, from 1, or by its name in
 /// the header; empty: there is none.
 struct TextFormat {
   TextLayout layout = TextLayout::kRows;
@@ -86,5 +86,17 @@ void CheckOptions(const ProfileFileOptions& options);
 /// Reads the keys of ProfileFileOptions but rate and columns; what is absent keeps its default.
 /// @throws base::InputError naming file, line and key.
 void ReadProfileFileOptions(base::YamlMap map, ProfileFileOptions& options);
+
+/// The format of a sensor family's files, as its publisher describes it.
+struct FormatPreset {
+  std::string_view name;
+  std::string_view about;
+  std::string_view yaml;   ///< keys that ReadProfileFileOptions reads
+  std::string_view needs;  ///< a key that differs from sensor to sensor: it must be stated, too
+};
+const std::vector<FormatPreset>& FormatPresets();
+
+/// @throws base::InputError if there is no preset of that name.
+const FormatPreset& PresetOf(std::string_view name);
 
 }  // namespace rangegrasp::seam

@@ -1,100 +1,402 @@
 #include "seam/profile_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <deque>
 #include <fstream>
 #include <iterator>
+#include <limits>
+#include <numeric>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "seam/internal/image_rows.h"
-#include "seam/internal/profile_bytes.h"
-#include "seam/internal/row_finish.h"
-#include "seam/internal/width_rows.h"
+#include "base/image/image.h"
+#include "base/units.h"
+#include "seam/internal/grey_file.h"
+#include "seam/internal/profile_rows.h"
 
 namespace rangegrasp::seam {
 namespace {
 
 using base::InputError;
 
+// ---- images: a row is a profile ----
+
+bool IsTiff(const std::string& ending) { return ending == ".tif" || ending == ".tiff"; }
+
+bool IsImageEnding(const std::string& ending) {
+  return ending == ".png" || ending == ".pgm" || IsTiff(ending);
+}
+
+std::string UnknownEnding(const std::string& ending) {
+  return "unknown ending '" + ending + "'; profiles are .csv, .txt, .png, .pgm, .tif or .tiff";
+}
+
+template <typename Pixel>
+std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& scale,
+                           const ProfileFileOptions& options) {
+  const auto columns = static_cast<std::size_t>(image.width);
+  if (options.columns != 0 && image.width != options.columns) {
+    throw InputError(WidthFault(columns, options.columns));
+  }
+  std::vector<RawRow> rows(static_cast<std::size_t>(image.height));
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    rows[r].row = rows[r].line = r + 1;
+    rows[r].width = columns;
+    rows[r].height_m.reserve(columns);
+    for (std::size_t i = 0; i < columns; ++i) {
+      std::string fault;
+      const auto level = static_cast<double>(image.grey[r * columns + i]);
+      rows[r].height_m.push_back(HeightOf(level, scale, options, fault));
+      if (fault.empty()) continue;
+      throw InputError(
+          fmt::format("row {}, column {}: level {:.7g} {}", r + 1, i + 1, level, fault));
+    }
+  }
+  return rows;
+}
+
+// The first damaged row is an error.
+std::vector<RawRow> RowsOfImage(const std::string& bytes, const std::string& ending,
+                                const ProfileFileOptions& options) {
+  if (ending == ".png")
+    return RowsOf(image::DecodePng<image::Grey16>(bytes), options.grey, options);
+  if (ending == ".pgm") return RowsOf(image::DecodePgm(bytes), options.grey, options);
+  const image::Tiff tiff = image::DecodeTiff(bytes);
+  HeightScale scale = options.grey;
+  if (tiff.pixel == image::TiffPixel::kSigned16) scale = options.signed_grey;
+  if (tiff.pixel == image::TiffPixel::kFloat32) scale = options.real;
+  // As the file holds them: -999.9999 is no float.
+  for (double& none : scale.no_values) none = static_cast<float>(none);
+  return RowsOf(tiff.picture, scale, options);
+}
+
+// ---- writing ----
+
+void AppendNumber(std::string& text, double number) {
+  char digits[400];  // of the largest double
+  auto* end =
+      std::to_chars(std::begin(digits), std::end(digits), number, std::chars_format::fixed, 6).ptr;
+  while (end[-1] == '0') --end;
+  if (end[-1] == '.') --end;
+  const std::string_view shown(digits, static_cast<std::size_t>(end - digits));
+  text += shown == "-0" ? "0" : shown;
+}
+
+std::string CsvOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
+  std::string text;
+  for (const Profile& profile : profiles) {
+    for (std::size_t i = 0; i < profile.height_m.size(); ++i) {
+      if (i > 0) text += ',';
+      const auto height = static_cast<double>(profile.height_m[i]);
+      if (std::isfinite(height)) {
+        AppendNumber(text, height / options.text.scale.unit_m);
+      } else {
+        text += "nan";
+      }
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+// The grey level of a height; 0 is no value, so what would fall on it takes the next one.
+std::uint16_t GreyOf(float height_m, const ProfileFileOptions& options) {
+  if (!std::isfinite(height_m)) return 0;
+  const double grey =
+      std::round(static_cast<double>(height_m) / options.grey.unit_m + options.grey.zero);
+  if (!(grey >= 0.0 && grey <= 65535.0)) {
+    throw InputError(fmt::format("height {:.6g} m does not fit into 16 bits of {:.6g} m", height_m,
+                                 options.grey.unit_m));
+  }
+  return static_cast<std::uint16_t>(std::max(grey, 1.0));
+}
+
+image::Grey16 ImageOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
+  const std::size_t columns = profiles[0].height_m.size();
+  image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
+  image.grey.reserve(profiles.size() * columns);
+  for (std::size_t row = 0; row < profiles.size(); ++row) {
+    for (std::size_t i = 0; i < columns; ++i) {
+      try {
+        image.grey.push_back(GreyOf(profiles[row].height_m[i], options));
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("row {}, column {}: {}", row + 1, i + 1, error.what()));
+      }
+    }
+  }
+  return image;
+}
+
+void CheckShape(const std::vector<Profile>& profiles) {
+  if (profiles.empty()) throw InputError("there is no profile to write");
+  const std::size_t columns = profiles[0].height_m.size();
+  if (columns == 0) throw InputError("row 1 has no columns");
+  for (std::size_t row = 0; row < profiles.size(); ++row) {
+    if (profiles[row].height_m.size() == columns) continue;
+    throw InputError(
+        fmt::format("row {} {}", row + 1,
+                    WidthFault(profiles[row].height_m.size(), static_cast<int>(columns))));
+  }
+}
+
+std::string BytesOf(const std::vector<Profile>& profiles, const std::string& ending,
+                    const ProfileFileOptions& options) {
+  CheckShape(profiles);
+  if (ending == ".csv" || ending == ".txt") return CsvOf(profiles, options);
+  if (ending == ".png") return image::EncodePng(ImageOf(profiles, options));
+  if (ending == ".pgm") return image::EncodePgm(ImageOf(profiles, options));
+  if (IsImageEnding(ending)) return image::EncodeTiff(ImageOf(profiles, options));
+  throw InputError(UnknownEnding(ending));
+}
+
+// ---- the even grid, and times ----
+
+// Evenly spaced columns along a line's x.
+struct EvenGrid {
+  double first_m = 0.0;
+  double pitch_m = 0.0;
+  std::size_t columns = 0;
+
+  double CenterX() const { return first_m + 0.5 * pitch_m * static_cast<double>(columns - 1); }
+};
+
+// Times the usual distance of neighboring points: two points with one or more missing between
+// them are further apart, points on slopes that a sensor sees are nearer.
+constexpr double kGap = 1.5;
+// A column takes the height of a point up to half the distance of two away, and what rounding adds.
+constexpr double kNear = 0.5 * (1.0 + 1e-9);
+// A line with more is a mistake in the unit or an outlier in x.
+constexpr double kMaxGridColumns = 65536.0;
+
+// Without an option: so many times the first two rows' distance in time is an outage, as so many
+// unusable profiles one after the other are for the monitor.
+constexpr double kGapRows = 10.0;
+
+struct GridPoint {
+  double x_m;
+  float height_m;
+};
+
+// Those with a height, by x.
+std::vector<GridPoint> PointsOf(const RawRow& row) {
+  std::vector<GridPoint> points;
+  for (std::size_t i = 0; i < row.x_m.size(); ++i) {
+    if (std::isfinite(row.x_m[i]) && std::isfinite(row.height_m[i])) {
+      points.push_back({row.x_m[i], row.height_m[i]});
+    }
+  }
+  std::ranges::stable_sort(points, {}, &GridPoint::x_m);
+  return points;
+}
+
+// Of neighbors: the mean of the distances that are no gap, which numbers that were rounded to a
+// few digits do not shift along the line as a median would. 0 if there are fewer than two places.
+double UsualDistance(const std::vector<GridPoint>& points) {
+  std::vector<double> distances;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double distance = points[i].x_m - points[i - 1].x_m;
+    if (distance > 0.0) distances.push_back(distance);
+  }
+  if (distances.empty()) return 0.0;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::ranges::nth_element(distances, middle);
+  const double longest = kGap * *middle;
+  std::erase_if(distances, [longest](double distance) { return distance > longest; });
+  return std::accumulate(distances.begin(), distances.end(), 0.0) /
+         static_cast<double>(distances.size());
+}
+
+// The grid that holds all points that have a height, with so many columns a metre; 0: with the
+// usual distance of neighboring points. Nullopt if no row has two points.
+std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_m) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  double pitch = columns_per_m > 0.0 ? 1.0 / columns_per_m : 0.0;
+  for (const RawRow& row : rows) {
+    const auto points = PointsOf(row);
+    if (points.size() < 2) continue;
+    low = std::min(low, points.front().x_m);
+    high = std::max(high, points.back().x_m);
+    if (pitch == 0.0) pitch = UsualDistance(points);
+  }
+  if (!(pitch > 0.0) || !(high > low)) return std::nullopt;
+  const double columns = std::round((high - low) / pitch) + 1.0;
+  if (columns > kMaxGridColumns) {
+    throw InputError(fmt::format(
+        "x from {:.6g} to {:.6g} m with {:.6g} columns a metre are {:.0f} columns; at most {:.0f} "
+        "are a line (a wrong unit, or a no-value among x?)",
+        low, high, 1.0 / pitch, columns, kMaxGridColumns));
+  }
+  return EvenGrid{low, pitch, static_cast<std::size_t>(columns)};
+}
+
+// A row's heights at the columns of a grid, linear between neighboring points. Gaps (kGap) and
+// what was not measured stay empty.
+std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
+  std::vector<float> heights(grid.columns, std::numeric_limits<float>::quiet_NaN());
+  const auto points = PointsOf(row);
+  const double typical = UsualDistance(points);
+  const double near = kNear * std::max(typical, grid.pitch_m);
+  std::size_t next = 0;  // the first point at or behind the column
+  for (std::size_t column = 0; column < grid.columns; ++column) {
+    const double x = grid.first_m + static_cast<double>(column) * grid.pitch_m;
+    while (next < points.size() && points[next].x_m < x) ++next;
+    const GridPoint* right = next < points.size() ? &points[next] : nullptr;
+    const GridPoint* left = next > 0 ? &points[next - 1] : nullptr;
+    if (left != nullptr && right != nullptr && right->x_m - left->x_m <= kGap * typical) {
+      const double share = (x - left->x_m) / (right->x_m - left->x_m);
+      heights[column] = static_cast<float>((1.0 - share) * static_cast<double>(left->height_m) +
+                                           share * static_cast<double>(right->height_m));
+    } else if (right != nullptr && right->x_m - x <= near) {
+      heights[column] = right->height_m;
+    } else if (left != nullptr && x - left->x_m <= near) {
+      heights[column] = left->height_m;
+    }
+  }
+  return heights;
+}
+
+// Makes profiles of rows, in their order: onto the even grid, with a time.
+class RowFinish {
+ public:
+  explicit RowFinish(const ProfileFileOptions& options) : options_(options) {}
+
+  // The grid for rows like these, if they have x.
+  void FixGrid(std::span<const RawRow> rows) {
+    if (!grid_) grid_ = GridOf(rows, options_.columns_per_m);
+  }
+
+  std::optional<ProfileGrid> grid() const {
+    if (!grid_) return std::nullopt;
+    return ProfileGrid{1.0 / grid_->pitch_m, grid_->CenterX()};
+  }
+
+  ProfileRow operator()(RawRow&& row) {
+    ProfileRow made{row.row, row.line, {}, row.fault, row.position_m, {}};
+    if (!made.fault.empty()) return made;
+    const Stamp stamp = StampOf(row);
+    std::string fault = StampFault(stamp);
+    if (fault.empty() && !row.x_m.empty() && !grid_) fault = "has no two points with a height";
+    if (!fault.empty()) {
+      MarkDamaged(row, fault);
+      made.fault = row.fault;
+      return made;
+    }
+    if (row.time_s || row.position_m) made.gap_s = GapBefore(stamp);
+    last_ = stamp;
+    made.profile.time_s = stamp.time_s;
+    made.profile.height_m = grid_ ? OnGrid(row, *grid_) : std::move(row.height_m);
+    return made;
+  }
+
+ private:
+  struct Stamp {
+    double time_s = 0.0;
+    std::optional<double> position_m;
+  };
+
+  Stamp StampOf(const RawRow& row) const {
+    Stamp stamp{static_cast<double>(row.row - 1) / options_.rate_hz, row.position_m};
+    if (row.position_m) stamp.time_s = *row.position_m / options_.feed_m_per_s;
+    if (row.time_s) stamp.time_s = *row.time_s;
+    return stamp;
+  }
+
+  std::string StampFault(const Stamp& stamp) const {
+    if (!last_) return {};
+    if (stamp.position_m && last_->position_m && *stamp.position_m < *last_->position_m) {
+      return fmt::format(
+          "is at {:.6g} mm of the path, the row before at {:.6g} mm; the encoder must not go back",
+          *stamp.position_m * base::kMmPerM, *last_->position_m * base::kMmPerM);
+    }
+    if (!(stamp.time_s < last_->time_s)) return {};
+    return fmt::format("is of {:.9g} s, the row before of {:.9g} s; time must not go back",
+                       stamp.time_s, last_->time_s);
+  }
+
+  std::optional<double> GapBefore(const Stamp& stamp) {
+    if (!last_) return std::nullopt;
+    const double passed_s = stamp.time_s - last_->time_s;
+    if (max_gap_s_ == 0.0) {
+      max_gap_s_ = options_.max_gap_s > 0.0 ? options_.max_gap_s : kGapRows * passed_s;
+    }
+    if (max_gap_s_ == 0.0 || passed_s <= max_gap_s_) return std::nullopt;
+    return passed_s;
+  }
+
+  ProfileFileOptions options_;
+  std::optional<EvenGrid> grid_;
+  std::optional<Stamp> last_;  // of the last whole row
+  double max_gap_s_ = 0.0;     // 0: not known yet
+};
+
+// ---- reading ----
+
 // Whole rows with x that tell how far the grid reaches, and how many rows are read for them.
 constexpr std::size_t kRowsOfGrid = 3;
 constexpr std::size_t kMaxHeld = 16;
-
-std::ifstream Open(const std::filesystem::path& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": is a folder, not a file of profiles");
-  }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be read");
-  return in;
-}
-
-std::optional<ProfileGrid> GridFor(const RowFinish& finish) {
-  if (!finish.grid()) return std::nullopt;
-  return ProfileGrid{1.0 / finish.grid()->pitch_m, finish.grid()->CenterX()};
-}
-
-std::vector<RawRow> RowsOfText(std::istream& in, const ProfileFileOptions& options) {
-  WidthRows text(in, options);
-  std::vector<RawRow> rows;
-  while (auto row = text.Next()) rows.push_back(std::move(*row));
-  return rows;
-}
 
 std::vector<RawRow> RowsOf(const std::filesystem::path& file, const ProfileFileOptions& options) {
   const std::string ending = base::EndingOf(file);
   const bool text = ending == ".csv" || ending == ".txt";
   if (!text && !IsImageEnding(ending)) throw InputError(UnknownEnding(ending));
-  std::ifstream in = Open(file);
-  if (text) return RowsOfText(in, options);
-  return RowsOfImage(std::string{std::istreambuf_iterator<char>(in), {}}, ending, options);
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw InputError("is a folder, not a file of profiles");
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError("cannot be read");
+  if (!text)
+    return RowsOfImage(std::string{std::istreambuf_iterator<char>(in), {}}, ending, options);
+  std::vector<RawRow> rows;
+  const RowSource next = RowsOfText(in, options);
+  while (auto row = next()) rows.push_back(std::move(*row));
+  return rows;
 }
 
 }  // namespace
 
 struct ProfileStream::Impl {
-  Impl(std::istream& in, const ProfileFileOptions& options) : rows(in, options), finish(options) {}
+  // The first row; where it has x, those that the grid is made of.
+  void Hold() {
+    std::vector<RawRow> first;
+    std::size_t with_x = 0;
+    while (first.size() < kMaxHeld && with_x < kRowsOfGrid) {
+      auto row = next();
+      if (!row) break;
+      first.push_back(std::move(*row));
+      const bool whole = first.back().fault.empty();
+      with_x += whole && !first.back().x_m.empty() ? 1 : 0;
+      begun = begun || whole;
+      if (with_x == 0) break;
+    }
+    finish.FixGrid(first);
+    if (with_x > 0) begun = finish.grid().has_value();
+    std::ranges::move(first, std::back_inserter(held));
+  }
 
-  void Hold();
-
-  WidthRows rows;
+  RowSource next;
   RowFinish finish;
-  std::deque<RawRow> held;  // read while the grid was unknown
+  std::deque<RawRow> held = {};  // read while the grid was unknown
   bool begun = false;
 };
 
 ProfileStream::ProfileStream(std::istream& in, const ProfileFileOptions& options) {
   CheckOptions(options);
-  impl_ = std::make_unique<Impl>(in, options);
+  impl_ = std::make_unique<Impl>(Impl{RowsOfText(in, options), RowFinish(options)});
 }
 ProfileStream::~ProfileStream() = default;
-
-// The first row; where it has x, those that the grid is made of.
-void ProfileStream::Impl::Hold() {
-  std::vector<RawRow> first;
-  std::size_t with_x = 0;
-  while (first.size() < kMaxHeld && with_x < kRowsOfGrid) {
-    auto row = rows.Next();
-    if (!row) break;
-    first.push_back(std::move(*row));
-    const bool whole = first.back().fault.empty();
-    with_x += whole && !first.back().x_m.empty() ? 1 : 0;
-    begun = begun || whole;
-    if (with_x == 0) break;
-  }
-  finish.FixGrid(first);
-  if (with_x > 0) begun = finish.grid().has_value();
-  std::ranges::move(first, std::back_inserter(held));
-}
 
 std::optional<ProfileRow> ProfileStream::Next() {
   Impl& stream = *impl_;
   if (!stream.begun && stream.held.empty()) stream.Hold();
   std::optional<RawRow> row;
   if (stream.held.empty()) {
-    row = stream.rows.Next();
+    row = stream.next();
   } else {
     row = std::move(stream.held.front());
     stream.held.pop_front();
@@ -103,7 +405,7 @@ std::optional<ProfileRow> ProfileStream::Next() {
   return stream.finish(std::move(*row));
 }
 
-std::optional<ProfileGrid> ProfileStream::grid() const { return GridFor(impl_->finish); }
+std::optional<ProfileGrid> ProfileStream::grid() const { return impl_->finish.grid(); }
 
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options) {
   CheckOptions(options);
@@ -120,12 +422,10 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
       if (!read.rows.back().fault.empty()) throw InputError(read.rows.back().fault);
     }
     if (read.rows.empty()) throw InputError("holds no profile");
-    read.grid = GridFor(finish);
+    read.grid = finish.grid();
     return read;
   } catch (const InputError& error) {
-    const std::string what = error.what();
-    if (what.starts_with(file.string() + ": ")) throw;
-    throw InputError(file.string() + ": " + what);
+    throw InputError(file.string() + ": " + error.what());
   }
 }
 

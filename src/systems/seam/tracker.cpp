@@ -2,17 +2,125 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <deque>
-#include <span>
+#include <stdexcept>
 
 #include "base/error.h"
-#include "base/quantile.h"
-#include "seam/step_test.h"
+#include "base/statistics.h"
+#include "base/units.h"
 
 namespace rangegrasp::seam {
 namespace {
+
+using base::kMm;
+using base::YamlMap;
+
+// ---- options ----
+
+// Thousandths of a second [s].
+constexpr double kMs = 1e-3;
+
+constexpr double kBaseColumns_1_m = 12'000.0;
+
+void CheckTracker(bool good, const char* what) {
+  if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
+}
+
+// The line may have too few columns for windows that suit the base sensor's.
+void CheckSteps(const TrackerOptions& options) {
+  const LocalStepOptions& steps = options.step_track.steps;
+  CheckOptions(steps);
+  const double narrowest = *std::ranges::min_element(steps.half_windows);
+  const double least_1_m = kBaseColumns_1_m * kMinHalfWindow / narrowest;
+  if (options.line.columns_per_m >= least_1_m) return;
+  throw std::invalid_argument(fmt::format(
+      "edge tracker: tracked steps (method steps) need {:.2f} columns a mm, the line has "
+      "{:.2f}; use method voting or weights",
+      least_1_m * kMm, options.line.columns_per_m * kMm));
+}
+
+void ReadFilter(YamlMap map, FilterOptions& options) {
+  map.Read("half_width_columns", options.half_width_columns, 1, 512,
+           "columns on each side in which a point looks for others");
+  map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
+                 "height above and below within which they count");
+  map.Read(
+      "min_neighbors", options.min_neighbors, 0, 1024,
+      "a point with fewer others about it is dropped; fewer are asked of a profile with holes");
+  map.Finish();
+}
+
+void ReadDetectors(YamlMap map, DetectorOptions& options) {
+  map.Read("model_levels", options.model_fitting.levels,
+           "which two heights the step of the model fitting has");
+  map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
+           "columns on each side that vote for a candidate (n of eq. 3.6)");
+  map.Read("step_columns", options.local_weighted_voting.step_columns, 1, 4096,
+           "columns on each side that tell a candidate's height (k of eq. 3.5)");
+  map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096,
+           "columns that local weighted voting chooses from");
+  map.Read(
+      "kernel", options.gradient_accumulation.kernel, 0.001, 0.5,
+      "half length of the largest gradient of gradient accumulation, as a share of the profile");
+  map.Finish();
+}
+
+void ReadStep(YamlMap map, StepOptions& options) {
+  map.Read("rule", options.rule,
+           "how its height is measured: fit is by least squares over the millimetres beside it, "
+           "range is as published");
+  map.Read("fitted", options.fitted, 0.0, 1.0,
+           "rule fit: share of min_step_mm from which a step is an edge's");
+  map.Read("fitted_first", options.fitted_first, 0.0, 1.0,
+           "rule fit: the same of a step that is not where the last ones were");
+  map.ReadScaled("period_ms", options.period_s, kMs, 1.0, 10'000.0,
+                 "rule fit: time over which profiles are averaged; an edge that moves by more than "
+                 "a millimetre in it is smeared");
+  map.Read("half_window_columns", options.half_window, 1, 512,
+           "columns on each side of an edge in which its height is measured");
+  map.Read("median_half_width_columns", options.median_half_width, 0, 512,
+           "columns on each side that the median filter before it takes");
+  map.Read("continued", options.continued, 0.0, 1.0,
+           "rule range: share of min_step_mm that an edge needs where the last ones were; 1 is as "
+           "published");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "a lower step is no edge");
+  map.Finish();
+}
+
+void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
+  map.ReadScaled("max_step_mm", options.steps.max_step_m, kMm, 0.001, 100.0,
+                 "a higher step is no edge");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "nor is a lower one");
+  map.Read("memory", options.memory, 0.0, 0.999,
+           "share of the evidence for an edge that each profile keeps");
+  map.Read("speed_columns_per_s", options.speed_columns_per_s, 1.0, 1e6,
+           "how fast an edge may be expected to move on the line (standard deviation)");
+  map.Read("max_speed_columns_per_s", options.max_speed_columns_per_s, 1.0, 1e6,
+           "and how fast at most");
+  map.Read("evidence", options.evidence, 0.0, 1e6,
+           "mean log-likelihood ratio over many profiles that makes an edge");
+  map.Read("first_evidence", options.first_evidence, 0.0, 1e6,
+           "what a single profile must have more; n profiles: an n-th of this");
+  map.Read("most_evidence", options.most_evidence, 0.1, 1e6,
+           "evidence that a profile counts for at most");
+  map.Read("uneven", options.uneven, 0.01, 10.0,
+           "share of its height by which an edge varies: the lower, the more a profile without it "
+           "tells of a mat's end");
+  map.Read("continued", options.continued, 0.0, 1.0,
+           "share of the evidence that an edge needs to go on");
+  map.Read("line_profiles", options.line_profiles, 2, 1000,
+           "positions that the edge's line is laid through");
+  map.Finish();
+}
+
+void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
+  map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
+           "distance to the predicting line within which a vote supports it");
+  map.Read("line_max_slope_columns_per_s", options.max_slope_columns_per_s, 1.0, 1e6,
+           "steeper predicting lines are not considered");
+}
+
+// ---- tracking ----
 
 // Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
 // 3.4). A slower sensor's are older than a period.
@@ -75,6 +183,108 @@ int MaximumAt(const std::vector<float>& weight) {
 
 }  // namespace
 
+void CheckOptions(const TrackerOptions& options) {
+  CheckTracker(options.line.columns >= kMinColumns, "line.columns must be at least 32");
+  CheckTracker(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
+  CheckTracker(options.border_columns >= 0, "border_columns must not be negative");
+  CheckTracker(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
+  CheckTracker(options.packet_period_s > 0.0, "packet_period_s must be above 0");
+  CheckTracker(options.refine_m >= 0.0, "refine_m must not be negative");
+  CheckTracker(options.keep_m >= 0.0, "keep_m must not be negative");
+  CheckTracker(options.line_prediction.inlier_columns > 0.0,
+               "line_prediction.inlier_columns must be above 0");
+  CheckTracker(options.line_prediction.max_slope_columns_per_s > 0.0,
+               "line_prediction.max_slope_columns_per_s must be above 0");
+  CheckTracker(options.history.length >= 1, "history.length must be at least 1");
+  CheckTracker(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
+  CheckTracker(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
+               "accumulation.memory must be at least 0 and below 1");
+  CheckTracker(options.accumulation.spread_columns > 0.0,
+               "accumulation.spread_columns must be above 0");
+  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
+  CheckTracker(options.step.half_window >= 1, "step.half_window must be at least 1");
+  CheckTracker(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
+  CheckTracker(options.step.continued >= 0.0 && options.step.continued <= 1.0,
+               "step.continued must be from 0 to 1");
+  CheckTracker(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
+               "step.fitted must be from 0 to 1");
+  CheckTracker(options.step.fitted_first >= 0.0 && options.step.fitted_first <= 1.0,
+               "step.fitted_first must be from 0 to 1");
+  CheckTracker(options.step.period_s > 0.0, "step.period_s must be above 0");
+  CheckTracker(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
+}
+
+TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
+  TrackerOptions scaled = options;
+  const double scale = options.line.columns_per_m / kBaseColumns_1_m;
+  const auto whole = [scale](int& columns) {
+    columns = static_cast<int>(std::lround(scale * columns));
+  };
+  const auto at_least_one = [&](int& columns) {
+    whole(columns);
+    columns = std::max(columns, 1);
+  };
+  whole(scaled.border_columns);
+  at_least_one(scaled.preprocess.filter.half_width_columns);
+  whole(scaled.preprocess.filter.min_neighbors);
+  at_least_one(scaled.detectors.local_weighted_voting.half_window);
+  at_least_one(scaled.detectors.local_weighted_voting.step_columns);
+  at_least_one(scaled.step.half_window);
+  whole(scaled.step.median_half_width);
+  scaled.line_prediction.inlier_columns *= scale;
+  scaled.line_prediction.max_slope_columns_per_s *= scale;
+  scaled.history.sigma_columns *= scale;
+  scaled.accumulation.spread_columns *= scale;
+  StepTrackOptions& track = scaled.step_track;
+  for (int& half : track.steps.half_windows) whole(half);
+  at_least_one(track.steps.stride);
+  track.speed_columns_per_s *= scale;
+  track.max_speed_columns_per_s *= scale;
+  return scaled;
+}
+
+void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options) {
+  map.Read("method", options.method, "how the position of a profile's edge is decided");
+  map.ReadScaled(
+      "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+      "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
+      "columns are stated for 12 and scaled to it");
+  ReadFilter(map.Child("filter", "the geometric filter that drops single points"),
+             options.preprocess.filter);
+  map.Read("border_columns", options.border_columns, 0, 4096,
+           "no edge is reported this near to the first and the last measured column");
+  map.Read("normalise", options.preprocess.normalise,
+           "whether a parabola is subtracted from each profile");
+  map.Read("min_columns", options.preprocess.min_columns, 8, 65536,
+           "a profile with fewer points after the filter is unusable");
+  ReadDetectors(map.Child("detectors", "the three detectors"), options.detectors);
+  map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0,
+                 "two detectors agree if their positions are this near to each other");
+  map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
+                 "time between two packets to the robot");
+  map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
+                 "a packet tells where a step fits best to its profiles, this near to what was "
+                 "decided; 0: what was decided");
+  map.ReadScaled("keep_mm", options.keep_m, kMm, 0.0, 100.0,
+                 "what was decided is sent if it is this near to where the step fits best");
+  map.Read("confirm", options.confirm,
+           "whether a step counts only if another of the last profiles shows it, too");
+  ReadLinePrediction(map, options.line_prediction);
+  map.Read("history_length", options.history.length, 1, 1000,
+           "earlier positions that raise the weights near them (n of eq. 3.19)");
+  map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0,
+           "width of the bell by which they do");
+  map.Read("memory", options.accumulation.memory, 0.0, 0.999,
+           "method accumulated: share of the sum of weights that each profile keeps");
+  map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0,
+           "method accumulated: width of the bell that a candidate's weight is spread over");
+  ReadStep(map.Child("step", "the height of a step, which tells whether there is an edge"),
+           options.step);
+  ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
+  map.Read("positive_edge", options.positive_edge,
+           "whether the edge rises with the column number; false: it falls");
+}
+
 struct EdgeTracker::Impl {
   Impl(const TrackerOptions& o, const std::optional<Calibration>& c)
       : options(o),
@@ -110,285 +320,263 @@ struct EdgeTracker::Impl {
   std::optional<bool> candidate_sure;
   std::optional<EdgePacket> packet;
 
-  void CheckProfile(const Profile& profile) const;
-  std::vector<float> Accumulate();
-  const std::vector<float>& Average();
-  // These return the weight with which the reading is offered for the next packet.
-  float Decide(Reading& reading);
-  float DecideByVoting(Reading& reading);
-  float DecideByWeights(Reading& reading);
-  float DecideBySteps(Reading& reading);
-  double StepAt(double column, const std::vector<float>& height_m);
-  double HighestStep(const Reading& reading);
-  void ForgetOldVotes(double time_s);
-  double OfLine(double column) const;
-  double LateralAt(double column) const;
-  void Offer(const Reading& reading, float its_weight);
-  void Refine();
-  void Follow(Reading& reading);
-  void OfferFollowed();
-  void EndPeriod(double time_s);
-  std::optional<double> PredictFromVotes(double time_s);
-  bool IsStep(double step_m, bool goes_on) const;
-  bool FitsAt(double column);
-  EdgePacket PacketAt(double time_s) const;
-};
-
-void EdgeTracker::Impl::CheckProfile(const Profile& profile) const {
-  if (static_cast<int>(profile.height_m.size()) != options.line.columns) {
-    throw base::InputError(fmt::format("the profile has {} columns, the sensor's line has {}",
-                                       profile.height_m.size(), options.line.columns));
+  void CheckProfile(const Profile& profile) const {
+    if (static_cast<int>(profile.height_m.size()) != options.line.columns) {
+      throw base::InputError(fmt::format("the profile has {} columns, the sensor's line has {}",
+                                         profile.height_m.size(), options.line.columns));
+    }
+    if (!std::isfinite(profile.time_s) || (last_time_s && profile.time_s < *last_time_s)) {
+      throw base::InputError(
+          fmt::format("the profile's time {} s must be finite and not before that of the last one",
+                      profile.time_s));
+    }
   }
-  if (!std::isfinite(profile.time_s) || (last_time_s && profile.time_s < *last_time_s)) {
-    throw base::InputError(
-        fmt::format("the profile's time {} s must be finite and not before that of the last one",
-                    profile.time_s));
+
+  // By the rule that the options name; by their range where there is not enough of the line for a
+  // fit.
+  double StepAt(double column, const std::vector<float>& height_m) {
+    const auto fitted =
+        options.step.rule == StepRule::kFit ? step_test.HeightAt(column) : std::nullopt;
+    if (fitted) return *fitted;
+    return StepHeight(height_m, static_cast<int>(std::lround(column)), options.step);
   }
-}
 
-// By the rule that the options name; by their range where there is not enough of the line for a
-// fit.
-double EdgeTracker::Impl::StepAt(double column, const std::vector<float>& height_m) {
-  const auto fitted =
-      options.step.rule == StepRule::kFit ? step_test.HeightAt(column) : std::nullopt;
-  if (fitted) return *fitted;
-  return StepHeight(height_m, static_cast<int>(std::lround(column)), options.step);
-}
-
-bool EdgeTracker::Impl::IsStep(double step_m, bool goes_on) const {
-  const bool fit = options.step.rule == StepRule::kFit;
-  const double first = fit ? options.step.fitted_first : 1.0;
-  const double next = fit ? options.step.fitted : options.step.continued;
-  return step_m >= (goes_on ? next : first) * options.step.min_step_m;
-}
-
-// Whether the last profiles have a step where it is predicted; the rule of ranges cannot tell.
-bool EdgeTracker::Impl::FitsAt(double column) {
-  return options.step.rule != StepRule::kFit || IsStep(StepAt(column, prepared.height_m), true);
-}
-
-// The step where any detector sees its edge.
-double EdgeTracker::Impl::HighestStep(const Reading& reading) {
-  double highest = 0.0;
-  for (const auto& column : reading.detected) {
-    if (column) highest = std::max(highest, StepAt(*column, prepared.height_m));
+  bool IsStep(double step_m, bool goes_on) const {
+    const bool fit = options.step.rule == StepRule::kFit;
+    const double first = fit ? options.step.fitted_first : 1.0;
+    const double next = fit ? options.step.fitted : options.step.continued;
+    return step_m >= (goes_on ? next : first) * options.step.min_step_m;
   }
-  return highest;
-}
 
-void EdgeTracker::Impl::ForgetOldVotes(double time_s) {
-  times.push_back(time_s);
-  if (times.size() > kRecent) times.pop_front();
-  const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
-  while (!votes.empty() && votes.front().time_s < oldest_s) votes.pop_front();
-}
-
-// The column as the sensor counts it.
-double EdgeTracker::Impl::OfLine(double column) const {
-  return options.positive_edge ? column : options.line.columns - 1 - column;
-}
-
-// x of an edge in a column of the prepared profile.
-double EdgeTracker::Impl::LateralAt(double column) const {
-  if (!calibration) return options.line.ToMeters(OfLine(column));
-  return calibration->LateralAt(OfLine(column), HeightAround(prepared.original_m, column));
-}
-
-std::optional<double> EdgeTracker::Impl::PredictFromVotes(double time_s) {
-  if (votes.empty()) return std::nullopt;  // what was sent long ago tells nothing alone
-  std::vector<TimedColumn> found;
-  if (sent) found.push_back(*sent);
-  found.insert(found.end(), votes.begin(), votes.end());
-  // One position alone may be a disturbance: two must bear each other out.
-  const auto prediction = PredictByLine(found, time_s, options.line_prediction);
-  if (!prediction || (options.confirm && prediction->inliers < 2)) return std::nullopt;
-  return prediction->column;
-}
-
-// Section 3.4: two of three, then a line through the votes of a period and what was sent last.
-float EdgeTracker::Impl::DecideByVoting(Reading& reading) {
-  const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
-  const auto vote = VoteTwoOfThree(reading.detected, tolerance);
-  reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
-  // A profile whose step is too small gives no vote; the others of the period still tell where the
-  // edge is.
-  const auto expected = PredictFromVotes(reading.time_s);
-  const bool goes_on = vote && expected && std::abs(*vote - *expected) <= tolerance;
-  const bool step = IsStep(reading.step_m, goes_on);
-  if (vote && step) votes.push_back({reading.time_s, *vote});
-  reading.column = PredictFromVotes(reading.time_s);
-  if (reading.column && !step && !FitsAt(*reading.column)) reading.column.reset();
-  if (reading.column) {
-    reading.status = ProfileStatus::kEdge;
-    if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
-  } else {
-    // A step that no other profile of the period bears out is a disturbance.
-    const bool several = vote && step && votes.size() >= 2;
-    reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
+  // Whether the last profiles have a step where it is predicted; the rule of ranges cannot tell.
+  bool FitsAt(double column) {
+    return options.step.rule != StepRule::kFit || IsStep(StepAt(column, prepared.height_m), true);
   }
-  return 0.0F;
-}
 
-std::vector<float> EdgeTracker::Impl::Accumulate() {
-  auto spread = results;
-  auto& candidates = spread[static_cast<std::size_t>(Detector::kLocalWeightedVoting)].weight;
-  candidates = SpreadWeights(candidates, options.accumulation.spread_columns);
-  accumulated.resize(candidates.size(), 0.0F);
-  const auto memory = static_cast<float>(options.accumulation.memory);
-  const std::vector<float> sum = SumOfWeights(spread);
-  for (std::size_t i = 0; i < sum.size(); ++i) accumulated[i] = memory * accumulated[i] + sum[i];
-  return accumulated;
-}
-
-// The prepared heights, averaged with those of earlier profiles that fade out as the weights do.
-const std::vector<float>& EdgeTracker::Impl::Average() {
-  if (average.empty()) average = prepared.height_m;
-  const auto memory = static_cast<float>(options.accumulation.memory);
-  for (std::size_t i = 0; i < average.size(); ++i) {
-    average[i] = memory * average[i] + (1.0F - memory) * prepared.height_m[i];
+  // The step where any detector sees its edge.
+  double HighestStep(const Reading& reading) {
+    double highest = 0.0;
+    for (const auto& column : reading.detected) {
+      if (column) highest = std::max(highest, StepAt(*column, prepared.height_m));
+    }
+    return highest;
   }
-  return average;
-}
 
-// Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
-float EdgeTracker::Impl::DecideByWeights(Reading& reading) {
-  weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
-  WeightByHistory(weight, history, options.history.sigma_columns);
-  const int column = MaximumAt(weight);
-  const bool averaged = options.method == DecisionMethod::kAccumulated;
-  reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
-  const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
-  const bool goes_on = std::ranges::any_of(
-      recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
-  // A step that none of the last profiles bears out is a disturbance.
-  const bool step = IsStep(reading.step_m, goes_on);
-  if (step) recent.push_back(column);
-  if (recent.size() > kRecent) recent.erase(recent.begin());
-  if (!step || (options.confirm && !goes_on)) {
-    reading.status = ProfileStatus::kNoEdge;
+  void ForgetOldVotes(double time_s) {
+    times.push_back(time_s);
+    if (times.size() > kRecent) times.pop_front();
+    const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
+    while (!votes.empty() && votes.front().time_s < oldest_s) votes.pop_front();
+  }
+
+  // The column as the sensor counts it.
+  double OfLine(double column) const {
+    return options.positive_edge ? column : options.line.columns - 1 - column;
+  }
+
+  // x of an edge in a column of the prepared profile.
+  double LateralAt(double column) const {
+    if (!calibration) return options.line.ToMeters(OfLine(column));
+    return calibration->LateralAt(OfLine(column), HeightAround(prepared.original_m, column));
+  }
+
+  std::optional<double> PredictFromVotes(double time_s) {
+    if (votes.empty()) return std::nullopt;  // what was sent long ago tells nothing alone
+    std::vector<TimedColumn> found;
+    if (sent) found.push_back(*sent);
+    found.insert(found.end(), votes.begin(), votes.end());
+    // One position alone may be a disturbance: two must bear each other out.
+    const auto prediction = PredictByLine(found, time_s, options.line_prediction);
+    if (!prediction || (options.confirm && prediction->inliers < 2)) return std::nullopt;
+    return prediction->column;
+  }
+
+  // Section 3.4: two of three, then a line through the votes of a period and what was sent last.
+  float DecideByVoting(Reading& reading) {
+    const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+    const auto vote = VoteTwoOfThree(reading.detected, tolerance);
+    reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
+    // A profile whose step is too small gives no vote; the others of the period still tell where
+    // the edge is.
+    const auto expected = PredictFromVotes(reading.time_s);
+    const bool goes_on = vote && expected && std::abs(*vote - *expected) <= tolerance;
+    const bool step = IsStep(reading.step_m, goes_on);
+    if (vote && step) votes.push_back({reading.time_s, *vote});
+    reading.column = PredictFromVotes(reading.time_s);
+    if (reading.column && !step && !FitsAt(*reading.column)) reading.column.reset();
+    if (reading.column) {
+      reading.status = ProfileStatus::kEdge;
+      if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
+    } else {
+      // A step that no other profile of the period bears out is a disturbance.
+      const bool several = vote && step && votes.size() >= 2;
+      reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
+    }
     return 0.0F;
   }
-  reading.status = ProfileStatus::kEdge;
-  reading.column = column;
-  history.push_back(column);
-  if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
-  return weight[static_cast<std::size_t>(column)];
-}
 
-// The fourth detector works on heights as measured, of which it needs few.
-float EdgeTracker::Impl::DecideBySteps(Reading& reading) {
-  const auto points =
-      std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
-  const StepTrack::Estimate found =
-      step_track.Update(prepared.original_m, reading.time_s, moved_columns);
-  at_once.reset();
-  if (points < kMinColumns) return 0.0F;
-  reading.local_step = found.strongest;
-  reading.column = found.column;
-  at_once = found.at_once;
-  // As of the other methods: a line through several profiles is sharper where it is near enough.
-  const double keep = options.keep_m * options.line.columns_per_m;
-  if (at_once && found.column && std::abs(*at_once - *found.column) <= keep) at_once = found.column;
-  reading.step_m = found.step_m;
-  reading.goes_on = found.goes_on;
-  reading.sure = found.sure;
-  reading.followed_step_m = found.followed_step_m;
-  reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
-  return 0.0F;
-}
-
-float EdgeTracker::Impl::Decide(Reading& reading) {
-  results = {};
-  if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
-  step_test.Take(prepared);
-  if (!prepared.Usable()) return 0.0F;
-  results = DetectWithin(prepared, options);
-  for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
-  const float its_weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
-                                                                     : DecideByWeights(reading);
-  Follow(reading);
-  return its_weight;
-}
-
-// With weights the strongest position of a period is sent (eq. 3.17), else the latest.
-void EdgeTracker::Impl::Offer(const Reading& reading, float its_weight) {
-  const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
-  if (!column || (candidate && its_weight < candidate_weight)) return;
-  candidate = TimedColumn{reading.time_s, *column};
-  candidate_x_m = LateralAt(*column);
-  candidate_weight = its_weight;
-  candidate_sure = reading.sure;
-}
-
-EdgePacket EdgeTracker::Impl::PacketAt(double time_s) const {
-  EdgePacket made;
-  made.time_s = time_s;
-  if (!candidate) return made;
-  made.time_s = candidate->time_s;
-  made.column = OfLine(candidate->column);
-  made.x_m = candidate_x_m;
-  made.sure = candidate_sure;
-  return made;
-}
-
-// What was decided is sent unless a step fits the period's profiles best elsewhere near by.
-void EdgeTracker::Impl::Refine() {
-  const auto column =
-      step_test.Locate(candidate->column, options.refine_m * options.line.columns_per_m);
-  const double apart = column ? std::abs(*column - candidate->column) : 0.0;
-  if (apart <= options.keep_m * options.line.columns_per_m) return;
-  candidate = TimedColumn{step_test.MiddleTime(), *column};
-  candidate_x_m = LateralAt(*column);
-}
-
-// An edge moves little from one profile to the next: as long as a step fits where it was, it is
-// there, whatever the detectors see elsewhere. Many readings elsewhere with a higher step are
-// right.
-void EdgeTracker::Impl::Follow(Reading& reading) {
-  if (options.step.rule != StepRule::kFit) return;
-  const double reach = options.refine_m * options.line.columns_per_m;
-  const bool decided = reading.column && IsStep(reading.step_m, true);
-  const auto found = place ? step_test.Locate(*place, reach) : std::nullopt;
-  const double step_m = found ? step_test.HeightAt(*found).value_or(0.0) : 0.0;
-  const bool goes_on = IsStep(step_m, true);
-  const bool stray = decided && place && std::abs(*reading.column - *place) > reach;
-  strays = stray && reading.step_m > step_m ? strays + 1 : 0;
-  if (decided && (!goes_on || !stray || strays >= kStrays)) {
-    place = *reading.column;
-    strays = 0;
-    reading.followed_step_m = reading.step_m;
-  } else if (goes_on) {
-    place = *found;
-    reading.followed_step_m = step_m;
+  std::vector<float> Accumulate() {
+    auto spread = results;
+    auto& candidates = spread[static_cast<std::size_t>(Detector::kLocalWeightedVoting)].weight;
+    candidates = SpreadWeights(candidates, options.accumulation.spread_columns);
+    accumulated.resize(candidates.size(), 0.0F);
+    const auto memory = static_cast<float>(options.accumulation.memory);
+    const std::vector<float> sum = SumOfWeights(spread);
+    for (std::size_t i = 0; i < sum.size(); ++i) accumulated[i] = memory * accumulated[i] + sum[i];
+    return accumulated;
   }
-  followed = followed || decided || goes_on;
-}
 
-// Where nothing was decided in a period the place is sent to which the edge was followed in it.
-void EdgeTracker::Impl::OfferFollowed() {
-  if (candidate || !followed) return;
-  candidate = TimedColumn{step_test.MiddleTime(), *place};
-  candidate_x_m = LateralAt(*place);
-}
-
-void EdgeTracker::Impl::EndPeriod(double time_s) {
-  if (!period_begin_s) period_begin_s = time_s;
-  if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
-  // Steps that are tracked have been fitted already.
-  if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
-    if (candidate) Refine();
-    OfferFollowed();
+  // The prepared heights, averaged with those of earlier profiles that fade out as the weights do.
+  const std::vector<float>& Average() {
+    if (average.empty()) average = prepared.height_m;
+    const auto memory = static_cast<float>(options.accumulation.memory);
+    for (std::size_t i = 0; i < average.size(); ++i) {
+      average[i] = memory * average[i] + (1.0F - memory) * prepared.height_m[i];
+    }
+    return average;
   }
-  packet = PacketAt(time_s);
-  if (candidate) sent = candidate;
-  candidate.reset();
-  followed = false;
-  candidate_weight = 0.0F;
-  // Packets keep their period, whatever the profiles' times are.
-  *period_begin_s +=
-      options.packet_period_s *
-      std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);
-}
+
+  // Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
+  float DecideByWeights(Reading& reading) {
+    weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
+    WeightByHistory(weight, history, options.history.sigma_columns);
+    const int column = MaximumAt(weight);
+    const bool averaged = options.method == DecisionMethod::kAccumulated;
+    reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
+    const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+    const bool goes_on = std::ranges::any_of(
+        recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
+    // A step that none of the last profiles bears out is a disturbance.
+    const bool step = IsStep(reading.step_m, goes_on);
+    if (step) recent.push_back(column);
+    if (recent.size() > kRecent) recent.erase(recent.begin());
+    if (!step || (options.confirm && !goes_on)) {
+      reading.status = ProfileStatus::kNoEdge;
+      return 0.0F;
+    }
+    reading.status = ProfileStatus::kEdge;
+    reading.column = column;
+    history.push_back(column);
+    if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
+    return weight[static_cast<std::size_t>(column)];
+  }
+
+  // The fourth detector works on heights as measured, of which it needs few.
+  float DecideBySteps(Reading& reading) {
+    const auto points =
+        std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
+    const StepTrack::Estimate found =
+        step_track.Update(prepared.original_m, reading.time_s, moved_columns);
+    at_once.reset();
+    if (points < kMinColumns) return 0.0F;
+    reading.local_step = found.strongest;
+    reading.column = found.column;
+    at_once = found.at_once;
+    // As of the other methods: a line through several profiles is sharper where it is near enough.
+    const double keep = options.keep_m * options.line.columns_per_m;
+    if (at_once && found.column && std::abs(*at_once - *found.column) <= keep)
+      at_once = found.column;
+    reading.step_m = found.step_m;
+    reading.goes_on = found.goes_on;
+    reading.sure = found.sure;
+    reading.followed_step_m = found.followed_step_m;
+    reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
+    return 0.0F;
+  }
+
+  float Decide(Reading& reading) {
+    results = {};
+    if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
+    step_test.Take(prepared);
+    if (!prepared.Usable()) return 0.0F;
+    results = DetectWithin(prepared, options);
+    for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
+    const float its_weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
+                                                                       : DecideByWeights(reading);
+    Follow(reading);
+    return its_weight;
+  }
+
+  // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
+  void Offer(const Reading& reading, float its_weight) {
+    const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
+    if (!column || (candidate && its_weight < candidate_weight)) return;
+    candidate = TimedColumn{reading.time_s, *column};
+    candidate_x_m = LateralAt(*column);
+    candidate_weight = its_weight;
+    candidate_sure = reading.sure;
+  }
+
+  EdgePacket PacketAt(double time_s) const {
+    EdgePacket made;
+    made.time_s = time_s;
+    if (!candidate) return made;
+    made.time_s = candidate->time_s;
+    made.column = OfLine(candidate->column);
+    made.x_m = candidate_x_m;
+    made.sure = candidate_sure;
+    return made;
+  }
+
+  // What was decided is sent unless a step fits the period's profiles best elsewhere near by.
+  void Refine() {
+    const auto column =
+        step_test.Locate(candidate->column, options.refine_m * options.line.columns_per_m);
+    const double apart = column ? std::abs(*column - candidate->column) : 0.0;
+    if (apart <= options.keep_m * options.line.columns_per_m) return;
+    candidate = TimedColumn{step_test.MiddleTime(), *column};
+    candidate_x_m = LateralAt(*column);
+  }
+
+  // An edge moves little from one profile to the next: as long as a step fits where it was, it is
+  // there, whatever the detectors see elsewhere. Many readings elsewhere with a higher step are
+  // right.
+  void Follow(Reading& reading) {
+    if (options.step.rule != StepRule::kFit) return;
+    const double reach = options.refine_m * options.line.columns_per_m;
+    const bool decided = reading.column && IsStep(reading.step_m, true);
+    const auto found = place ? step_test.Locate(*place, reach) : std::nullopt;
+    const double step_m = found ? step_test.HeightAt(*found).value_or(0.0) : 0.0;
+    const bool goes_on = IsStep(step_m, true);
+    const bool stray = decided && place && std::abs(*reading.column - *place) > reach;
+    strays = stray && reading.step_m > step_m ? strays + 1 : 0;
+    if (decided && (!goes_on || !stray || strays >= kStrays)) {
+      place = *reading.column;
+      strays = 0;
+      reading.followed_step_m = reading.step_m;
+    } else if (goes_on) {
+      place = *found;
+      reading.followed_step_m = step_m;
+    }
+    followed = followed || decided || goes_on;
+  }
+
+  // Where nothing was decided in a period the place is sent to which the edge was followed in it.
+  void OfferFollowed() {
+    if (candidate || !followed) return;
+    candidate = TimedColumn{step_test.MiddleTime(), *place};
+    candidate_x_m = LateralAt(*place);
+  }
+
+  void EndPeriod(double time_s) {
+    if (!period_begin_s) period_begin_s = time_s;
+    if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
+    // Steps that are tracked have been fitted already.
+    if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
+      if (candidate) Refine();
+      OfferFollowed();
+    }
+    packet = PacketAt(time_s);
+    if (candidate) sent = candidate;
+    candidate.reset();
+    followed = false;
+    candidate_weight = 0.0F;
+    // Packets keep their period, whatever the profiles' times are.
+    *period_begin_s +=
+        options.packet_period_s *
+        std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);
+  }
+};
 
 EdgeTracker::EdgeTracker(const TrackerOptions& options,
                          const std::optional<Calibration>& calibration) {

@@ -32,7 +32,7 @@ cv::Size BoardSize(const ChessboardOptions& options) { return {options.columns, 
 
 // Of the square round a corner in which its two edges are looked at: a fifth of the way to the
 // nearest other corner, since another corner in it draws the result to itself; more pixels than
-// kMaxHalf tell no more.
+// kMaxHalf hold no more.
 int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
   constexpr int kMinHalf = 2;
   constexpr int kMaxHalf = 11;
@@ -82,17 +82,6 @@ geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& optio
   return plane;
 }
 
-// The corners on the board itself, its z axis to who sees them in the order of pictures' rows.
-std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options) {
-  std::vector<Eigen::Vector3d> corners;
-  for (int row = 0; row < options.rows; ++row) {
-    for (int column = 0; column < options.columns; ++column) {
-      corners.emplace_back(column * options.square_m, row * options.square_m, 0.0);
-    }
-  }
-  return corners;
-}
-
 std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {
   std::vector<cv::Point2f> to;
   for (const Eigen::Vector2d& p : from) {
@@ -101,19 +90,8 @@ std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {
   return to;
 }
 
-base::Pose PoseOf(const cv::Mat& rotation, const cv::Mat& translation) {
-  cv::Mat matrix;
-  if (rotation.total() == 3) {
-    cv::Rodrigues(rotation, matrix);
-  } else {
-    matrix = rotation;
-  }
-  base::Pose pose = base::Pose::Identity();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) pose.linear()(i, j) = matrix.at<double>(i, j);
-    pose.translation()[i] = translation.at<double>(i);
-  }
-  return pose;
+base::Pose PoseOf(const cv::Matx33d& rotation, const cv::Vec3d& shift) {
+  return base::MakePose(internal::ToEigen(rotation), {shift[0], shift[1], shift[2]});
 }
 
 // The lens and the board's place before the camera at each picture, left ones first.
@@ -158,7 +136,9 @@ Lens CalibrateLens(const Corners& corners, const cv::Size& size) {
   lens.residual_px = cv::calibrateCamera(boards, seen, size, lens.matrix, lens.distortion, turns,
                                          shifts, kLensFlags, kUntilStill);
   for (std::size_t i = 0; i < turns.size(); ++i) {
-    lens.X_CBoard.push_back(PoseOf(turns[i], shifts[i]));
+    cv::Matx33d rotation;
+    cv::Rodrigues(turns[i], rotation);
+    lens.X_CBoard.push_back(PoseOf(rotation, shifts[i]));
   }
   return lens;
 }
@@ -168,12 +148,9 @@ base::Pose CalibrateTurn(const Corners& corners, Lens& lens, const cv::Size& siz
                          double& residual_px) {
   const std::size_t pairs = corners.left.size();
   const base::Pose X_RL = RightInLeft(lens.X_CBoard.front(), lens.X_CBoard[pairs]).inverse();
-  cv::Mat rotation(3, 3, CV_64F), shift(3, 1, CV_64F), essential, fundamental;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) rotation.at<double>(i, j) = X_RL.linear()(i, j);
-    shift.at<double>(i) = X_RL.translation()[i];
-  }
-  cv::Mat residuals;
+  const Eigen::Vector3d& t = X_RL.translation();
+  cv::Mat rotation(internal::FromEigen(X_RL.linear())), shift(cv::Vec3d(t.x(), t.y(), t.z()));
+  cv::Mat essential, fundamental, residuals;
   residual_px = cv::stereoCalibrate(
       corners.board, corners.left, corners.right, lens.matrix, lens.distortion, lens.matrix,
       lens.distortion, size, rotation, shift, essential, fundamental, residuals,
@@ -218,6 +195,12 @@ base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
   return base::MakePose(R_WL, sum.ldlt().solve(right));
 }
 
+// A turn vector and a shift, left of the pose.
+base::Pose Moved(const Eigen::Vector3d& turn, const Eigen::Vector3d& shift, const base::Pose& X) {
+  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+  return base::MakePose(rotation.toRotationMatrix(), shift) * X;
+}
+
 // Gauss and Newton on the six parameters of a small motion, left of the pose.
 base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
   constexpr int kMaxSteps = 30;
@@ -233,9 +216,7 @@ base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
       right -= slope * pair.plane_W.Distance(p_W);
     }
     const Eigen::Matrix<double, 6, 1> motion = sum.ldlt().solve(right);
-    const Eigen::Vector3d turn = motion.head<3>();
-    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-    X_WL = base::MakePose(rotation.toRotationMatrix(), motion.tail<3>()) * X_WL;
+    X_WL = Moved(motion.head<3>(), motion.tail<3>(), X_WL);
     if (motion.norm() < kStill) break;
   }
   X_WL.linear() = Eigen::Quaterniond(X_WL.linear()).normalized().toRotationMatrix();
@@ -244,7 +225,7 @@ base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
 
 // By which factor all that the camera sees would have to grow to agree best with the planes, and
 // its standard error. Pictures of a board with larger squares are those of one further off, so that
-// only the laser tells squares of another size; the pose takes up most of what is wrong with them
+// only the laser detects squares of another size; the pose takes up most of what is wrong with them
 // if all boards are about as far off.
 struct Scale {
   double factor = 1.0;
@@ -270,9 +251,7 @@ Scale ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs, std::size_t
       squares += distance * distance;
     }
     const Eigen::Matrix<double, 7, 1> motion = sum.ldlt().solve(right);
-    const Eigen::Vector3d turn = motion.head<3>();
-    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-    X_WL = base::MakePose(rotation.toRotationMatrix(), motion.segment<3>(3)) * X_WL;
+    X_WL = Moved(motion.head<3>(), motion.segment<3>(3), X_WL);
     scale.factor += motion[6];
   }
   // Corners of one board share its plane's error: a board counts as one measurement.
@@ -312,8 +291,7 @@ void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions&
   const double spread = NormalSpread(boards);
   if (spread < std::sin(options.min_spread_rad)) {
     throw base::InputError(fmt::format(
-        "the chessboard is tilted too little between its views: by {:.1f} deg, {:.1f} "
-        "at least",
+        "the chessboard is tilted too little between its views: by {:.1f} deg, {:.1f} at least",
         base::ToDeg(std::asin(std::min(1.0, spread))), base::ToDeg(options.min_spread_rad)));
   }
 }
@@ -344,19 +322,19 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
 }
 
 Camera CameraOf(const Lens& lens, int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = lens.matrix.at<double>(0, 0);
-  camera.fy = lens.matrix.at<double>(1, 1);
-  camera.cx = lens.matrix.at<double>(0, 2);
-  camera.cy = lens.matrix.at<double>(1, 2);
-  camera.k1 = lens.distortion.at<double>(0);
-  camera.k2 = lens.distortion.at<double>(1);
-  camera.p1 = lens.distortion.at<double>(2);
-  camera.p2 = lens.distortion.at<double>(3);
-  camera.k3 = lens.distortion.at<double>(4);
-  return camera;
+  const auto& m = lens.matrix;
+  const auto k = [&](int i) { return lens.distortion.at<double>(i); };
+  return {.width = width,
+          .height = height,
+          .fx = m.at<double>(0, 0),
+          .fy = m.at<double>(1, 1),
+          .cx = m.at<double>(0, 2),
+          .cy = m.at<double>(1, 2),
+          .k1 = k(0),
+          .k2 = k(1),
+          .p1 = k(2),
+          .p2 = k(3),
+          .k3 = k(4)};
 }
 
 // Both pictures' corners of each board, as one camera sees them, on the laser's plane of it.
@@ -401,6 +379,16 @@ std::vector<Eigen::Vector3d> NormalsOf(const Lens& lens, std::size_t boards) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options) {
+  std::vector<Eigen::Vector3d> corners;
+  for (int row = 0; row < options.rows; ++row) {
+    for (int column = 0; column < options.columns; ++column) {
+      corners.emplace_back(column * options.square_m, row * options.square_m, 0.0);
+    }
+  }
+  return corners;
+}
 
 std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
                                             const ChessboardOptions& options) {

@@ -14,8 +14,8 @@ namespace rangegrasp::stereo {
 
 /// A chessboard, its inner corners counted, and what a calibration with it must reach.
 struct ChessboardOptions {
-  int columns = 9;  ///< inner corners along a row; one of both numbers odd and one even tells the
-  int rows = 6;     ///< board's ends apart
+  int columns = 9;  ///< inner corners along a row; one of both numbers odd and one even: the
+  int rows = 6;     ///< board's ends differ
   double square_m = 0.025;
   double max_edge_px = 3.0;          ///< width of an edge's image, 10 to 90 %; blurred if more
   double max_reprojection_px = 0.3;  ///< root mean square
@@ -25,6 +25,10 @@ struct ChessboardOptions {
   double min_spread_rad = 0.1;  ///< of the boards' normals, in their narrowest direction
   double laser_band_m = 0.004;  ///< within which the laser's points are the board's plane at first
 };
+
+/// The corners on the board itself, row by row, its z axis to the viewer who sees them in pictures'
+/// order.
+std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options);
 
 /// One place of the board: both pictures of it, and what the laser measured there. The laser's
 /// points may hold a few that are not the board's (mixed ones at its edge).

@@ -9,7 +9,10 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/units.h"
+#include "base/yaml_map.h"
+#include "sensing/hand_eye.h"
 #include "stereo/internal/open_cv.h"
 
 namespace rangegrasp::stereo {
@@ -17,23 +20,14 @@ namespace {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 
-/// Hands that turned by less tell their camera's place badly: an error of 0.1 deg of the board's
-/// pose is then 1 % of the arm from hand to camera, and the place along the axis stays open.
+/// Hands that turned by less determine their camera's place badly: an error of 0.1 deg of the
+/// board's pose is then 1 % of the arm from hand to camera, and the place along the axis stays
+/// open.
 constexpr double kMinTurn_rad = base::Deg(10.0);
 /// Of Gauss and Newton; it begins within a millimetre, and doubles its digits.
 constexpr int kSteps = 10;
 /// Of the differences that derivatives are taken from [m, rad].
 constexpr double kDifference = 1e-6;
-
-std::vector<Eigen::Vector3d> BoardCorners(const ChessboardOptions& options) {
-  std::vector<Eigen::Vector3d> corners;
-  for (int row = 0; row < options.rows; ++row) {
-    for (int column = 0; column < options.columns; ++column) {
-      corners.emplace_back(column * options.square_m, row * options.square_m, 0.0);
-    }
-  }
-  return corners;
-}
 
 base::Pose BoardInCamera(const HandEyeView& view, const Camera& camera,
                          const std::vector<Eigen::Vector3d>& corners) {
@@ -72,10 +66,8 @@ base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base
 
 base::Pose Stepped(const base::Pose& X, const Eigen::Matrix<double, 6, 1>& twist) {
   const Eigen::Vector3d turn = twist.tail<3>();
-  base::Pose by = base::Pose::Identity();
-  by.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
-  by.translation() = twist.head<3>();
-  return X * by;
+  const Eigen::AngleAxisd by(turn.norm(), turn.stableNormalized());
+  return X * base::MakePose(by.toRotationMatrix(), twist.head<3>());
 }
 
 /// How far the corners are from where the two poses see them, view after view [px].
@@ -105,8 +97,8 @@ void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
     const Eigen::VectorXd now = Residuals(views, camera, corners, result);
     Eigen::MatrixXd J(now.size(), 12);
     for (int i = 0; i < 12; ++i) {
-      const HandEyeResult beside = At(result, kDifference * Vector12::Unit(i));
-      J.col(i) = (Residuals(views, camera, corners, beside) - now) / kDifference;
+      const HandEyeResult moved = At(result, kDifference * Vector12::Unit(i));
+      J.col(i) = (Residuals(views, camera, corners, moved) - now) / kDifference;
     }
     result = At(result, -(J.transpose() * J).ldlt().solve(J.transpose() * now));
   }
@@ -157,15 +149,14 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
   }
 }
 
-double GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
-  const auto column =
-      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.x()), 0, picture.width - 1));
-  const auto row =
-      static_cast<std::size_t>(std::clamp<long>(std::lround(pixel.y()), 0, picture.height - 1));
+int GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
   const std::uint8_t* rgb =
-      picture.rgb.data() + 3 * (row * static_cast<std::size_t>(picture.width) + column);
+      picture.At(static_cast<int>(std::clamp<long>(std::lround(pixel.x()), 0, picture.width - 1)),
+                 static_cast<int>(std::clamp<long>(std::lround(pixel.y()), 0, picture.height - 1)));
   return rgb[0] + rgb[1] + rgb[2];
 }
+
+std::string ViewName(std::size_t number) { return fmt::format("view_{:02}", number); }
 
 /// The middle of the square between the first four corners.
 Eigen::Vector2d FirstSquare(const std::vector<Eigen::Vector2d>& corners, std::size_t columns) {
@@ -198,7 +189,7 @@ HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera&
                                const ChessboardOptions& options) {
   Check(views, options);
   const internal::SingleThread single;
-  const std::vector<Eigen::Vector3d> corners = BoardCorners(options);
+  const std::vector<Eigen::Vector3d> corners = CornersOfBoard(options);
   std::vector<base::Pose> X_CB;
   for (const HandEyeView& view : views) X_CB.push_back(BoardInCamera(view, camera, corners));
   HandEyeResult result;
@@ -219,6 +210,35 @@ HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera&
   }
   Jackknife(views, camera, corners, result);
   return result;
+}
+
+HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
+  HandEyeRecord record;
+  map.Require("camera");
+  auto camera = map.Child("camera", "its lens, with the distortion of equations 5.10 to 5.12");
+  ReadCamera(camera, record.camera);
+  if (map.Has("in_head")) {
+    record.X_SC = sensing::ReadPoseOf(map, "in_head", "of the camera in the head's frame");
+  }
+  while (map.Has(ViewName(record.X_WH.size() + 1))) {
+    record.X_WH.push_back(
+        sensing::ReadPoseOf(map, ViewName(record.X_WH.size() + 1),
+                            "of the hand in the arm's frame when the picture was taken"));
+  }
+  map.Finish();
+  return record;
+}
+
+void WriteHandEyeRecord(const HandEyeRecord& record, const std::filesystem::path& file) {
+  std::string text =
+      "# The lens, where the camera is in its head, and the hand in the arm's frame at each "
+      "picture.\n" +
+      CameraText("camera", record.camera) + sensing::PoseText("in_head", record.X_SC);
+  for (std::size_t i = 0; i < record.X_WH.size(); ++i) {
+    text += sensing::PoseText(ViewName(i + 1), record.X_WH[i]);
+  }
+  base::WriteFile(file, text);
 }
 
 }  // namespace rangegrasp::stereo

@@ -32,7 +32,7 @@ struct HandEyeResult {
   double turn_error_rad = 0.0;
 };
 
-/// The board's inner corners in one picture, in an order that does not hang on how the camera is
+/// The board's inner corners in one picture, in an order that does not depend on how the camera is
 /// turned: of both ends the board begins at the one whose first square of four corners is dark.
 /// @throws base::InputError as FindChessboard; if columns and rows are both even or both odd.
 std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,

@@ -247,8 +247,7 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   for (int y = 0; y < std::min(part.height, height); ++y) {
     const auto* row = sixteenths.ptr<std::int16_t>(y / options.shrink);
     for (int x = 0; x < std::min(part.width, width); ++x) {
-      const auto at = static_cast<std::size_t>(part.y + y) * static_cast<std::size_t>(left.width) +
-                      static_cast<std::size_t>(part.x + x);
+      const std::size_t at = internal::IndexAt(part.x + x, part.y + y, left.width);
       const std::int16_t value = row[x / options.shrink];
       if (left_mask.grey[at] == 0 || value <= none) continue;
       result.grey[at] = static_cast<float>(value) * pixels;

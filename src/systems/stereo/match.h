@@ -49,7 +49,7 @@ struct MatchOptions {
   /// matched by its noise, has none; a white cup has its outline. 0: all patches stay.
   double min_edges = 1.0;
   /// A match must be shared by this part of the pixels of like colour round it (each channel within
-  /// consensus_levels, so many pixels away): a plain wall or rail beside an object takes on the
+  /// consensus_levels, so many pixels away): a plain wall or rail next to an object takes on the
   /// object's disparity, but only near it. Larger: fewer of these fringes, and holes in surfaces
   /// that are matched in parts. 0: not asked for.
   double consensus_share = 0.4;

@@ -11,8 +11,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/image/png.h"
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "stereo/internal/open_cv.h"
 
 namespace rangegrasp::stereo {
@@ -63,12 +62,10 @@ struct Window {
 };
 
 bool AllKept(const Mask& kept, const cv::Rect& at) {
-  for (const cv::Point corner : {at.tl(), at.br() - cv::Point(1, 1), cv::Point(at.x, at.br().y - 1),
-                                 cv::Point(at.br().x - 1, at.y)}) {
-    if (kept.grey[static_cast<std::size_t>(corner.y) * static_cast<std::size_t>(kept.width) +
-                  static_cast<std::size_t>(corner.x)] == 0) {
-      return false;
-    }
+  const int right = at.br().x - 1, low = at.br().y - 1;
+  for (const cv::Point& corner :
+       {at.tl(), cv::Point(right, low), cv::Point(at.x, low), cv::Point(right, at.y)}) {
+    if (kept.grey[internal::IndexAt(corner.x, corner.y, kept.width)] == 0) return false;
   }
   return true;
 }
@@ -112,6 +109,59 @@ std::array<std::uint8_t, 3> ColourAt(double share) {
     return static_cast<std::uint8_t>(std::lround(255.0 * value));
   };
   return {channel(3.0), channel(2.0), channel(1.0)};
+}
+
+/// Disparities as 16-bit grey: 256 levels a pixel (as in the KITTI benchmark), 0 where there is
+/// none.
+image::Grey16 EncodeDisparity(const Disparity& disparity) {
+  image::Grey16 picture{disparity.width, disparity.height, {}};
+  picture.grey.reserve(disparity.grey.size());
+  for (const float d : disparity.grey) {
+    const double level = std::isnan(d) ? 0.0 : std::clamp(d * kLevelsPerPixel, 1.0, 65535.0);
+    picture.grey.push_back(static_cast<std::uint16_t>(std::lround(level)));
+  }
+  return picture;
+}
+
+/// Disparities in colours from far (blue) to near (red); black where there is none. The colours
+/// span the disparities that are there but for the outermost percent at both ends.
+image::Image DisparityPicture(const Disparity& disparity) {
+  constexpr double kOutermost = 0.01;
+  std::vector<float> there;
+  for (const float d : disparity.grey) {
+    if (!std::isnan(d)) there.push_back(d);
+  }
+  const double low = there.empty() ? 0.0 : base::QuantileOf(there, kOutermost);
+  const double high = there.empty() ? 1.0 : base::QuantileOf(there, 1.0 - kOutermost);
+  image::Image picture{disparity.width, disparity.height, {}};
+  picture.rgb.reserve(3 * disparity.grey.size());
+  for (const float d : disparity.grey) {
+    std::array<std::uint8_t, 3> colour{0, 0, 0};
+    if (!std::isnan(d)) {
+      colour = ColourAt(std::clamp((d - low) / std::max(high - low, 1e-9), 0.0, 1.0));
+    }
+    picture.rgb.insert(picture.rgb.end(), colour.begin(), colour.end());
+  }
+  return picture;
+}
+
+/// Both rectified pictures side by side, with a line every so many rows: what stands on a line
+/// on the left stands on it on the right.
+image::Image RectifiedPicture(const RectifiedPair& pair) {
+  constexpr int kSpacing_px = 60;
+  constexpr std::array<std::uint8_t, 3> kLine = {255, 60, 40};
+  image::Image both{2 * pair.left.width, pair.left.height, {}};
+  both.rgb.reserve(2 * pair.left.rgb.size());
+  for (int y = 0; y < both.height; ++y) {
+    const bool line = y % kSpacing_px == kSpacing_px / 2;
+    for (const image::Image* picture : {&pair.left, &pair.right}) {
+      for (int x = 0; x < picture->width; ++x) {
+        const std::uint8_t* pixel = line ? kLine.data() : picture->At(x, y);
+        both.rgb.insert(both.rgb.end(), pixel, pixel + 3);
+      }
+    }
+  }
+  return both;
 }
 
 }  // namespace
@@ -158,50 +208,10 @@ RowOffset MeasureRowOffset(const RectifiedPair& pair, const Mask& kept, double m
   return result;
 }
 
-image::Grey16 EncodeDisparity(const Disparity& disparity) {
-  image::Grey16 picture{disparity.width, disparity.height, {}};
-  picture.grey.reserve(disparity.grey.size());
-  for (const float d : disparity.grey) {
-    const double level = std::isnan(d) ? 0.0 : std::clamp(d * kLevelsPerPixel, 1.0, 65535.0);
-    picture.grey.push_back(static_cast<std::uint16_t>(std::lround(level)));
-  }
-  return picture;
-}
-
-image::Image DisparityPicture(const Disparity& disparity) {
-  constexpr double kOutermost = 0.01;
-  std::vector<float> there;
-  for (const float d : disparity.grey) {
-    if (!std::isnan(d)) there.push_back(d);
-  }
-  const double low = there.empty() ? 0.0 : base::QuantileOf(there, kOutermost);
-  const double high = there.empty() ? 1.0 : base::QuantileOf(there, 1.0 - kOutermost);
-  image::Image picture{disparity.width, disparity.height, {}};
-  picture.rgb.reserve(3 * disparity.grey.size());
-  for (const float d : disparity.grey) {
-    std::array<std::uint8_t, 3> colour{0, 0, 0};
-    if (!std::isnan(d)) {
-      colour = ColourAt(std::clamp((d - low) / std::max(high - low, 1e-9), 0.0, 1.0));
-    }
-    picture.rgb.insert(picture.rgb.end(), colour.begin(), colour.end());
-  }
-  return picture;
-}
-
-image::Image RectifiedPicture(const RectifiedPair& pair, int spacing_px) {
-  constexpr std::array<std::uint8_t, 3> kLine = {255, 60, 40};
-  image::Image both{2 * pair.left.width, pair.left.height, {}};
-  both.rgb.reserve(2 * pair.left.rgb.size());
-  for (int y = 0; y < both.height; ++y) {
-    const bool line = y % spacing_px == spacing_px / 2;
-    for (const image::Image* picture : {&pair.left, &pair.right}) {
-      for (int x = 0; x < picture->width; ++x) {
-        const std::uint8_t* pixel = line ? kLine.data() : picture->At(x, y);
-        both.rgb.insert(both.rgb.end(), pixel, pixel + 3);
-      }
-    }
-  }
-  return both;
+void WriteStereoPictures(const Reconstruction& made, const std::filesystem::path& folder) {
+  image::WritePng(folder / "rectified.png", RectifiedPicture(made.rectified));
+  image::WritePng(folder / "disparity.png", DisparityPicture(made.disparity));
+  image::WritePng(folder / "disparity16.png", EncodeDisparity(made.disparity));
 }
 
 }  // namespace rangegrasp::stereo

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
 #include "base/image/image.h"
+#include "stereo/camera.h"
 #include "stereo/match.h"
-#include "stereo/rectify.h"
+#include "stereo/reconstruct.h"
 
 namespace rangegrasp::stereo {
 
@@ -47,16 +47,8 @@ struct RowSearch {
 RowOffset MeasureRowOffset(const RectifiedPair& pair, const Mask& kept, double min_px,
                            double max_px, const RowSearch& search = {});
 
-/// Disparities as 16-bit grey: 256 levels a pixel (as in the KITTI benchmark), 0 where there is
-/// none.
-image::Grey16 EncodeDisparity(const Disparity& disparity);
-
-/// Disparities in colours from far (blue) to near (red); black where there is none.
-/// The colours span the disparities that are there but for the outermost percent at both ends.
-image::Image DisparityPicture(const Disparity& disparity);
-
-/// Both rectified pictures beside each other, with a line every spacing_px rows: what stands on a
-/// line on the left stands on it on the right.
-image::Image RectifiedPicture(const RectifiedPair& pair, int spacing_px = 60);
+/// Writes what a reconstruction was made from: rectified.png (both pictures with lines along the
+/// rows), disparity.png (in colours) and disparity16.png (256 levels a pixel, 0 for none).
+void WriteStereoPictures(const Reconstruction& made, const std::filesystem::path& folder);
 
 }  // namespace rangegrasp::stereo

@@ -9,10 +9,80 @@
 #include <stdexcept>
 
 #include "base/error.h"
-#include "geometry/range_image.h"
+#include "base/units.h"
 #include "stereo/internal/open_cv.h"
 
 namespace rangegrasp::stereo {
+namespace {
+
+using base::kMm;
+
+// Windows have a middle.
+void ReadWindow(base::YamlMap& map, const char* key, int& value, int low, int high,
+                const char* doc) {
+  map.Read(key, value, low, high, doc);
+  if (value % 2 == 0) map.Fail(key, "must be odd: a window has a middle");
+}
+
+void ReadMatch(base::YamlMap& map, MatchOptions& o) {
+  map.Read("matching", o.method,
+           "what finds the disparities; the dissertation's is block matching");
+  map.Read("shrink", o.shrink, 1, 8,
+           "squares of so many pixels are averaged before matching; the following are in these");
+  ReadWindow(map, "block_window_px", o.block_window_px, 5, 255,
+             "block: side of the window whose differences are summed, odd");
+  ReadWindow(map, "semi_global_window_px", o.semi_global_window_px, 1, 15, "semi_global: the same");
+  map.Read("small_step_cost", o.small_step_cost, 0.0, 1000.0,
+           "semi_global: cost of a disparity that differs by one, in grey levels a pixel");
+  map.Read("large_step_cost", o.large_step_cost, 0.0, 1000.0,
+           "semi_global: of one that differs by more");
+  map.Read("uniqueness_percent", o.uniqueness_percent, 0, 100,
+           "the second best match must be worse by this share");
+  map.Read("min_texture", o.min_texture, 0, 100000, "block: less slope in a window is no texture");
+  map.Read("max_left_right_px", o.max_left_right_px, -1, 100,
+           "matches from left and from right agree within this; -1: not checked");
+  map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "smaller patches of matches are removed");
+  map.Read("patch_step_px", o.patch_step_px, 0, 100, "within which the disparity changes less");
+  map.Read("consensus_share", o.consensus_share, 0.0, 1.0,
+           "this part of the pixels of like colour round a match share it; 0: not asked for");
+  map.Read("consensus_levels", o.consensus_levels, 1, 255, "like: each channel within this");
+  map.Read("consensus_reach_px", o.consensus_reach_px, 1, 1000, "round it: so far away");
+  map.Read("min_edges", o.min_edges, 0.0, 100.0,
+           "patches with fewer edge pixels, as a share of their width, are removed; 0: all stay");
+  map.Read("edge_levels", o.edge_levels, 0.0, 255.0,
+           "grey changes by this from pixel to pixel at an edge");
+  if (o.small_step_cost >= o.large_step_cost) {
+    map.Fail(map.Has("small_step_cost") ? "small_step_cost" : "large_step_cost",
+             "small_step_cost must be below large_step_cost");
+  }
+}
+
+}  // namespace
+
+void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& o) {
+  ReadMatch(map, o.match);
+  map.Read("remove_blue", o.remove_blue, "blue pixels are the table's: removed before matching");
+  map.Read("blue_share", o.blue_share, 0.0, 1.0,
+           "blue exceeds red and green by this share of itself");
+  map.Read("blue_levels", o.blue_levels, 0, 255, "and by so many of 255 levels");
+  ReadWindow(map, "blue_window_px", o.blue_window_px, 1, 255,
+             "a pixel's colour is what most of this window's pixels have");
+  map.Read("step_px", o.step_px, 1, 64, "one sample for so many pixels in both directions");
+  map.Read("min_share", o.min_share, 0.0, 1.0, "of which this share must agree ...");
+  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0, "... within this");
+  map.Read("min_table_px", o.min_table_px, 0, 1000000,
+           "smaller patches of blue are print, where no table is seen");
+  map.ReadScaled("height_mm", o.volume_height_m, kMm, 10.0, 1e4,
+                 "only what is lower than this above the workspace is reconstructed");
+  map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "nearest depth that is searched");
+  map.ReadScaled("far_mm", o.far_m, kMm, 10.0, 1e5, "furthest depth that is searched");
+  map.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 100.0,
+           "standard deviation of a disparity, which the noise of a sample follows from");
+  if (o.near_m >= o.far_m)
+    map.Fail(map.Has("near_mm") ? "near_mm" : "far_mm", "near_mm must be below far_mm");
+  map.Finish();
+}
+
 namespace {
 
 constexpr double kNoDepth = std::numeric_limits<double>::quiet_NaN();
@@ -46,7 +116,7 @@ image::Grey8 Kept(image::Grey8 grey, const Mask& kept) {
   return grey;
 }
 
-// Black pixels tell nothing: the camera saw nothing there, or not enough.
+// Black pixels hold nothing: the camera saw nothing there, or not enough.
 bool SawSomething(const image::Image& picture, std::size_t at) {
   const std::uint8_t* pixel = picture.rgb.data() + 3 * at;
   return pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0;
@@ -69,10 +139,6 @@ struct DepthRange {
   double far_m = 0.0;
 };
 
-DepthRange Intersection(const DepthRange& a, const DepthRange& b) {
-  return {std::max(a.near_m, b.near_m), std::min(a.far_m, b.far_m)};
-}
-
 /// Where along origin + t direction t's share lies between low and high of one coordinate.
 DepthRange Between(double origin, double direction, double low, double high) {
   if (direction == 0.0) {
@@ -88,8 +154,7 @@ DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double 
   const base::Pose X_VS = volume.X_WV.inverse() * cameras.X_WS;
   const Eigen::Vector3d o = X_VS.translation();
   const Eigen::Vector3d d =  // of depth 1, so that lengths along it are depths
-      X_VS.rotation() *
-      Eigen::Vector3d((x - cameras.cx) / cameras.f, (y - cameras.cy) / cameras.f, 1.0);
+      X_VS.rotation() * cameras.RayAt(x, y);
   const double a = d.head<2>().squaredNorm();
   const double b = d.head<2>().dot(o.head<2>());
   const double c = o.head<2>().squaredNorm() - volume.radius_m * volume.radius_m;
@@ -99,8 +164,8 @@ DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double 
     if (!(discriminant > 0.0)) return {};
     round = {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a};
   }
-  return Intersection(Intersection(round, Between(o.z(), d.z(), 0.0, volume.height_m)),
-                      {0.0, kInfinity});
+  const DepthRange level = Between(o.z(), d.z(), 0.0, volume.height_m);
+  return {std::max({round.near_m, level.near_m, 0.0}), std::min(round.far_m, level.far_m)};
 }
 
 // Mean of those values that are near their median; nullopt if there are too few. Reorders them.
@@ -136,7 +201,7 @@ class Grid {
     // A point of the volume may be measured as far outside as its noise takes it.
     const double slack_px = kNoiseDeviations * options.disparity_sigma_px;
     const Search all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
-    searches_.assign(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns), all);
+    searches_.assign(IndexOf(0, rows), all);
     if (!options.volume) return;
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
@@ -153,10 +218,7 @@ class Grid {
   }
 
   double MiddleOf(int sample) const { return sample * step_px + 0.5 * (step_px - 1); }
-  std::size_t IndexOf(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
-           static_cast<std::size_t>(column);
-  }
+  std::size_t IndexOf(int column, int row) const { return internal::IndexAt(column, row, columns); }
   const Search& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
   double MaxDisparity() const {
     double max_px = 0.0;
@@ -170,8 +232,7 @@ class Grid {
     Mask searched{mask.width, mask.height, std::vector<std::uint8_t>(mask.grey.size(), 0)};
     for (int y = 0; y < rows * step_px; ++y) {
       for (int x = 0; x < columns * step_px; ++x) {
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
-                        static_cast<std::size_t>(x);
+        const std::size_t at = internal::IndexAt(x, y, mask.width);
         if (SearchOf(x / step_px, y / step_px).Any()) searched.grey[at] = mask.grey[at];
       }
     }
@@ -199,8 +260,7 @@ Mask TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
     const auto* row = patches.ptr<int>(y);
     for (int x = 0; x < table.width; ++x) {
       if (statistics.at<int>(row[x], cv::CC_STAT_AREA) >= min_px) continue;
-      table.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) +
-                 static_cast<std::size_t>(x)] = 0;
+      table.grey[internal::IndexAt(x, y, table.width)] = 0;
     }
   }
   return table;
@@ -269,9 +329,7 @@ class Sampler {
 
   Eigen::Vector3d OnTable(double x, double y) const {
     const Eigen::Vector3d origin_W = cameras_.X_WS.translation();
-    const Eigen::Vector3d ray_W =
-        cameras_.X_WS.rotation() *
-        Eigen::Vector3d((x - cameras_.cx) / cameras_.f, (y - cameras_.cy) / cameras_.f, 1.0);
+    const Eigen::Vector3d ray_W = cameras_.X_WS.rotation() * cameras_.RayAt(x, y);
     const double along = -o_.table_W->Distance(origin_W) / o_.table_W->normal.dot(ray_W);
     if (!(along > 0.0)) return Eigen::Vector3d::Constant(kNoDepth);
     return origin_W + along * ray_W;
@@ -280,8 +338,7 @@ class Sampler {
   void ForPixels(int column, int row, const auto& action) const {
     for (int y = row * o_.step_px; y < (row + 1) * o_.step_px; ++y) {
       for (int x = column * o_.step_px; x < (column + 1) * o_.step_px; ++x) {
-        action(static_cast<std::size_t>(y) * static_cast<std::size_t>(cameras_.width) +
-               static_cast<std::size_t>(x));
+        action(internal::IndexAt(x, y, cameras_.width));
       }
     }
   }

@@ -1,15 +1,69 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/image/image.h"
+#include "base/yaml_map.h"
 #include "geometry/observation.h"
+#include "geometry/plane.h"
+#include "stereo/camera.h"
 #include "stereo/match.h"
-#include "stereo/reconstruct_options.h"
-#include "stereo/rectify.h"
 
 namespace rangegrasp::stereo {
+
+/// Where things may stand: an upright cylinder on a table, z of X_WV its axis, z = 0 the table.
+struct Volume {
+  base::Pose X_WV = base::Pose::Identity();
+  double radius_m = 0.0;
+  double height_m = 0.0;
+};
+
+struct ReconstructOptions {
+  /// Removes the pixels whose dominant colour component is blue before anything is matched: the
+  /// table's (section 5.3.2). Blue print on an object goes with them.
+  bool remove_blue = true;
+  /// Blue is dominant if it exceeds red and green by this share of itself: more than noise does in
+  /// a grey pixel. Larger: shadows on the table stay; smaller: grey things are removed.
+  double blue_share = 0.15;
+  /// And by so many levels of 255: in what is nearly black, noise alone makes shares.
+  int blue_levels = 12;
+  /// Pixels that differ from most of their neighborhood of this side are noise of the colours; odd.
+  int blue_window_px = 5;
+  MatchOptions match;
+  /// One sample for so many pixels in both directions: the mean of those disparities that are near
+  /// their median. Neighbors share most of their window, so that all of them hold hardly more.
+  int step_px = 4;
+  /// A sample needs this share of its pixels, no further from their median than this [px]. Larger:
+  /// samples that mix two surfaces.
+  double min_share = 0.5;
+  double max_spread_px = 1.0;
+  /// The range of depths that is searched [m], from the left camera along the axis. What stands
+  /// behind the volume is matched there, where a search that ended at the volume would find
+  /// something nearer.
+  double near_m = 0.4;
+  double far_m = 10.0;
+  /// If given, only pixels are matched whose ray meets it, from its own nearest depth on, and only
+  /// points in it become samples: a room's walls and floor have little texture, and what is matched
+  /// wrongly there hangs in the air.
+  std::optional<Volume> volume;
+  double volume_height_m = 0.25;  ///< of the volume, where it is given: higher than any heap
+  /// Standard deviation of a disparity [px], measured on pictures of the scene (docs/results.md).
+  double disparity_sigma_px = 0.3;
+  /// Where the table is, in the arm's frame, by the registration. If given, removed pixels are
+  /// samples on it: a blue pixel shows the table, whose place is known. Without, they are nothing,
+  /// and the space over the table is not known to be free.
+  std::optional<geometry::Plane> table_W;
+  /// A blue patch that covers less of the picture is print on an object, and no table is seen in it
+  /// [px]. Larger: gaps between objects, through which the table is seen, are nothing.
+  int min_table_px = 2500;
+};
+
+/// Reads the options' keys, to the end of the map. table_W has none: the caller knows it.
+/// @throws base::InputError naming file, line, key, value and what would be right.
+void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& options);
 
 /// A pair of pictures as a cloud, and what it was made from.
 struct Reconstruction {

@@ -2,12 +2,11 @@
 
 namespace CLI {
 class App;
-}
+}  // namespace CLI
 
 namespace rangegrasp::cli {
 
 void AddCheckCommand(CLI::App& app);     ///< check
-void AddPerceiveCommand(CLI::App& app);  ///< perceive
 void AddPictureCommands(CLI::App& app);  ///< snapshot, scan
 
 }  // namespace rangegrasp::cli

@@ -1,35 +1,45 @@
+#include "trial/command/perceive_command.h"
+
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstdio>
 #include <future>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "base/data_folder.h"
 #include "base/error.h"
 #include "base/file.h"
-#include "base/image/png.h"
+#include "base/image/image.h"
+#include "base/installation.h"
 #include "base/units.h"
 #include "base/words.h"
 #include "cli/output.h"
 #include "geometry/mesh_file.h"
 #include "grasp/grasp.h"
 #include "grasp/scene_view.h"
-#include "perception/find_table.h"
 #include "perception/perceive.h"
+#include "perception/preprocess.h"
 #include "robot/robot.h"
-#include "trial/command/cloud_arguments.h"
-#include "trial/command/grasping_commands.h"
 
 namespace rangegrasp::cli {
 namespace {
 
 using nlohmann::ordered_json;
+
+double UnitFrom(const std::string& name) {
+  if (name == "mm") return 1e-3;
+  if (name == "cm") return 1e-2;
+  return 1.0;
+}
 
 struct PerceiveArguments : CloudArguments {
   std::string out, segmentation = "convexity";
@@ -309,8 +319,8 @@ void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
   }
 }
 
-// Several clouds at the same time, told in the order in which they are named. One that cannot be
-// perceived does not stop the others.
+// Several clouds at the same time, reported in the order in which they are named. One that cannot
+// be perceived does not stop the others.
 void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
   const robot::HandModel hand = HandOf(each.front().scene);
   std::vector<std::promise<Perceived>> promises(each.size());
@@ -344,6 +354,69 @@ void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
 }
 
 }  // namespace
+
+void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
+  command.add_option(
+      "--sensor-origin", arguments.origin,
+      "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");
+  command
+      .add_option("--crop", arguments.crop,
+                  "only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
+      ->delimiter(',')
+      ->expected(6);
+  command.add_option("--up", arguments.up, "direction away from the table, where it is known");
+  command.add_option("--unit", arguments.unit, "of the cloud's coordinates")
+      ->check(CLI::IsMember({"m", "cm", "mm"}));
+}
+
+Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) != 3 ||
+      !std::isfinite(x + y + z)) {
+    throw base::InputError(std::string(option) + " '" + text + "' must be x,y,z, e.g. 0,0,1");
+  }
+  return {x, y, z};
+}
+
+geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
+  auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
+  const std::vector<double>& crop = arguments.crop;
+  if (crop.empty()) return file;
+  const Eigen::Array3d low(crop[0], crop[1], crop[2]);
+  const Eigen::Array3d high(crop[3], crop[4], crop[5]);
+  if (!(low < high).all()) {
+    throw base::InputError("--crop: the first three numbers must be below the last three");
+  }
+  std::size_t left = 0;
+  for (auto& p : file.points) {
+    if ((p.array() >= low).all() && (p.array() <= high).all()) {
+      ++left;
+    } else {
+      p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  if (left == 0) {
+    throw base::InputError(fmt::format(
+        "--crop: the crop left 0 points of {}; its numbers are metres in the cloud's frame",
+        file.points.size()));
+  }
+  return file;
+}
+
+Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file) {
+  if (!arguments.origin.empty()) return ParseVector(arguments.origin, "--sensor-origin");
+  return file.sensor_origin.value_or(Eigen::Vector3d::Zero());
+}
+
+std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {
+  if (arguments.up.empty()) return std::nullopt;
+  const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
+  if (up.norm() == 0.0) throw base::InputError("--up must not be 0,0,0");
+  return up.normalized();
+}
 
 void AddPerceiveCommand(CLI::App& app) {
   auto* command = app.add_subcommand(

@@ -7,13 +7,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "base/draw/bar_chart.h"
-#include "base/draw/internal/svg.h"
-
 namespace rangegrasp::draw {
 namespace {
 
-using internal::Ticks;
 using testing::HasSubstr;
 using testing::Not;
 

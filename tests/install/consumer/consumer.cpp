@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "base/rng.h"
-#include "geometry/hull.h"
-#include "sim/info.h"
+#include "geometry/mesh.h"
+#include "sim/world.h"
 
 int main() {
   rangegrasp::base::Rng rng(1);

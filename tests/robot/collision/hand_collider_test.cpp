@@ -1,9 +1,8 @@
-#include "robot/collision/hand_collider.h"
-
 #include <gtest/gtest.h>
 
 #include "base/rng.h"
-#include "geometry/support.h"
+#include "geometry/shape.h"
+#include "robot/collision/collider.h"
 #include "robot/collision/sensor_hand.h"
 
 namespace rangegrasp::collision {

@@ -1,10 +1,8 @@
-#include "robot/collision/robot_collider.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "robot/collision/hand_collider.h"
+#include "robot/collision/collider.h"
 #include "robot/ik.h"
 #include "robot/test_cells.h"
 

@@ -6,7 +6,7 @@
 
 #include "base/units.h"
 #include "geometry/shape.h"
-#include "robot/hand_model.h"
+#include "robot/robot.h"
 
 /// A hand built by hand: the SensorHand's published chain, pads in front of capsules; and the poses
 /// and points that tests about it need.

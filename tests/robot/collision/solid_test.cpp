@@ -1,10 +1,9 @@
-#include "robot/collision/solid.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/rng.h"
+#include "robot/collision/collider.h"
 
 namespace rangegrasp::collision {
 namespace {

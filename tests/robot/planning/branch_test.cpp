@@ -1,12 +1,10 @@
-#include "robot/planning/internal/branch.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/units.h"
 #include "robot/ik.h"
-#include "robot/planning/internal/joint_planner.h"
+#include "robot/planning/internal/motions.h"
 #include "robot/test_cells.h"
 
 namespace rangegrasp::planning::internal {

@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "base/rng.h"
-#include "cylinders/barrel_search.h"
 
 namespace rangegrasp::cylinders {
 namespace {

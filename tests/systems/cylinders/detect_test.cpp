@@ -14,13 +14,13 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-using testing_support::Box;
-using testing_support::Lying;
-using testing_support::Scan;
-using testing_support::Sensor;
-using testing_support::Standing;
-using testing_support::StandingBox;
-using testing_support::Tabletop;
+using samples::Box;
+using samples::Lying;
+using samples::Scan;
+using samples::Sensor;
+using samples::Standing;
+using samples::StandingBox;
+using samples::Tabletop;
 
 const std::vector<GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
 

@@ -8,13 +8,12 @@
 
 #include "base/rng.h"
 #include "base/units.h"
-#include "cylinders/axis_fit.h"
-#include "cylinders/visibility.h"
+#include "cylinders/cylinder.h"
 #include "geometry/observation.h"
 
 /// A table with cylinders and boxes on it as one sensor at one place sees them: rays on a regular
 /// grid of directions, white noise along each.
-namespace rangegrasp::cylinders::testing_support {
+namespace rangegrasp::cylinders::samples {
 
 struct Box {
   base::Pose X_WB = base::Pose::Identity();  ///< of its middle
@@ -97,4 +96,4 @@ inline Box StandingBox(double x, double y, double turn_rad, const Eigen::Vector3
   return {base::MakePose(turn, {x, y, 0.5 * size_m.z()}), size_m};
 }
 
-}  // namespace rangegrasp::cylinders::testing_support
+}  // namespace rangegrasp::cylinders::samples

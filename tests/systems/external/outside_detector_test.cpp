@@ -8,10 +8,9 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/process/sandbox.h"
+#include "base/process/program.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "external/detector_check.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"

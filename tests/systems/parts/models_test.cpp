@@ -11,14 +11,12 @@
 #include <vector>
 
 #include "parts/hierarchy/hierarchy.h"
-#include "parts/metrics/cut_discrepancy.h"
-#include "parts/metrics/rand_error.h"
-#include "parts/mirror/inside.h"
+#include "parts/metrics/human_score.h"
+#include "parts/mirror/internal/spherical_mirror.h"
 #include "parts/mirror/mirroring.h"
-#include "parts/mirror/spherical_mirror.h"
 #include "parts/rewritten.h"
-#include "parts/shape/face_frames.h"
 #include "parts/shape/segmentation.h"
+#include "parts/shape/shape.h"
 #include "parts/shape/shape_file.h"
 #include "parts/solids.h"
 #include "parts/stretched/pose_invariant.h"
@@ -101,7 +99,7 @@ TEST(Hierarchy, ARecordedMugIsAContainerAndAHandle) {
   const Eigen::Vector3d away = up.cross(right);
   Shape mug;
   std::vector<bool> is_handle;
-  for (const Eigen::Vector3d& p : ReadInput(file).vertices) {
+  for (const Eigen::Vector3d& p : ReadPolygons(file).mesh.vertices) {
     const double x = right.dot(p), y = away.dot(p), height = up.dot(p) + 0.5287;
     if (!(x > 0.013 && x < 0.147 && y > 0.564 && y < 0.648 && height > 0.005 && height < 0.11)) {
       continue;  // points that were not measured are not finite

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/rng.h"
-#include "parts/shape/clean_shape.h"
+#include "parts/shape/shape.h"
 
 namespace rangegrasp::parts::samples {
 

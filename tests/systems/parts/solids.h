@@ -200,6 +200,28 @@ inline Hand BentHand() {
   return hand;
 }
 
+inline geometry::TriangleMesh Tetrahedron() {
+  return {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+}
+
+/// Signed distances to a mug: a cup about z, and half a ring of a handle at its side.
+inline constexpr double kMugInner = 0.8, kMugOuter = 0.9, kMugFloor = 0.15, kMugTall = 2.0;
+inline double ToCup(const Eigen::Vector3d& p) {
+  const double r = p.head<2>().norm();
+  const double solid = std::max({r - kMugOuter, -p.z(), p.z() - kMugTall});
+  return std::max(solid, -std::max(r - kMugInner, kMugFloor - p.z()));
+}
+inline double ToHandle(const Eigen::Vector3d& p, double girth_radius) {
+  const Eigen::Vector3d q = p - Eigen::Vector3d(kMugOuter - 0.05, 0.0, 1.0);
+  return std::max(std::hypot(std::hypot(q.x(), q.z()) - 0.55, q.y()) - girth_radius, -q.x());
+}
+
+inline Eigen::Vector3d FaceCenter(const Shape& shape, std::size_t f) {
+  const auto& [a, b, c] = shape.faces[f];
+  return (shape.points[a] + shape.points[b] + shape.points[c]) / 3.0;
+}
+
 /// Two of a shape, the second 9 beside the first.
 inline Shape Twice(const Shape& one) {
   Shape two = one;

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "error_of.h"
-#include "geometry/bounds.h"
+#include "geometry/mesh.h"
 
 namespace rangegrasp::recognition {
 namespace {

@@ -13,7 +13,6 @@
 #include "base/units.h"
 #include "perception/perceive.h"
 #include "perception/raster_scan.h"
-#include "recognition/looks.h"
 
 namespace rangegrasp::recognition {
 namespace {

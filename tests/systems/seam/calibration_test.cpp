@@ -13,7 +13,6 @@
 #include "base/error.h"
 #include "base/rng.h"
 #include "error_of.h"
-#include "seam/calibration_body.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::seam {

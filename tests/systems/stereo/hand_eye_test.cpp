@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/rigid_error.h"
+#include "base/frames.h"
 #include "base/rng.h"
 #include "base/units.h"
 #include "error_of.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "base/quantile.h"
 #include "base/rng.h"
+#include "base/statistics.h"
 #include "synthetic_pair.h"
 
 namespace rangegrasp::stereo {

@@ -1,11 +1,16 @@
-// The engine's options, the table, and what the scanner sees of the arm at home.
+#include "sim/check/internal/cell.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
-#include "sim/check/internal/model.h"
-#include "sim/check/internal/view.h"
+#include "base/rng.h"
+#include "robot/mjcf/hand.h"
+
+// The engine's options, the table, and what the scanner sees of the arm at home.
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -83,6 +88,264 @@ void CheckView(Model& model) {
               home.empty() ? "a home further back" : home);
 }
 
+// No link of an arm that stands at a table reaches further from its joint.
+constexpr double kMaxLink_m = 3.0;
+constexpr double kMillimetres = 0.001;
+// Arms of 6 or 7 joints on the market weigh 4 to 300 kg.
+constexpr double kMinArm_kg = 0.5;
+constexpr double kMaxArm_kg = 1000.0;
+// The radius of gyration of a body as a share of how far its geoms reach: of a thin rod 0.58 from
+// its end, of a ball 0.63 of its radius; inertia that reaches beyond all geoms is none of theirs.
+constexpr double kMaxGyration = 2.0;
+constexpr double kMinGyration = 0.02;
+constexpr double kSmallBody_m = 0.005;  // of which the shares say nothing
+constexpr int kMaxVisibleGroup = 2;     // MuJoCo's viewers and the sensors see groups 0 to 2
+
+std::vector<int> RobotBodies(const Model& model) {
+  std::vector<int> bodies;
+  for (int body = 1; body < model.m().nbody; ++body) {
+    if (model.IsRobot(body)) bodies.push_back(body);
+  }
+  return bodies;
+}
+
+std::vector<int> GeomsOf(const mjModel& m, int body) {
+  std::vector<int> geoms;
+  for (int g = 0; g < m.body_geomnum[body]; ++g) geoms.push_back(m.body_geomadr[body] + g);
+  return geoms;
+}
+
+bool IsSeen(const mjModel& m, int geom) {
+  return m.geom_group[geom] <= kMaxVisibleGroup && m.geom_rgba[4 * geom + 3] > 0.0F;
+}
+
+double Reach(const mjModel& m, int geom) {
+  return mju_norm3(m.geom_pos + 3 * geom) + m.geom_rbound[geom];
+}
+
+// @return whether meshes are of a size that a robot may have
+bool CheckSizes(Model& model, const std::vector<int>& bodies) {
+  const mjModel& m = model.m();
+  std::set<int> told;
+  bool right = true;
+  for (const int body : bodies) {
+    for (const int geom : GeomsOf(m, body)) {
+      if (m.geom_rbound[geom] <= kMaxLink_m) continue;
+      right = false;
+      const int mesh = m.geom_dataid[geom];
+      const bool is_mesh = m.geom_type[geom] == mjGEOM_MESH && mesh >= 0;
+      if (is_mesh && !told.insert(mesh).second) continue;
+      const std::string what =
+          fmt::format("reaches {:.0f} m from its middle: millimetres?", m.geom_rbound[geom]);
+      if (is_mesh) {
+        model.Error(model.WhereMesh(mesh), model.Element(mjOBJ_MESH, mesh), what,
+                    fmt::format("<mesh ... scale=\"{0} {0} {0}\"/> (or in <default> <mesh "
+                                "scale=\"{0} {0} {0}\"/> for all)",
+                                kMillimetres));
+      } else {
+        model.Error(mjOBJ_GEOM, geom, what, "sizes in metres");
+      }
+    }
+  }
+  return right;
+}
+
+void CheckMasses(Model& model, const std::vector<int>& bodies) {
+  const mjModel& m = model.m();
+  double total_kg = 0.0;
+  for (const int body : bodies) {
+    total_kg += m.body_mass[body];
+    double reach_m = 0.0;
+    for (const int geom : GeomsOf(m, body)) reach_m = std::max(reach_m, Reach(m, geom));
+    const mjtNum* inertia = m.body_inertia + 3 * body;
+    const double most = std::max({inertia[0], inertia[1], inertia[2]});
+    if (m.body_mass[body] <= 0.0 || reach_m < kSmallBody_m) continue;
+    const double gyration = std::sqrt(most / m.body_mass[body]) / reach_m;
+    if (gyration <= kMaxGyration && gyration >= kMinGyration) continue;
+    const std::string what = fmt::format(
+        "has an inertia as if its {:.3g} kg lay {:.3g} m from their middle, and its geoms reach "
+        "{:.3g} "
+        "m",
+        m.body_mass[body], gyration * reach_m, reach_m);
+    const std::string cure =
+        fmt::format("diaginertia=\"{0:.2g} {0:.2g} {0:.2g}\" in its <inertial>",
+                    m.body_mass[body] * 0.16 * reach_m * reach_m);
+    gyration > kMaxGyration
+        ? model.Error(mjOBJ_BODY, body, what, cure)
+        : model.Warn(model.Where(mjOBJ_BODY, body), model.Element(mjOBJ_BODY, body), what, cure);
+  }
+  if (!model.HasArm() || (total_kg >= kMinArm_kg && total_kg <= kMaxArm_kg)) return;
+  model.Error(model.ArmFile(), "the arm", fmt::format("weighs {:.3g} kg with its hand", total_kg),
+              "<inertial mass= pos= diaginertia=/> in each body, in kg and kg m^2, or density= of "
+              "its geoms in kg/m^3");
+}
+
+void CheckGeoms(Model& model, const std::vector<int>& bodies) {
+  const mjModel& m = model.m();
+  std::vector<int> bare;
+  bool seen = false;
+  bool collides = false;
+  for (const int body : bodies) {
+    const auto geoms = GeomsOf(m, body);
+    seen = seen || std::any_of(geoms.begin(), geoms.end(), [&](int g) { return IsSeen(m, g); });
+    const bool solid =
+        std::any_of(geoms.begin(), geoms.end(), [&](int g) { return model.Collides(g); });
+    collides = collides || solid;
+    if (!geoms.empty() && !solid) bare.push_back(body);
+  }
+  const std::string name = model.HasArm() ? "the arm" : "the hand";
+  if (!seen) {
+    model.Error(model.file().string(), name,
+                "has no geom that is seen (groups 0 to 2): sensors and pictures pass it over",
+                "group=\"2\" for the geoms that are to be seen");
+  }
+  if (!collides) {
+    model.Error(model.file().string(), name,
+                "has no geom that collides: it goes through everything",
+                "geoms with group=\"3\" and without contype=\"0\" conaffinity=\"0\"");
+  } else if (!bare.empty()) {
+    model.Warn(model.Where(mjOBJ_BODY, bare.front()), "bodies " + model.NamesOf(mjOBJ_BODY, bare),
+               "have geoms, none of which collides: they go through everything",
+               "a capsule or a box with group=\"3\" in each, or contype=\"1\" on one of its geoms");
+  }
+}
+
+// Poses of the arm that are looked at, drawn from its ranges: what touches in nearly all of them
+// does so by the way it is drawn. A pair that touches in nine of ten poses by chance of the draw
+// would do so in 95 of 100 once in 60 arms.
+constexpr int kPoses = 100;
+constexpr double kAlways = 0.95;
+// The planner grows arm and hand by this (PlanOptions::collision_margin_m).
+constexpr double kMargin_m = 0.003;
+constexpr double kTurn_rad = mjPI;  // a continuous joint, to either side
+
+using Pair = std::pair<int, int>;  // bodies, the lower first
+
+// Pairs of bodies, one of them the arm's or the hand's, that are nearer to each other than margin;
+// the least distance of each. Not of the hand with itself: its fingers rest on each other.
+std::map<Pair, double> Touching(Model& model, double margin_m) {
+  const mjModel& m = model.m();
+  std::map<Pair, double> pairs;
+  mj_collision(&model.m(), &model.d());
+  for (int i = 0; i < model.d().ncon; ++i) {
+    const mjContact& contact = model.d().contact[i];
+    if (contact.geom[0] < 0 || contact.geom[1] < 0 || contact.dist > margin_m) continue;
+    const int a = m.geom_bodyid[contact.geom[0]];
+    const int b = m.geom_bodyid[contact.geom[1]];
+    const bool in_hand =
+        model.hand > 0 && model.InSubtree(a, model.hand) && model.InSubtree(b, model.hand);
+    if (in_hand || (!model.IsRobot(a) && !model.IsRobot(b))) continue;
+    auto [pair, is_new] = pairs.try_emplace(Pair(std::min(a, b), std::max(a, b)), contact.dist);
+    if (!is_new) pair->second = std::min(pair->second, contact.dist);
+  }
+  return pairs;
+}
+
+void Pose(Model& model, base::Rng& rng) {
+  const mjModel& m = model.m();
+  for (const int joint : model.arm_joints) {
+    const mjtNum* range = m.jnt_range + 2 * joint;
+    const double low = m.jnt_limited[joint] ? range[0] : -kTurn_rad;
+    const double high = m.jnt_limited[joint] ? range[1] : kTurn_rad;
+    model.d().qpos[m.jnt_qposadr[joint]] = rng.Uniform(low, high);
+  }
+  mj_kinematics(&model.m(), &model.d());
+}
+
+std::string NameOf(const Model& model, int body) {
+  return body == 0 ? "world" : model.BodyName(body);
+}
+
+std::string Exclusion(const Model& model, const Pair& pair) {
+  return fmt::format("in <contact> of {}: <exclude body1=\"{}\" body2=\"{}\"/>",
+                     model.file().string(), NameOf(model, pair.first), NameOf(model, pair.second));
+}
+
+std::string Both(const Model& model, const Pair& pair) {
+  return fmt::format("bodies \"{}\" and \"{}\"", NameOf(model, pair.first),
+                     NameOf(model, pair.second));
+}
+
+// Looks over the workspace and above it, so many a side.
+constexpr int kRays = 15;
+constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
+constexpr mjtByte kVisibleGroups[mjNGROUP] = {1, 1, 1, 0, 0, 0};
+
+// Of a home pose that is drawn: poses tried, and of these the ones that are looked at closely.
+constexpr int kDraws = 40000;
+constexpr int kClosely = 400;
+constexpr double kDown = 0.5;                  // cosine of the approach's angle from straight down
+constexpr double kLow_m = 0.2, kHigh_m = 0.6;  // of the tool's centre above the table
+constexpr double kFromLimit_rad = 0.15;        // of joints, from their ranges' ends
+// A joint at the end of its range is worth so much way of the hand from the workspace.
+constexpr double kBentJoint_m = 0.2;
+constexpr double kHandsWidth_m = 0.12;  // that the hand reaches beyond its tool's centre
+
+void Look(Model& model, const mjtNum* eye, const mjtNum* target, bool to_workspace, double reach_m,
+          const mjtNum* middle, Seen& seen, int& rays, int& hidden) {
+  const mjModel& m = model.m();
+  mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
+  const double length = mju_normalize3(ray);
+  int geom = -1;
+  const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
+  if (to_workspace) ++rays;
+  if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
+  if (to_workspace && distance < length) {
+    ++hidden;
+    if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
+  }
+  const double x = eye[0] + distance * ray[0] - middle[0];
+  const double y = eye[1] + distance * ray[1] - middle[1];
+  if (std::hypot(x, y) >= reach_m) return;
+  seen.in_the_way = true;
+  seen.body = m.geom_bodyid[geom];
+}
+
+struct Draw {
+  double cost;
+  std::vector<double> q;
+};
+
+void Pose(Model& model, const std::vector<double>& q) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    model.d().qpos[model.m().jnt_qposadr[model.arm_joints[i]]] = q[i];
+  }
+  mj_kinematics(&model.m(), &model.d());
+}
+
+// How far the hand is from where it belongs; negative where the pose is none.
+double CostOf(Model& model, const std::vector<double>& q, int tool, int workspace) {
+  const mjModel& m = model.m();
+  const mjtNum* at = model.d().site_xpos + 3 * tool;
+  const mjtNum* middle = model.d().site_xpos + 3 * workspace;
+  const double down = -model.d().site_xmat[9 * tool + 8];
+  const double away_m = std::hypot(at[0] - middle[0], at[1] - middle[1]);
+  const double outside_m = m.site_size[3 * workspace] + kPerceived_m + kHandsWidth_m;
+  if (down < kDown || at[2] < kLow_m || at[2] > kHigh_m || away_m < outside_m) return -1.0;
+  double bent = 0.0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const mjtNum* range = m.jnt_range + 2 * model.arm_joints[i];
+    const bool limited = m.jnt_limited[model.arm_joints[i]] != 0;
+    const double half = limited ? std::min(0.5 * (range[1] - range[0]), mjPI) : mjPI;
+    const double middle_rad = limited ? 0.5 * (range[0] + range[1]) : 0.0;
+    bent += std::pow((q[i] - middle_rad) / half, 2);
+  }
+  return away_m - outside_m + kBentJoint_m * bent;
+}
+
+std::vector<double> DrawPose(const Model& model, base::Rng& rng) {
+  std::vector<double> q;
+  for (const int joint : model.arm_joints) {
+    const mjtNum* range = model.m().jnt_range + 2 * joint;
+    const bool limited = model.m().jnt_limited[joint] != 0;
+    // Within half a turn to either side of zero where there is more.
+    const double low = std::max(limited ? range[0] + kFromLimit_rad : -mjPI, -mjPI);
+    const double high = std::min(limited ? range[1] - kFromLimit_rad : mjPI, mjPI);
+    q.push_back(low < high ? rng.Uniform(low, high) : 0.5 * (range[0] + range[1]));
+  }
+  return q;
+}
+
 }  // namespace
 
 void CheckCell(Model& model) {
@@ -93,6 +356,109 @@ void CheckCell(Model& model) {
   model.SetHome();
   CheckTable(model, workspace);
   if (!model.home.empty()) CheckView(model);
+}
+
+// Masses, inertias and geoms of the arm and the hand.
+
+void CheckBodies(Model& model) {
+  const auto bodies = RobotBodies(model);
+  if (bodies.empty()) return;
+  if (CheckSizes(model, bodies)) CheckMasses(model, bodies);
+  CheckGeoms(model, bodies);
+}
+
+// What touches at home, and what touches wherever the arm goes.
+
+void CheckContacts(Model& model) {
+  if (model.arm_joints.empty()) return;
+  mjModel& m = model.m();
+  const std::vector<mjtNum> margins(m.geom_margin, m.geom_margin + m.ngeom);
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (model.IsRobot(m.geom_bodyid[g])) m.geom_margin[g] = std::max(m.geom_margin[g], kMargin_m);
+  }
+  std::map<Pair, int> counts;
+  base::Rng rng(1);
+  for (int i = 0; i < kPoses; ++i) {
+    Pose(model, rng);
+    for (const auto& [pair, distance_m] : Touching(model, kMargin_m)) ++counts[pair];
+  }
+  std::copy(margins.begin(), margins.end(), m.geom_margin);
+  for (const auto& [pair, count] : counts) {
+    if (count < kAlways * kPoses) continue;
+    const int body = std::max(pair.first, pair.second);
+    model.Error(
+        model.Where(mjOBJ_BODY, body), Both(model, pair),
+        fmt::format("touch, or come nearer than the planner's {:g} mm, in {} of {} poses of "
+                    "the arm",
+                    1e3 * kMargin_m, count, kPoses),
+        Exclusion(model, pair));
+  }
+  model.SetHome();
+  if (model.home.empty()) return;
+  const auto at_home = Touching(model, 0.0);
+  const std::string home = at_home.empty() ? "" : SuggestHome(model);
+  for (const auto& [pair, distance_m] : at_home) {
+    if (counts[pair] >= kAlways * kPoses) continue;
+    model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home")), "numeric \"home\"",
+                fmt::format("{} are {:.1f} mm inside each other there", Both(model, pair),
+                            -1e3 * distance_m),
+                (home.empty() ? "another home" : home) + "; or, if they never meet in reality, " +
+                    Exclusion(model, pair));
+  }
+}
+
+Seen LookAtWorkspace(Model& model) {
+  Seen seen;
+  const int workspace = model.Find(mjOBJ_SITE, "workspace");
+  const int scanner = model.Find(mjOBJ_SITE, "scanner");
+  if (workspace < 0 || scanner < 0) return seen;
+  const mjtNum* eye = model.d().site_xpos + 3 * scanner;
+  const mjtNum* middle = model.d().site_xpos + 3 * workspace;
+  const double radius_m = model.m().site_size[3 * workspace];
+  const double reach_m = radius_m + kPerceived_m;
+  int rays = 0;
+  int hidden = 0;
+  for (const double height_m : kHeights_m) {
+    for (int i = 0; i < kRays * kRays; ++i) {
+      const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
+      const double y = reach_m * (2.0 * (i / kRays) / (kRays - 1) - 1.0);
+      if (std::hypot(x, y) > reach_m) continue;
+      const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
+      const mjtNum target[3] = {middle[0] + x, middle[1] + y, middle[2] + height_m};
+      Look(model, eye, target, to_workspace, reach_m, middle, seen, rays, hidden);
+    }
+  }
+  if (rays > 0) seen.hidden = static_cast<double>(hidden) / rays;
+  return seen;
+}
+
+std::string SuggestHome(Model& model) {
+  const int workspace = model.Find(mjOBJ_SITE, "workspace");
+  const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
+  if (workspace < 0 || tool < 0 || model.hand < 0 || model.arm_joints.empty()) return "";
+  base::Rng rng(1);
+  std::vector<Draw> draws;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto q = DrawPose(model, rng);
+    Pose(model, q);
+    const double cost = CostOf(model, q, tool, workspace);
+    if (cost >= 0.0) draws.push_back({cost, q});
+  }
+  std::stable_sort(draws.begin(), draws.end(),
+                   [](const Draw& a, const Draw& b) { return a.cost < b.cost; });
+  std::string found;
+  for (std::size_t i = 0; found.empty() && i < draws.size() && i < kClosely; ++i) {
+    // What is printed is what is checked.
+    for (double& q : draws[i].q) q = std::round(100.0 * q) / 100.0;
+    Pose(model, draws[i].q);
+    if (!Touching(model, mjMAXVAL).empty()) continue;
+    const Seen seen = LookAtWorkspace(model);
+    if (!seen.in_the_way && seen.hidden <= kMaxHidden) {
+      found = fmt::format("<numeric name=\"home\" data=\"{:g}\"/>", fmt::join(draws[i].q, " "));
+    }
+  }
+  model.SetHome();
+  return found;
 }
 
 }  // namespace rangegrasp::check::internal

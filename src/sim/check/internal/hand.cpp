@@ -1,14 +1,23 @@
-// What the hand's drives move.
-
 #include "sim/check/internal/hand.h"
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <set>
+
+#include "base/error.h"
+#include "robot/mjcf/hand.h"
+#include "sim/internal/engine.h"
 
 namespace rangegrasp::check::internal {
 namespace {
+
+using Eigen::Vector3d;
+using sim::internal::DataPtr;
+using sim::internal::Vec3;
 
 // Bodies that move with the driven joints: by a joint itself, or by an equality with one that does.
 std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
@@ -46,6 +55,13 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
   return roots;
 }
 
+bool CheckCollides(Model& model, int fingertip) {
+  if (model.Collides(fingertip)) return true;
+  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip that collides with nothing",
+              "remove contype=\"0\" and conaffinity=\"0\"");
+  return false;
+}
+
 void CheckGearedHand(Model& model) {
   const auto joints = model.Tuple("hand_joints", mjOBJ_JOINT);
   const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
@@ -54,26 +70,320 @@ void CheckGearedHand(Model& model) {
   const std::set<int> roots = DrivenBodies(model, joints);
   for (const int joint : joints) {
     if (m.jnt_limited[joint]) continue;
-    model.Error(model.Where(mjOBJ_JOINT, joint), model.Element(mjOBJ_JOINT, joint),
+    model.Error(mjOBJ_JOINT, joint,
                 "has no range, so that nothing says where the hand is open and where closed",
                 "range=\"OPEN CLOSED\"");
   }
   for (const int geom : tips) {
     const int body = m.geom_bodyid[geom];
-    if (!model.Collides(geom)) {
-      model.Error(model.Where(mjOBJ_GEOM, geom), model.Element(mjOBJ_GEOM, geom),
-                  "is a fingertip that collides with nothing",
-                  "remove contype=\"0\" and conaffinity=\"0\"");
-    }
+    CheckCollides(model, geom);
     if (std::any_of(roots.begin(), roots.end(),
                     [&](int root) { return model.InSubtree(body, root); })) {
       continue;
     }
-    model.Error(model.Where(mjOBJ_GEOM, geom), model.Element(mjOBJ_GEOM, geom),
+    model.Error(mjOBJ_GEOM, geom,
                 fmt::format("is a fingertip on body \"{}\", which none of \"hand_joints\" moves",
                             model.BodyName(body)),
                 "list the joint that moves it in \"hand_joints\", or take the geom out of "
                 "\"fingertips\"");
+  }
+}
+
+// A fingertip that moves less than this between the open and the closed hand is not driven.
+constexpr double kMoved_m = 0.002;
+// Pads that stay further apart hold no thin thing; a hand that opens less takes hardly anything.
+constexpr double kMeet_m = 0.003;
+constexpr double kOpens_m = 0.020;
+// Errors of equalities that the audit of a trial would not let pass (AuditBounds::equality_share).
+constexpr double kEquality = 5e-4;
+// Of its way, by which a drive may stop short of its end.
+constexpr double kBehind = 0.02;
+// The site "tcp" may stand so far from the middle of the open hand's pads, and lean so much.
+constexpr double kOff_m = 0.03;
+const double kLean = std::cos(25.0 * mjPI / 180.0);
+// Contacts that are softer sink in too deep, with fewer dimensions things spin in the hand.
+constexpr double kSoft_s = 0.01;
+constexpr int kSpinning = 4;
+// Where on the way to the closed hand a drive's force is looked at.
+constexpr double kGripped = 0.5;
+
+/// The hand at a share of its closing.
+DataPtr At(const Model& model, const mjcf::HandClosing& closing, double share) {
+  DataPtr data(mj_makeData(&model.m()));
+  closing.Pose(&model.m(), data.get(), share);
+  mj_forward(&model.m(), data.get());
+  return data;
+}
+
+Vector3d MiddleOf(const mjData* data, const std::vector<int>& geoms) {
+  Vector3d sum = Vector3d::Zero();
+  for (const int geom : geoms) sum += Vec3(data->geom_xpos + 3 * geom);
+  return sum / std::max(1.0, static_cast<double>(geoms.size()));
+}
+
+/// Between the pads of the hand as it stands, x across them, z away from what is fixed in the hand.
+struct Tool {
+  Vector3d position_W, x_W, z_W;
+};
+Tool ToolOf(const Model& model, const mjData* data) {
+  const mjModel& m = model.m();
+  const mjcf::LastSegments tips = mjcf::LastSegmentsOf(&m);
+  std::vector<int> palm;
+  for (int g = 0; g < m.ngeom; ++g) {
+    const bool fixed = m.body_weldid[m.geom_bodyid[g]] == m.body_weldid[model.hand];
+    if (model.Collides(g) && fixed && model.InSubtree(m.geom_bodyid[g], model.hand)) {
+      palm.push_back(g);
+    }
+  }
+  Tool tool;
+  const Vector3d thumb = MiddleOf(data, tips.thumb);
+  const Vector3d fingers = MiddleOf(data, tips.fingers);
+  tool.position_W = 0.5 * (thumb + fingers);
+  tool.x_W = (thumb - fingers).normalized();
+  const Vector3d root = palm.empty() ? Vec3(data->xpos + 3 * model.hand) : MiddleOf(data, palm);
+  const Vector3d out = tool.position_W - root;
+  tool.z_W = (out - tool.x_W.dot(out) * tool.x_W).normalized();
+  return tool;
+}
+
+std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->xmat +
+                                                                         9 * model.hand);
+  const Vector3d p = R.transpose() * (tool.position_W - Vec3(data->xpos + 3 * model.hand));
+  const Vector3d x = R.transpose() * tool.x_W;
+  const Vector3d y = R.transpose() * tool.z_W.cross(tool.x_W);
+  const auto near = [](double v) { return std::round(1e4 * v) / 1e4 + 0.0; };
+  return fmt::format(
+      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g} {:g} {:g} "
+      "{:g} "
+      "{:g} {:g}\" group=\"4\" size=\"0.004\"/>",
+      near(p.x()), near(p.y()), near(p.z()), near(x.x()), near(x.y()), near(x.z()), near(y.x()),
+      near(y.y()), near(y.z()));
+}
+
+void CheckTips(Model& model, const mjcf::HandClosing& closing) {
+  const mjModel& m = model.m();
+  const DataPtr open = At(model, closing, 0.0);
+  const DataPtr closed = At(model, closing, closing.Touching());
+  for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
+    const std::string where = model.Where(mjOBJ_GEOM, geom);
+    const std::string element = model.Element(mjOBJ_GEOM, geom);
+    const Vector3d way = Vec3(closed->geom_xpos + 3 * geom) - Vec3(open->geom_xpos + 3 * geom);
+    if (!CheckCollides(model, geom)) continue;
+    if (way.norm() < kMoved_m) {
+      model.Error(where, element,
+                  fmt::format("is a fingertip that moves by {:.1f} mm while the hand closes: none "
+                              "of \"hand_motors\" moves body \"{}\"",
+                              1e3 * way.norm(), model.BodyName(m.geom_bodyid[geom])),
+                  "list the drive that moves it in \"hand_motors\", or take the geom out of "
+                  "\"fingertips\"");
+    } else if (m.geom_condim[geom] < kSpinning || m.geom_solref[2 * geom] > kSoft_s ||
+               m.geom_priority[geom] < 1) {
+      model.Warn(where, element,
+                 "is a fingertip whose contacts are soft, let things spin, or are those of what it "
+                 "touches",
+                 "priority=\"1\" condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\"0.005 1\" "
+                 "solimp=\"0.95 0.99 0.001 0.5 2\"");
+    }
+  }
+}
+
+std::string Values(const std::vector<mjcf::HandMotor>& motors, bool open) {
+  std::string text;
+  for (const auto& motor : motors) {
+    const double value = std::round(1e4 * (open ? motor.open : motor.closed)) / 1e4 + 0.0;
+    text += fmt::format("{}{:g}", text.empty() ? "" : " ", value);
+  }
+  return text;
+}
+
+void CheckGap(Model& model, const mjcf::HandClosing& closing,
+              const std::vector<mjcf::HandMotor>& motors) {
+  const std::string where = model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "hand_closed"));
+  const double open_m = closing.points.front().gap_m;
+  double least_m = open_m;
+  for (const auto& point : closing.points) least_m = std::min(least_m, point.gap_m);
+  const auto swapped = fmt::format(
+      "the other way round: <numeric name=\"hand_open\" data=\"{}\"/> and <numeric "
+      "name=\"hand_closed\" data=\"{}\"/>",
+      Values(motors, false), Values(motors, true));
+  if (closing.points.back().gap_m > open_m) {
+    model.Error(where, "numeric \"hand_closed\"",
+                fmt::format("the pads move apart while the hand closes, from {:.1f} to {:.1f} mm",
+                            1e3 * open_m, 1e3 * closing.points.back().gap_m),
+                swapped);
+  } else if (least_m > kMeet_m) {
+    model.Warn(where, "numeric \"hand_closed\"",
+               fmt::format("the pads never meet: they open {:.1f} mm and stay {:.1f} mm apart",
+                           1e3 * open_m, 1e3 * least_m),
+               "values further on, a wider range of the joints; or let it be: thinner things are "
+               "not held then");
+  } else if (open_m < kOpens_m) {
+    model.Error(where, "numeric \"hand_open\"",
+                fmt::format("the pads are {:.1f} mm apart in the open hand", 1e3 * open_m),
+                "values further to the open end");
+  }
+}
+
+void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
+  const mjModel& m = model.m();
+  if (closing.equality_m > kEquality) {
+    const char* name = mj_id2name(&m, mjOBJ_EQUALITY, closing.equality);
+    model.Error(
+        model.HandFile(),
+        fmt::format("equality {}{}", closing.equality, name ? fmt::format(" \"{}\"", name) : ""),
+        fmt::format("does not hold while the hand closes on nothing: it is off by {:.3g} rad "
+                    "or m",
+                    closing.equality_m),
+        "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the "
+        "joints' ranges or \"hand_open\" and \"hand_closed\" leave the linkage no way");
+  }
+  if (closing.behind > kBehind) {
+    model.Error(mjOBJ_ACTUATOR, closing.behind_actuator,
+                fmt::format("stops {:.0f} % of its way short of \"hand_closed\": a joint is at the "
+                            "end of its range there",
+                            100.0 * closing.behind),
+                "a value of \"hand_closed\" within the joints' ranges");
+  }
+}
+
+void CheckTool(Model& model, const mjcf::HandClosing& closing) {
+  const int site = mjcf::ToolSite(&model.m(), "tcp_tip");
+  if (site < 0) return;
+  const DataPtr open = At(model, closing, 0.0);
+  const Tool tool = ToolOf(model, open.get());
+  const Vector3d off = Vec3(open->site_xpos + 3 * site) - tool.position_W;
+  const mjtNum* R = open->site_xmat + 9 * site;
+  const double x = tool.x_W.dot(Vector3d(R[0], R[3], R[6]));
+  const double z = tool.z_W.dot(Vector3d(R[2], R[5], R[8]));
+  const double across_m = std::hypot(off.dot(tool.x_W), off.dot(tool.z_W.cross(tool.x_W)));
+  if (x > kLean && z > 0.0 && across_m < kOff_m) return;
+  model.Error(
+      mjOBJ_SITE, site,
+      x < 0.0   ? "its x leads from the thumb's pads to the fingers'"
+      : z < 0.0 ? "its z leads into the palm, not away from it"
+                : fmt::format("lies {:.0f} mm beside the middle of the open hand's pads, or its x "
+                              "leans by {:.0f} deg from the line across them",
+                              1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
+      SiteText(model, open.get(), tool));
+}
+
+/// What a drive can press with towards closed, where the hand is half closed.
+double StrengthOf(const Model& model, const mjData* data, const mjcf::HandMotor& motor,
+                  double sign) {
+  const mjModel& m = model.m();
+  const mjcf::AffineDrive drive = mjcf::AffineOf(&m, motor.actuator);
+  double strength = sign > 0.0 ? drive.strongest : -drive.weakest;
+  const int control = m.actuator_ctrladr[motor.actuator];
+  if (m.actuator_ctrllimited[control]) {
+    const double at = drive.bias[0] + drive.bias[1] * mjcf::DriveLength(&m, data, motor.actuator);
+    const double a = sign * (at + drive.gain * m.actuator_ctrlrange[2 * control]);
+    const double b = sign * (at + drive.gain * m.actuator_ctrlrange[2 * control + 1]);
+    strength = std::min(strength, std::max(a, b));
+  }
+  return strength;
+}
+
+void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
+                       const std::vector<mjcf::HandMotor>& motors) {
+  const auto wanted = model.Numeric("grip_force");
+  const int site = mjcf::ToolSite(&model.m(), "tcp_tip");
+  if (wanted.size() != 2 || site < 0) return;
+  const double share = kGripped * closing.Touching();
+  const DataPtr half = At(model, closing, share);
+  const mjtNum* R = half->site_xmat + 9 * site;
+  const auto per_newton =
+      mjcf::GripForces(&model.m(), half.get(), motors, closing, share, Vector3d(R[0], R[3], R[6]));
+  double force_N = mjMAXVAL;
+  int weakest = -1;
+  for (std::size_t k = 0; k < motors.size(); ++k) {
+    if (!motors[k].Moves() || std::abs(per_newton[k]) < mjMINVAL) continue;
+    const double sign = per_newton[k] > 0.0 ? 1.0 : -1.0;
+    const double gives = StrengthOf(model, half.get(), motors[k], sign) / std::abs(per_newton[k]);
+    if (gives >= force_N) continue;
+    force_N = gives;
+    weakest = motors[k].actuator;
+  }
+  if (weakest < 0 || force_N >= wanted[1]) return;
+  const std::string what = fmt::format(
+      "gives {:.3g} N between the pads of the half closed hand, \"grip_force\" asks for {:g} N, "
+      "{:g} N at most",
+      force_N, wanted[0], wanted[1]);
+  const double most = std::floor(std::max(1.0, force_N));
+  const std::string cure = fmt::format(
+      "a wider forcerange (of a servo a higher kp, or a wider ctrlrange, too), or <numeric "
+      "name=\"grip_force\" data=\"{:g} {:g}\"/>",
+      std::min(wanted[0], most), most);
+  model.Error(mjOBJ_ACTUATOR, weakest, what, cure);
+}
+
+std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector<int>& actuators) {
+  const mjModel& m = model.m();
+  std::vector<mjcf::HandMotor> motors;
+  const DataPtr low(mj_makeData(&m));
+  const DataPtr high(mj_makeData(&m));
+  for (int j = 0; j < m.njnt; ++j) {
+    if (!m.jnt_limited[j]) continue;
+    low->qpos[m.jnt_qposadr[j]] = m.jnt_range[2 * j];
+    high->qpos[m.jnt_qposadr[j]] = m.jnt_range[2 * j + 1];
+  }
+  for (const int a : actuators) {
+    motors.push_back(
+        {a, mjcf::DriveLength(&m, low.get(), a), mjcf::DriveLength(&m, high.get(), a)});
+  }
+  return motors;
+}
+
+bool MovesHand(const Model& model, int actuator) {
+  const mjModel& m = model.m();
+  const int id = m.actuator_trnid[2 * actuator];
+  const auto of_hand = [&](int joint) { return model.InSubtree(m.jnt_bodyid[joint], model.hand); };
+  if (m.actuator_trntype[actuator] == mjTRN_JOINT) return of_hand(id);
+  if (m.actuator_trntype[actuator] != mjTRN_TENDON) return false;
+  const int first = m.tendon_adr[id];
+  return m.wrap_type[first] == mjWRAP_JOINT && of_hand(m.wrap_objid[first]);
+}
+
+bool IsOutermost(const mjModel& m, int body) {
+  const auto carries = [&](int geom) {
+    const bool collides = m.geom_contype[geom] != 0 || m.geom_conaffinity[geom] != 0;
+    int b = m.geom_bodyid[geom];
+    if (!collides || b == body) return false;
+    while (b > body) b = m.body_parentid[b];
+    return b == body;
+  };
+  for (int g = 0; g < m.ngeom; ++g) {
+    if (carries(g)) return false;
+  }
+  return true;
+}
+
+// What is wrong with a hand of "hand_motors", by closing it.
+void CheckClosing(Model& model) {
+  if (model.HasErrors() || model.Tuple("fingertips", mjOBJ_GEOM).empty()) return;
+  const mjcf::LastSegments tips = mjcf::LastSegmentsOf(&model.m());
+  if (tips.thumb.empty() || tips.fingers.empty()) {
+    model.Error(model.Where(mjOBJ_TUPLE, model.Find(mjOBJ_TUPLE, "fingertips")),
+                "tuple \"fingertips\"", "its geoms hang on one finger: there are no two sides",
+                "list the thumb's geoms first, then those of the fingers that face it");
+    return;
+  }
+  try {
+    const auto motors = mjcf::HandMotors(&model.m());
+    const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m(), motors);
+    CheckTips(model, closing);
+    CheckGap(model, closing, motors);
+    CheckModelFollows(model, closing);
+    if (model.HasErrors()) return;
+    CheckTool(model, closing);
+    CheckGripStrength(model, closing, motors);
+  } catch (const base::InputError& error) {
+    model.Error(model.HandFile(), "the hand", error.what(), "");
+  }
+  if (!model.Numeric("gear_backlash").empty()) {
+    model.Warn(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "gear_backlash")),
+               "numeric \"gear_backlash\"", "says nothing of drives of \"hand_motors\": none locks",
+               "remove it");
   }
 }
 
@@ -82,6 +392,53 @@ void CheckGearedHand(Model& model) {
 void CheckHand(Model& model) {
   if (model.hand < 0) return;
   model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 ? CheckClosing(model) : CheckGearedHand(model);
+}
+
+// A hand that says how it closes, closed on nothing.
+
+HandGuess GuessHand(Model& model) {
+  HandGuess guess;
+  if (model.hand < 0) return guess;
+  const mjModel& m = model.m();
+  for (int a = 0; a < m.nactuator; ++a) {
+    if (MovesHand(model, a)) guess.motors.push_back(a);
+  }
+  for (int g = 0; g < m.ngeom; ++g) {
+    const int body = m.geom_bodyid[g];
+    const bool moves = m.body_weldid[body] != m.body_weldid[model.hand];
+    if (moves && model.Collides(g) && model.InSubtree(body, model.hand) && IsOutermost(m, body)) {
+      guess.fingertips.push_back(g);
+    }
+  }
+  const auto named = model.Tuple("hand_motors", mjOBJ_ACTUATOR);
+  auto motors = AtTheirRanges(model, named.empty() ? guess.motors : named);
+  if (model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
+      !model.Tuple("fingertips", mjOBJ_GEOM).empty()) {
+    try {
+      const mjcf::HandClosing closing = mjcf::CloseOnNothing(&m, motors);
+      if (closing.points.back().gap_m > closing.points.front().gap_m) {
+        for (auto& motor : motors) std::swap(motor.open, motor.closed);
+      }
+    } catch (const base::InputError&) {  // what is wrong is found by CheckClosing
+    }
+  }
+  guess.open = Values(motors, true);
+  guess.closed = Values(motors, false);
+  return guess;
+}
+
+std::string SuggestTool(Model& model) {
+  const std::string in_words =
+      "a <site name=\"tcp\"> in the body \"hand\", between the pads of the open hand: with the "
+      "hand's tuples and numerics, this check prints one";
+  try {
+    if (model.Tuple("fingertips", mjOBJ_GEOM).empty()) return in_words;
+    const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m());
+    const DataPtr open = At(model, closing, 0.0);
+    return SiteText(model, open.get(), ToolOf(model, open.get()));
+  } catch (const base::InputError&) {
+    return in_words;
+  }
 }
 
 }  // namespace rangegrasp::check::internal

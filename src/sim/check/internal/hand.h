@@ -19,7 +19,6 @@ HandGuess GuessHand(Model& model);
 /// palm. In words where pads are not known yet.
 std::string SuggestTool(Model& model);
 
-/// What is wrong with a hand of "hand_motors", by closing it: CheckHand's part of it.
-void CheckClosing(Model& model);
+void CheckHand(Model& model);  ///< what the drives move
 
 }  // namespace rangegrasp::check::internal

@@ -4,15 +4,53 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sim/check/check.h"
-#include "sim/check/internal/source_lines.h"
 
 namespace rangegrasp::check::internal {
+
+/// Where the elements of an MJCF file stand, those of the files that it includes or attaches among
+/// them. Elements are known by their kind ("body", "joint", "geom", "site", "actuator", "tuple",
+/// "numeric", "camera", "mesh", "sensor") and the name that they have in the compiled model, with
+/// the prefixes of all attachments.
+class SourceLines {
+ public:
+  /// @throws base::InputError if the file itself is no XML; files below it that cannot be read are
+  /// left to the engine.
+  explicit SourceLines(const std::filesystem::path& mjcf);
+
+  /// "arm.xml:33", the path as the first file gives it; the first file alone if it is unknown.
+  std::string Of(const std::string& kind, const std::string& name) const;
+  /// Where new elements for the part of the model go that an element belongs to: its file alone.
+  std::string FileOf(const std::string& kind, const std::string& name) const;
+  /// The line of the `<joint>` in the `<default>` of a file: the one place to change all joints.
+  /// Empty if there is none.
+  std::string JointDefaultOf(const std::string& file) const;
+  /// What the file itself (with what it includes, without what it attaches) holds: "freejoint", and
+  /// of named elements the kind and what follows the last '/' of the name: "tuple arm_joints".
+  const std::set<std::string>& seen() const { return seen_; }
+  /// The most joints that lie between the world and one body of the file itself.
+  int longest_chain() const { return longest_chain_; }
+
+ private:
+  struct Line {
+    std::string file;
+    int line;
+  };
+  struct Reader;
+
+  std::string root_;
+  std::map<std::string, Line> lines_;         // "joint arm/joint1"
+  std::map<std::string, int> joint_default_;  // by file
+  std::set<std::string> seen_;
+  int longest_chain_ = 0;
+};
 
 /// A compiled file that is being checked, what it holds by this project's names, and what has been
 /// found so far. Checks look at it one after the other; what a name does not lead to is -1 or
@@ -45,6 +83,8 @@ class Model {
   std::string HandFile() const;
   const SourceLines& lines() const { return lines_; }
 
+  /// Of an element, at its place.
+  void Error(mjtObj type, int id, const std::string& what, const std::string& cure);
   void Error(const std::string& where, const std::string& element, const std::string& what,
              const std::string& cure);
   void Warn(const std::string& where, const std::string& element, const std::string& what,
@@ -80,14 +120,5 @@ class Model {
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
   std::vector<base::Finding> findings_;
 };
-
-/// The checks, in the order in which they run. Each adds its findings.
-void CheckNames(Model& model);     ///< names, tuples, numerics and their sizes
-void CheckArm(Model& model);       ///< chain, ranges, drives, armature, gravity compensation
-void CheckHand(Model& model);      ///< what the drives move
-void CheckBodies(Model& model);    ///< masses, inertias, meshes, what is seen and what collides
-void CheckContacts(Model& model);  ///< at home, and pairs that always touch
-void CheckCell(Model& model);      ///< options of the engine, table, scanner's view
-void CheckMotion(Model& model);    ///< reach, strength, the home pose held, a motion followed
 
 }  // namespace rangegrasp::check::internal

@@ -6,14 +6,17 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "base/image/png.h"
+#include "base/image/image.h"
 #include "base/units.h"
+#include "cli/commands.h"
 #include "cli/output.h"
-#include "cylinders/command/cylinders_commands.h"
-#include "cylinders/cylinder_view.h"
 #include "cylinders/detect.h"
+#include "cylinders/internal/draw.h"
+#include "cylinders/task/cylinders_task.h"
+#include "cylinders/task/demo_task.h"
+#include "experiment/experiment.h"
 #include "grasp/scene_view.h"
-#include "trial/command/cloud_arguments.h"
+#include "trial/command/perceive_command.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -217,3 +220,13 @@ void AddCylindersCommand(CLI::App& app) {
 }
 
 }  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterCylinders() {
+  experiment::AddKind(cylinders::CylindersTask());
+  experiment::AddKind(cylinders::DemoTask());
+  cli::AddCommand(cli::AddCylindersCommand);
+}
+
+}  // namespace rangegrasp

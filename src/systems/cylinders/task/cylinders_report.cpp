@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/csv.h"
 #include "base/draw/plot.h"
-#include "cylinders/task/cylinders_options.h"
+#include "base/file.h"
+#include "cylinders/task/cylinders_task.h"
 #include "experiment/statistics.h"
 
-namespace rangegrasp::cylinder_task {
+namespace rangegrasp::cylinders {
 namespace {
 
 using experiment::Fixed;
@@ -29,9 +29,7 @@ constexpr double kGoodRadius_mm = 0.5;
 constexpr double kGoodAxis_deg = 1.0;
 /// The published tables are of so many iterations.
 constexpr int kPublishedIterations = 100;
-constexpr int kRadiusDigits = 4;
-constexpr int kAxisDigits = 4;
-constexpr int kTimeDigits = 4;
+constexpr int kDigits = 4;
 
 /// Figures' names and colors, in the order of Method.
 struct MethodStyle {
@@ -105,9 +103,8 @@ double SecondsOf(const Record& record, const std::string& name) {
 }
 
 void AddRecord(const Record& record, Collected& all) {
-  const auto params = nlohmann::json::parse(record.which.params);
-  const auto source = base::FromWord<Source>(params.at("source").get<std::string>(), "source");
-  const std::size_t row = params.at("row");
+  const auto source = base::FromWord<Source>(record.which.params.Text("source"), "source");
+  const auto row = static_cast<std::size_t>(record.which.params.Int("row"));
   const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
   if (!data.is_object() || !data.contains("fits")) {
     ++all.without_result[{source, row}];
@@ -162,15 +159,15 @@ std::vector<std::string> LineOf(const Collected& all, const Key& key, const Fits
                                                row.at("height_mm").get<double>()),
                                    fmt::format("{}", PointsOf(all, key.row)),
                                    StyleOf(key.method).name,
-                                   CellOf(radius.mean, kRadiusDigits),
-                                   CellOf(radius_error.mean, kRadiusDigits),
-                                   CellOf(radius_error.standard_error, kRadiusDigits),
+                                   CellOf(radius.mean, kDigits),
+                                   CellOf(radius_error.mean, kDigits),
+                                   CellOf(radius_error.standard_error, kDigits),
                                    "-",
-                                   CellOf(axis.mean, kAxisDigits),
-                                   CellOf(axis.standard_error, kAxisDigits),
+                                   CellOf(axis.mean, kDigits),
+                                   CellOf(axis.standard_error, kDigits),
                                    "-",
-                                   CellOf(MeanOf(fits.seconds).mean, kTimeDigits),
-                                   CellOf(MeanOf(fits.preparation).mean, kTimeDigits),
+                                   CellOf(MeanOf(fits.seconds).mean, kDigits),
+                                   CellOf(MeanOf(fits.preparation).mean, kDigits),
                                    "-",
                                    fmt::format("{} of {}", fits.failed, fits.All()),
                                    PercentText(fits.good, fits.All(), 1)};
@@ -213,23 +210,11 @@ Grid TableOf(const Collected& all, Source source) {
 // All means, for programs.
 Grid MeansOf(const Collected& all) {
   Grid grid;
-  grid.header = {"source",
-                 "radius_true_mm",
-                 "height_mm",
-                 "points",
-                 "method",
-                 "iterations",
-                 "fits",
-                 "failed",
-                 "good",
-                 "radius_mm",
-                 "radius_se_mm",
-                 "radius_error_mm",
-                 "radius_error_se_mm",
-                 "axis_error_deg",
-                 "axis_error_se_deg",
-                 "time_s",
-                 "preparation_s"};
+  grid.header = base::Split(
+      "source,radius_true_mm,height_mm,points,method,iterations,fits,failed,good,radius_mm,"
+      "radius_se_mm,radius_error_mm,radius_error_se_mm,axis_error_deg,axis_error_se_deg,time_s,"
+      "preparation_s",
+      ',');
   grid.left.assign(grid.header.size(), false);
   const auto cell = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.7g}", *value) : std::string();
@@ -262,18 +247,16 @@ struct Quantity {
   const char* title;
   const char* unit;
   std::optional<double> (*of)(const Fits& fits);
-  std::optional<double> (*published)(const PublishedRow& row);
+  double (*published)(const PublishedRow& row);
 };
-const std::vector<Quantity>& Quantities() {
-  static const std::vector<Quantity> all = {
-      {"Radius deviation", "mm", [](const Fits& f) { return MeanOf(f.radius_error_mm).mean; },
-       [](const PublishedRow& p) { return std::optional(p.radius_error_mm); }},
-      {"Angle deviation", "deg", [](const Fits& f) { return MeanOf(f.axis_error_deg).mean; },
-       [](const PublishedRow& p) { return std::optional(p.axis_error_deg); }},
-      {"Time", "s", [](const Fits& f) { return MeanOf(f.seconds).mean; },
-       [](const PublishedRow& p) { return std::optional(p.time_s); }}};
-  return all;
-}
+constexpr std::array<Quantity, 3> kQuantities = {{
+    {"Radius deviation", "mm", [](const Fits& f) { return MeanOf(f.radius_error_mm).mean; },
+     [](const PublishedRow& p) { return p.radius_error_mm; }},
+    {"Angle deviation", "deg", [](const Fits& f) { return MeanOf(f.axis_error_deg).mean; },
+     [](const PublishedRow& p) { return p.axis_error_deg; }},
+    {"Time", "s", [](const Fits& f) { return MeanOf(f.seconds).mean; },
+     [](const PublishedRow& p) { return p.time_s; }},
+}};
 
 /// A line of a figure: one method, over points or iterations.
 draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method method, Source source,
@@ -310,7 +293,7 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
     dots.color = StyleOf(key.first).color;
     dots.dots = true;
     dots.x = {static_cast<double>(row ? kPublishedIterations : key.second)};
-    dots.y = {*quantity.published(published)};
+    dots.y = {quantity.published(published)};
     // One entry in the legend a method.
     const bool first = std::none_of(panel.series.begin(), panel.series.end(),
                                     [&](const auto& s) { return s.dots && s.color == dots.color; });
@@ -352,45 +335,42 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
       figures.push_back(std::move(figure));
     };
     add("radius error", "mm", 3, published.radius_error_mm, fits.radius_error_mm, false);
-    add("axis error", "deg", kAxisDigits, published.axis_error_deg, fits.axis_error_deg, false);
-    add("time", "s", kTimeDigits, published.time_s, fits.seconds, true);
+    add("axis error", "deg", kDigits, published.axis_error_deg, fits.axis_error_deg, false);
+    add("time", "s", kDigits, published.time_s, fits.seconds, true);
   }
   return figures;
 }
 
 std::vector<Source> SourcesOf(const Collected& all) {
-  std::vector<Source> sources;
+  std::vector<Source> sources;  // the fits are in the order of their sources
   for (const auto& [key, fits] : all.fits) {
-    if (std::find(sources.begin(), sources.end(), key.source) == sources.end()) {
-      sources.push_back(key.source);
-    }
+    if (sources.empty() || sources.back() != key.source) sources.push_back(key.source);
   }
   return sources;
 }
 
-/// Number of the first figure of a row's three.
+/// Number of the first of each source's figures, three a row.
 constexpr int kFirstIterationFigure = 14;
 
 void AddFigures(const Collected& all, experiment::Report& report) {
-  const std::size_t quantities = Quantities().size();
   for (const Source source : SourcesOf(all)) {
     const std::string word(base::Word(source));
     if (all.shown == Shown::kResolution) {
       std::vector<draw::Panel> panels;
-      for (const Quantity& quantity : Quantities()) {
+      for (const Quantity& quantity : kQuantities) {
         panels.push_back(PanelOf(all, quantity, source, std::nullopt,
                                  fmt::format("{} ({})", quantity.title, word)));
       }
       report.files.emplace_back(fmt::format("figure_4.13_{}.svg", word), draw::PlotSvg(panels));
       continue;
     }
+    int number = kFirstIterationFigure;
     for (std::size_t row = 0; row < all.rows.size(); ++row) {
-      for (std::size_t q = 0; q < quantities; ++q) {
-        const auto number = kFirstIterationFigure + static_cast<int>(row * quantities + q);
-        const auto panel = PanelOf(all, Quantities()[q], source, row,
+      for (const Quantity& quantity : kQuantities) {
+        const auto panel = PanelOf(all, quantity, source, row,
                                    fmt::format("Cylinder {} ({} points, {}): {}", row + 1,
-                                               PointsOf(all, row), word, Quantities()[q].title));
-        report.files.emplace_back(fmt::format("figure_4.{}_{}.svg", number, word),
+                                               PointsOf(all, row), word, quantity.title));
+        report.files.emplace_back(fmt::format("figure_4.{}_{}.svg", number++, word),
                                   draw::PlotSvg({panel}));
       }
     }
@@ -399,7 +379,8 @@ void AddFigures(const Collected& all, experiment::Report& report) {
 
 }  // namespace
 
-experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Record>& records) {
+experiment::Report ComparisonReport(const experiment::Stamp& stamp,
+                                    const std::vector<Record>& records) {
   const Collected all = Collect(stamp, records);
   const bool resolution = all.shown == Shown::kResolution;
   experiment::Report report;
@@ -412,8 +393,7 @@ experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Re
   const auto noise = stamp.data.find(kNoise);
   report.notes.push_back(
       fmt::format("means over the fits that did not fail, with their standard errors; good: radius "
-                  "within {} mm "
-                  "and axis within {} deg, of all; noisy: {} mm along the rays",
+                  "within {} mm and axis within {} deg, of all; noisy: {} mm along the rays",
                   kGoodRadius_mm, kGoodAxis_deg, noise == stamp.data.end() ? "?" : noise->second));
   report.notes.push_back(
       "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature");
@@ -424,4 +404,4 @@ experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Re
   return report;
 }
 
-}  // namespace rangegrasp::cylinder_task
+}  // namespace rangegrasp::cylinders

@@ -4,23 +4,182 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/csv.h"
 #include "base/error.h"
 #include "base/file.h"
-#include "base/hash.h"
-#include "cylinders/task/compare_fits.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
 #include "cylinders/task/cylinders_report.h"
+#include "pcl_bridge/segmentation.h"
+#include "sensing/line_scanner.h"
 
-namespace rangegrasp::cylinder_task {
+namespace rangegrasp::cylinders {
 namespace {
+
+constexpr int kMaxPoints = 1'000'000;
+constexpr int kMaxIterations = 100'000;
+
+std::vector<double> NumbersOf(const base::YamlMap& map, const std::string& key,
+                              const std::string& text) {
+  std::vector<double> numbers;
+  for (const std::string& part : base::Split(text, ',')) {
+    const auto first = part.find_first_not_of(' ');
+    const std::string trimmed = first == std::string::npos ? "" : part.substr(first);
+    const auto number = base::NumberFrom<double>(trimmed);
+    if (!number) map.Fail(key, fmt::format("'{}' in '{}' is no number", part, text));
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+CylinderRow RowOf(const base::YamlMap& map, const std::string& text) {
+  const auto numbers = NumbersOf(map, "rows", text);
+  if (numbers.size() != 3 || !(numbers[0] > 0.0) || !(numbers[1] > 0.0) || !(numbers[2] >= 100.0) ||
+      numbers[2] > kMaxPoints) {
+    map.Fail("rows", fmt::format("'{}' must be radius in mm, height in mm, points (100 to {}), as "
+                                 "in \"10, 100, 20000\"",
+                                 text, kMaxPoints));
+  }
+  return {{numbers[0] * base::kMm, numbers[1] * base::kMm}, static_cast<int>(numbers[2])};
+}
+
+}  // namespace
+
+void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
+  map.Read("shown", o.shown, "resolution: table 4.3, fig. 4.13; iterations: 4.4, figs. 4.14-4.19");
+  std::vector<std::string> rows;
+  map.Read("rows", rows, "cylinders: \"radius in mm, height in mm, points\" each");
+  for (const std::string& row : rows) o.rows.push_back(RowOf(map, row));
+  map.Read("sources", o.sources, "where the points come from");
+  map.Read("methods", o.methods, "fits that are compared");
+  std::vector<std::string> iterations;
+  for (const int count : o.iterations) iterations.push_back(fmt::format("{}", count));
+  map.Read("iterations", iterations,
+           "of lsf, triples of rcf and refined, hypotheses of pcl: each is a row or a dot");
+  o.iterations.clear();
+  for (const std::string& text : iterations) {
+    const double count = NumbersOf(map, "iterations", text).front();
+    if (!(count >= 1.0) || count > kMaxIterations) {
+      map.Fail("iterations", fmt::format("'{}' must be 1 to {}", text, kMaxIterations));
+    }
+    o.iterations.push_back(static_cast<int>(count));
+  }
+  map.Read("repetitions", o.repetitions, 1, 100000, "range images of each row and source");
+  map.ReadScaled("neighborhood_mm", o.neighborhood_m, base::kMm, 0.1, 100.0,
+                 "of normals and curvature points");
+  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0,
+                 "along the rays, of source noisy; 0: the scanner's own at that distance");
+  map.ReadScaled("distance_mm", o.view.distance_m, base::kMm, 300.0, 5000.0,
+                 "from the sensor to the cylinder's middle");
+  map.ReadScaled("pitch_deg", o.view.pitch_rad, base::kDeg, 0.0, 85.0,
+                 "by which the sensor looks down");
+  map.ReadPath("sensor", o.sensor, "the line scanner, of sources noisy and scanned");
+  map.ReadPath("reference", o.reference, "the published table as CSV");
+}
+
+ComparisonOptions ReadComparison(base::YamlMap& map) {
+  ComparisonOptions options;
+  ReadComparisonKeys(map, options);
+  map.Require("rows");
+  map.Finish();
+  if (!options.sensor.empty()) options.scanned.scanner = sensing::ReadLineScanner(options.sensor);
+  if (options.noise_m == 0.0) {
+    options.noise_m = sensing::DepthSigma(options.scanned.scanner, options.view.distance_m);
+  }
+  return options;
+}
+
+namespace {
+
+/// One method's fit of one cloud.
+struct ComparedFit {
+  Method method = Method::kLsf;
+  int iterations = 0;
+  std::optional<Barrel> barrel;      ///< nullopt where the fit failed
+  double seconds = 0.0;              ///< in all
+  double preparation_seconds = 0.0;  ///< of these: normals and curvature points
+};
+
+std::optional<Barrel> BarrelOf(const std::optional<BarrelFit>& fit) {
+  return fit ? std::optional(fit->barrel) : std::nullopt;
+}
+
+/// RCF's preparation serves all numbers of iterations and the refinement.
+struct Prepared {
+  RcfPreparation preparation;
+  double seconds = 0.0;
+};
+
+ComparedFit Rcf(const FitInput& input, const Prepared& prepared, double neighborhood_m,
+                Method method, int iterations, std::uint64_t seed) {
+  RcfOptions options = method == Method::kPrinted ? RcfAsPrinted() : RcfOptions{};
+  options.neighborhood_m = neighborhood_m;
+  options.circle.draws = iterations;
+  base::Rng rng(
+      base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
+  const base::Stopwatch watch;
+  const auto fit = FitRcf(input, prepared.preparation, options, rng);
+  return {method, iterations, BarrelOf(fit), prepared.seconds + watch.Seconds(), prepared.seconds};
+}
+
+ComparedFit Refined(const FitInput& input, const ComparedFit& rcf) {
+  const base::Stopwatch watch;
+  const auto fit = rcf.barrel ? FitRefined(input, *rcf.barrel) : std::optional<BarrelFit>{};
+  return {Method::kRefined, rcf.iterations, BarrelOf(fit), rcf.seconds + watch.Seconds(),
+          rcf.preparation_seconds};
+}
+
+void AddPcl(const FitInput& input, const ComparisonOptions& options,
+            std::vector<ComparedFit>& fits) {
+  const base::Stopwatch watch;
+  const pcl_bridge::Cloud cloud(input.points, input.eye);
+  const auto normals = pcl_bridge::EstimateNormals(cloud, {options.neighborhood_m});
+  const double preparation = watch.Seconds();
+  for (const int iterations : options.iterations) {
+    pcl_bridge::CylinderOptions model;
+    model.max_draws = iterations;
+    const base::Stopwatch own;
+    const auto fit = pcl_bridge::FitCylinder(cloud, normals, model);
+    std::optional<Barrel> barrel;
+    if (fit) {
+      barrel = Barrel{{fit->cylinder.point, fit->cylinder.axis}, fit->cylinder.radius_m};
+    }
+    fits.push_back({Method::kPcl, iterations, barrel, preparation + own.Seconds(), preparation});
+  }
+}
+
+/// All methods with all numbers of iterations. Random draws depend on the seed, the method and the
+/// iterations alone. `refined` starts from the RCF of as many triples.
+std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOptions& options,
+                                     std::uint64_t seed) {
+  std::vector<ComparedFit> fits;
+  RcfOptions rcf_options;
+  rcf_options.neighborhood_m = options.neighborhood_m;
+  const base::Stopwatch preparing;
+  Prepared prepared{PrepareRcf(input, rcf_options)};
+  prepared.seconds = preparing.Seconds();
+  for (const Method method : options.methods) {
+    if (method == Method::kPcl) {
+      AddPcl(input, options, fits);
+      continue;
+    }
+    for (const int iterations : options.iterations) {
+      if (method == Method::kLsf) {
+        const base::Stopwatch watch;
+        const auto fit = FitLeastSquares(input.points, iterations);
+        fits.push_back({method, iterations, BarrelOf(fit), watch.Seconds(), 0.0});
+        continue;
+      }
+      const Method start = method == Method::kRefined ? Method::kRcf : method;
+      const ComparedFit rcf = Rcf(input, prepared, options.neighborhood_m, start, iterations, seed);
+      fits.push_back(method == Method::kRefined ? Refined(input, rcf) : rcf);
+    }
+  }
+  return fits;
+}
 
 using experiment::Case;
 using experiment::Result;
 using nlohmann::ordered_json;
-
-std::string NameOf(const ComparedFit& fit) {
-  return fmt::format("{} {}", base::Word(fit.method), fit.iterations);
-}
 
 ordered_json JsonOf(const ComparedFit& fit, const CylinderShape& truth) {
   ordered_json json = {{"method", base::Word(fit.method)}, {"iterations", fit.iterations}};
@@ -28,10 +187,10 @@ ordered_json JsonOf(const ComparedFit& fit, const CylinderShape& truth) {
     json["failed"] = true;
     return json;
   }
-  const FitError error = ErrorOf(*fit.barrel, truth);
   json["radius_mm"] = fit.barrel->radius_m * base::kMmPerM;
-  json["radius_error_mm"] = std::abs(error.radius_m) * base::kMmPerM;
-  json["axis_error_deg"] = base::ToDeg(error.axis_rad);
+  json["radius_error_mm"] = std::abs(fit.barrel->radius_m - truth.radius_m) * base::kMmPerM;
+  json["axis_error_deg"] =
+      base::ToDeg(AngleBetween(fit.barrel->axis.direction, Eigen::Vector3d::UnitX()));
   return json;
 }
 
@@ -46,7 +205,7 @@ std::string CsvOf(const CylinderView& view) {
 
 class CylindersExperiment : public experiment::Task {
  public:
-  CylindersExperiment(Options options, const experiment::Common& common)
+  CylindersExperiment(ComparisonOptions options, const experiment::Common& common)
       : options_(std::move(options)), seed_(common.seed) {}
 
   std::vector<Case> Cases() const override {
@@ -55,10 +214,11 @@ class CylindersExperiment : public experiment::Task {
       for (std::size_t row = 0; row < options_.rows.size(); ++row) {
         for (int i = 0; i < options_.repetitions; ++i) {
           const std::string word(base::Word(source));
-          const ordered_json params = {{"source", word}, {"row", row}, {"repetition", i}};
           const std::uint64_t of_row = base::DeriveSeed(base::DeriveSeed(seed_, word), row);
-          cases.push_back({fmt::format("{}-{}-{:03}", word, row + 1, i), word,
-                           base::DeriveSeed(of_row, static_cast<std::uint64_t>(i)), params.dump()});
+          cases.push_back({fmt::format("{}-{}-{:03}", word, row + 1, i),
+                           word,
+                           base::DeriveSeed(of_row, static_cast<std::uint64_t>(i)),
+                           {{"source", word}, {"row", static_cast<int>(row)}, {"repetition", i}}});
         }
       }
     }
@@ -74,8 +234,9 @@ class CylindersExperiment : public experiment::Task {
     int failed = 0;
     for (const ComparedFit& fit : fits) {
       list.push_back(JsonOf(fit, row.shape));
-      seconds.emplace_back(NameOf(fit), fit.seconds);
-      seconds.emplace_back(NameOf(fit) + kPreparation, fit.preparation_seconds);
+      const auto name = fmt::format("{} {}", base::Word(fit.method), fit.iterations);
+      seconds.emplace_back(name, fit.seconds);
+      seconds.emplace_back(name + kPreparation, fit.preparation_seconds);
       failed += fit.barrel ? 0 : 1;
     }
     const ordered_json data = {{"points", view.points.size()}, {"fits", list}};
@@ -109,13 +270,12 @@ class CylindersExperiment : public experiment::Task {
 
  private:
   const CylinderRow& RowOf(const Case& which) const {
-    return options_.rows.at(nlohmann::json::parse(which.params).at("row"));
+    return options_.rows.at(static_cast<std::size_t>(which.params.Int("row")));
   }
 
   CylinderView ViewOf(const Case& which) const {
     const CylinderRow& row = RowOf(which);
-    const std::string word = nlohmann::json::parse(which.params).at("source");
-    const auto source = base::FromWord<Source>(word, "source");
+    const auto source = base::FromWord<Source>(which.params.Text("source"), "source");
     base::Rng rng(base::DeriveSeed(which.seed, "view"));
     if (source == Source::kScanned) {
       return ScanCylinder(row.shape, options_.view, row.points, options_.scanned, rng);
@@ -124,13 +284,9 @@ class CylindersExperiment : public experiment::Task {
     return SyntheticScan(row.shape, options_.view, row.points, noise_m, rng);
   }
 
-  Options options_;
+  ComparisonOptions options_;
   std::uint64_t seed_;
 };
-
-std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  return std::make_unique<CylindersExperiment>(ReadOptions(map), common);
-}
 
 }  // namespace
 
@@ -143,14 +299,17 @@ const experiment::TaskKind& CylindersTask() {
       .trials_key = "repetitions",
       .uses_seed = true,
       .success = {},
-      .read = Read,
+      .read = [](base::YamlMap& map,
+                 const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
+        return std::make_unique<CylindersExperiment>(ReadComparison(map), common);
+      },
       .read_keys =
           [](base::YamlMap& map) {
-            Options options;
-            ReadCylindersKeys(map, options);
+            ComparisonOptions options;
+            ReadComparisonKeys(map, options);
           },
-      .report = ReportOf};
+      .report = ComparisonReport};
   return kind;
 }
 
-}  // namespace rangegrasp::cylinder_task
+}  // namespace rangegrasp::cylinders

@@ -1,11 +1,76 @@
 #pragma once
 
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "base/yaml_map.h"
+#include "cylinders/fit.h"
+#include "cylinders/task/cylinder_scans.h"
 #include "experiment/task.h"
 
-namespace rangegrasp::cylinder_task {
+namespace rangegrasp::cylinders {
+
+/// Where the points of a cylinder come from.
+enum class Source {
+  kPerfect,  ///< range images without noise, as the dissertation says of its own
+  kNoisy,    ///< the same with the scanner's noise
+  kScanned,  ///< the simulated line scanner
+};
+constexpr std::array<std::string_view, 3> WordsOf(Source) {
+  return {"perfect", "noisy", "scanned"};
+}
+
+enum class Method {
+  kLsf,      ///< least squares, as published
+  kPrinted,  ///< random circle fitting to the letter (RcfAsPrinted)
+  kRcf,      ///< random circle fitting
+  kPcl,      ///< the Point Cloud Library's cylinder model
+  kRefined,  ///< random circle fitting, refined
+};
+constexpr std::array<std::string_view, 5> WordsOf(Method) {
+  return {"lsf", "rcf_as_printed", "rcf", "pcl", "refined"};
+}
+
+/// What is shown.
+enum class Shown {
+  kResolution,  ///< table 4.3, figure 4.13
+  kIterations,  ///< table 4.4, figures 4.14 to 4.19
+};
+constexpr std::array<std::string_view, 2> WordsOf(Shown) { return {"resolution", "iterations"}; }
+
+/// A row of the table.
+struct CylinderRow {
+  CylinderShape shape;
+  int points = 0;
+};
+
+struct ComparisonOptions {
+  Shown shown = Shown::kResolution;
+  std::vector<CylinderRow> rows;
+  std::vector<Source> sources = {Source::kPerfect, Source::kNoisy, Source::kScanned};
+  std::vector<Method> methods = {Method::kLsf, Method::kPrinted, Method::kRcf, Method::kPcl,
+                                 Method::kRefined};
+  std::vector<int> iterations = {100};  ///< of LSF; triples of RCF; hypotheses of PCL
+  int repetitions = 50;
+  double neighborhood_m = 0.005;  ///< of normals and curvature
+  /// Of `noisy`; 0: what the scanner's model says at the viewpoint's distance.
+  double noise_m = 0.0;
+  Viewpoint view;
+  std::filesystem::path sensor;
+  ScannedOptions scanned;
+  std::filesystem::path reference;  ///< published table, or empty
+};
+
+/// @throws base::InputError
+void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& options);
+/// All keys, to the end of the map. @throws base::InputError
+ComparisonOptions ReadComparison(base::YamlMap& map);
 
 /// `task: cylinders`: fits of single cylinders compared (tables 4.3 and 4.4). A case is one range
 /// image, which all methods are given; the group is its source.
 const experiment::TaskKind& CylindersTask();
 
-}  // namespace rangegrasp::cylinder_task
+}  // namespace rangegrasp::cylinders

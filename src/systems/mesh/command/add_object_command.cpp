@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -9,21 +8,19 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "base/data_folder.h"
 #include "base/error.h"
 #include "base/file.h"
-#include "base/image/png.h"
+#include "base/image/image.h"
+#include "base/installation.h"
 #include "base/units.h"
 #include "base/words.h"
+#include "cli/commands.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "experiment/runner.h"
-#include "mesh/command/mesh_commands.h"
 #include "mesh/mesh_object.h"
-#include "mesh/object_file.h"
-#include "sim/check_object.h"
-#include "sim/object_picture.h"
+#include "sim/check/check.h"
+#include "sim/render.h"
 #include "sim/resting_poses.h"
 #include "sim/surfaces.h"
 
@@ -79,10 +76,10 @@ struct Found {
   std::vector<base::Finding> findings;
   fs::path folder;
 
-  int Delivered() const {
-    return static_cast<int>(std::count_if(trials.begin(), trials.end(), [](const auto& trial) {
-      return trial.outcome == "delivered";
-    }));
+  std::vector<std::string> Outcomes() const {
+    std::vector<std::string> outcomes;
+    for (const auto& trial : trials) outcomes.push_back(trial.outcome);
+    return outcomes;
   }
 };
 
@@ -101,16 +98,7 @@ objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& sur
 
 objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
                            const sim::Surface& surface) {
-  objects::ObjectLook look;
-  look.name = name;
-  look.title = a.title.empty() ? name : a.title;
-  look.surface = surface.name;
-  look.albedo = surface.optical.albedo;
-  look.gloss = surface.optical.gloss;
-  look.clarity = surface.optical.clarity;
-  look.specular = surface.specular;
-  look.shininess = surface.shininess;
-  look.table_mu = surface.on_laminate.kinetic_mu;
+  objects::ObjectLook look{name, a.title.empty() ? name : a.title, surface, {}};
   if (!a.texture.empty()) {
     look.texture_png = base::ReadNonEmptyFile(a.texture);
     if (!look.texture_png.starts_with("\x89PNG")) {
@@ -139,7 +127,7 @@ std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::str
   return results;
 }
 
-// Whole or not at all: copied beside, then named.
+// Whole or not at all: copied next to it, then renamed.
 void MoveTo(const fs::path& from, const fs::path& to) {
   const fs::path beside = to.parent_path() / ("." + to.filename().string() + ".new");
   try {
@@ -200,7 +188,7 @@ Found Add(const Arguments& a) {
   const fs::path own_surfaces = fs::path(a.out) / "surfaces.yaml";
   if (fs::exists(own_surfaces)) fs::copy_file(own_surfaces, workshop.path() / "surfaces.yaml");
   const sim::ObjectModel model{name, folder / (name + ".xml")};
-  found.findings = sim::CheckObject(model);
+  found.findings = check::CheckObject(model);
   if (base::HasError(found.findings)) {
     const base::Finding& first = found.findings.front();
     throw base::InputError(
@@ -214,12 +202,6 @@ Found Add(const Arguments& a) {
   return found;
 }
 
-std::string Outcomes(const Found& found) {
-  std::vector<std::string> words;
-  for (const auto& trial : found.trials) words.push_back(trial.outcome);
-  return base::Join(words);
-}
-
 std::string Text(const Found& found) {
   const objects::MeshObject& o = found.object;
   const Eigen::Vector3d mm = o.size_m * base::kMmPerM;
@@ -227,7 +209,7 @@ std::string Text(const Found& found) {
   std::string text =
       fmt::format("{}: {:.0f} x {:.0f} x {:.0f} mm, {:.1f} cm3, {:.0f} g ({:.0f} kg/m3), {}\n",
                   found.look.name, mm.x(), mm.y(), mm.z(), o.volume_m3 * kCm3PerM3,
-                  o.mass_kg / kGram, o.mass_kg / o.volume_m3, found.look.surface);
+                  o.mass_kg / kGram, o.mass_kg / o.volume_m3, found.look.surface.name);
   for (const std::string& line : o.said) text += line + "\n";
   text +=
       fmt::format("hulls: {}; they hold {:.1f} % of the solid, and stand {:.1f} % of it outside\n",
@@ -239,8 +221,10 @@ std::string Text(const Found& found) {
   }
   text.back() = '\n';
   if (!found.trials.empty()) {
-    text += fmt::format("lift test: {} of {} delivered ({})\n", found.Delivered(),
-                        found.trials.size(), Outcomes(found));
+    const auto outcomes = found.Outcomes();
+    text += fmt::format("lift test: {} of {} delivered ({})\n",
+                        std::ranges::count(outcomes, "delivered"), outcomes.size(),
+                        base::Join(outcomes));
   }
   for (const base::Finding& finding : found.findings) text += base::TextOf(finding) + "\n";
   return text + fmt::format("written: {0}, with a picture {0}/{1}.png\n", found.folder.string(),
@@ -255,20 +239,18 @@ std::string Json(const Found& found) {
                      {"probability", pose.probability},
                      {"tipping_deg", base::ToDeg(pose.tipping_rad)}});
   }
-  nlohmann::ordered_json outcomes = nlohmann::ordered_json::array();
-  for (const auto& trial : found.trials) outcomes.push_back(trial.outcome);
   const nlohmann::ordered_json json = {{"name", found.look.name},
                                        {"folder", found.folder.string()},
                                        {"size_m", {o.size_m.x(), o.size_m.y(), o.size_m.z()}},
                                        {"mass_kg", o.mass_kg},
                                        {"volume_m3", o.volume_m3},
-                                       {"surface", found.look.surface},
+                                       {"surface", found.look.surface.name},
                                        {"said", o.said},
                                        {"hulls", o.hulls_O.size()},
                                        {"hulls_cover", o.overlap.covered},
                                        {"hulls_beyond", o.overlap.beyond},
                                        {"resting_poses", poses},
-                                       {"lift_test", outcomes}};
+                                       {"lift_test", found.Outcomes()}};
   return json.dump(2) + "\n";
 }
 
@@ -313,3 +295,9 @@ void AddAddObjectCommand(CLI::App& app) {
 }
 
 }  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterMesh() { cli::AddCommand(cli::AddAddObjectCommand); }
+
+}  // namespace rangegrasp

@@ -1,17 +1,18 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "geometry/point_cloud.h"
-#include "parts/shape/clean_shape.h"
+#include "parts/shape/shape.h"
 
 namespace rangegrasp::parts {
 
+/// Triangles through evenly spread points of a surface, turned alike where they touch: the
+/// advancing front of Cohen-Steiner and Da (2004; CGAL). Gaps wider than max_edge stay open.
+/// Depends on the points and their order alone: ties go by numbers, not by addresses as CGAL's own.
+std::vector<Face> AdvancingFront(const geometry::Points& points, double max_edge);
+
 /// A mesh of the surface that a cloud samples.
 struct CloudMesh {
-  Shape mesh;                                ///< in a frame and a unit of its own
-  std::vector<std::uint32_t> face_of_point;  ///< the nearest face, one a point
+  Shape mesh;             ///< in a frame and a unit of its own
+  Indices face_of_point;  ///< the nearest face, one a point
 };
 /// The cloud is turned, scaled and sorted to a canonical form. An advancing front makes triangles
 /// of the points of its surface, turned outwards; pieces of less than 0.5 % of the area are left

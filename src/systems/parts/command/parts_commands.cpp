@@ -1,27 +1,30 @@
-#include "parts/command/parts_commands.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
+#include "cli/commands.h"
 #include "cli/output.h"
-#include "cli/step_line.h"
+#include "experiment/experiment.h"
 #include "geometry/mesh_file.h"
-#include "parts/command/part_table.h"
+#include "grasp/detector.h"
 #include "parts/function/description.h"
+#include "parts/handle/handle_grasps.h"
 #include "parts/method.h"
 #include "parts/shape/shape_file.h"
-#include "parts/task/write_parts.h"
+#include "parts/task/parts_task.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -29,6 +32,86 @@ namespace {
 using nlohmann::ordered_json;
 using parts::Method;
 using parts::Segmentation;
+
+ordered_json Coordinates(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string Number(const ordered_json& part, const std::string& key) {
+  if (!part.contains(key) || part[key].is_null()) return "";
+  return fmt::format("{:.6g}", part[key].get<double>());
+}
+
+void AppendVector(const ordered_json& v, std::vector<std::string>& cells) {
+  for (const auto& x : v) cells.push_back(fmt::format("{:.6g}", x.get<double>()));
+}
+
+std::string NeighborsOf(const ordered_json& part) {
+  std::string text;
+  for (const auto& neighbor : part["neighbors"]) {
+    text += fmt::format("{}{}", text.empty() ? "" : " ", neighbor["label"].get<int>());
+    if (neighbor.contains("border")) {
+      text += fmt::format(":{:.6g}", neighbor["border"].get<double>());
+    }
+  }
+  return text;
+}
+
+/// Adds to a part's JSON what someone who grasps by parts wants, in the file's unit of length.
+void DescribePart(const parts::PartDescription& part, bool mesh, ordered_json& json) {
+  json["function"] = base::Word(part.function);
+  if (mesh) json["area"] = part.area;
+  if (mesh) json["volume"] = part.volume ? ordered_json(*part.volume) : ordered_json();
+  json["holds"] = part.holds;
+  json["center"] = Coordinates(part.center);
+  json["axes"] = {Coordinates(part.axes.col(0)), Coordinates(part.axes.col(1)),
+                  Coordinates(part.axes.col(2))};
+  json["extents"] = Coordinates(part.extents);
+  json["neighbors"] = ordered_json::array();
+  for (const parts::PartNeighbor& neighbor : part.neighbors) {
+    ordered_json entry = {{"label", neighbor.label}, {"joints", neighbor.joints}};
+    if (mesh) entry["border"] = neighbor.border;
+    json["neighbors"].push_back(entry);
+  }
+}
+
+/// The same for people: "area 0.02, 0.1 x 0.08 x 0.08 about (0, 0, 0.05), borders on 1 (0.06)".
+std::string PartMeasures(const ordered_json& part) {
+  std::string text;
+  if (part.contains("area")) text += fmt::format("area {:.4g}, ", part["area"].get<double>());
+  if (part.contains("volume") && !part["volume"].is_null()) {
+    text += fmt::format("volume {:.4g}, ", part["volume"].get<double>());
+  }
+  const auto extents = part["extents"].get<std::array<double, 3>>();
+  const auto center = part["center"].get<std::array<double, 3>>();
+  text += fmt::format("{:.4g} x {:.4g} x {:.4g} about ({:.4g}, {:.4g}, {:.4g})", extents[0],
+                      extents[1], extents[2], center[0], center[1], center[2]);
+  std::string before = ", borders on ";
+  for (const auto& neighbor : part["neighbors"]) {
+    text += fmt::format("{}{}", std::exchange(before, ", "), neighbor["label"].get<int>());
+    if (neighbor.contains("border")) {
+      text += fmt::format(" ({:.4g})", neighbor["border"].get<double>());
+    }
+  }
+  return text;
+}
+
+/// CSV of a file's parts, a part a line; `neighbors` as "label:border label:border".
+std::string PartTable(const ordered_json& json) {
+  std::string text = base::CsvLine({"part", "function", "elements", "share", "area", "volume",
+                                    "holds", "center_x", "center_y", "center_z", "axis_x", "axis_y",
+                                    "axis_z", "extent_1", "extent_2", "extent_3", "neighbors"});
+  for (const auto& part : json["parts"]) {
+    std::vector<std::string> cells{std::to_string(part["label"].get<int>()),
+                                   part["function"].get<std::string>(),
+                                   std::to_string(part["elements"].get<std::size_t>())};
+    for (const char* key : {"share", "area", "volume", "holds"}) cells.push_back(Number(part, key));
+    AppendVector(part["center"], cells);
+    AppendVector(part["axes"][0], cells);
+    AppendVector(part["extents"], cells);
+    cells.push_back(NeighborsOf(part));
+    text += base::CsvLine(cells);
+  }
+  return text;
+}
 
 struct SegmentArguments {
   std::vector<std::string> files;
@@ -40,30 +123,25 @@ struct SegmentArguments {
 
 // An option that the method would not look at is a mistake of the caller.
 void CheckOptions(const SegmentArguments& arguments) {
-  const auto refuse = [&](const std::string& option, const std::string& methods) {
-    throw base::InputError(option + ": method '" + arguments.method + "' has no use for it; " +
-                           methods);
-  };
   const Method method = base::FromWord<Method>(arguments.method, "--method");
-  if (arguments.clusters && (method == Method::kMirror || method == Method::kCore)) {
-    refuse("--parts",
-           "it is for --method hierarchy, kmeans and sdf, the others find the number themselves");
-  }
-  if (arguments.level && method != Method::kHierarchy && method != Method::kCore) {
-    refuse("--level", "it is for --method hierarchy and core, the others have no levels");
-  }
-  if (arguments.level == 0 && method == Method::kCore) {
-    refuse("--level 0", "core extraction has at least one level");
-  }
-  if (arguments.cut_quality && method != Method::kHierarchy) {
-    refuse("--cut-quality", "it is for --method hierarchy");
-  }
-  if (arguments.pose_invariant && method != Method::kMirror) {
-    refuse("--pose-invariant", "it is for --method mirror");
-  }
-  if (arguments.go_on_outside && method != Method::kMirror) {
-    refuse("--go-on-outside", "it is for --method mirror");
-  }
+  const auto check = [&](bool is_given, const std::vector<Method>& methods,
+                         const std::string& option, const std::string& reason) {
+    if (!is_given || std::ranges::find(methods, method) != methods.end()) return;
+    throw base::InputError(option + ": method '" + arguments.method + "' has no use for it; " +
+                           reason);
+  };
+  check(arguments.clusters.has_value(), {Method::kHierarchy, Method::kKMeans, Method::kSdf},
+        "--parts",
+        "it is for --method hierarchy, kmeans and sdf, the others find the number themselves");
+  check(arguments.level.has_value(), {Method::kHierarchy, Method::kCore}, "--level",
+        "it is for --method hierarchy and core, the others have no levels");
+  check(arguments.level == 0, {Method::kHierarchy}, "--level 0",
+        "core extraction has at least one level");
+  check(arguments.cut_quality.has_value(), {Method::kHierarchy}, "--cut-quality",
+        "it is for --method hierarchy");
+  check(arguments.pose_invariant, {Method::kMirror}, "--pose-invariant",
+        "it is for --method mirror");
+  check(arguments.go_on_outside, {Method::kMirror}, "--go-on-outside", "it is for --method mirror");
 }
 
 // A shape with what was found of it.
@@ -71,8 +149,8 @@ struct Segmented {
   geometry::PolygonMesh input;
   Segmentation found;
   std::vector<parts::PartDescription> described;
-  std::vector<std::int32_t> labels;    // of its triangles or points
-  std::vector<std::int32_t> elements;  // of its polygons or points
+  parts::Labels labels;    // of its triangles or points
+  parts::Labels elements;  // of its polygons or points
   double seconds = 0.0;
 };
 
@@ -107,21 +185,17 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments, St
   return result;
 }
 
-std::string HexOf(const std::array<std::uint8_t, 3>& color) {
-  return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
-}
-
 // A tree of cuts: `quality` is that of a node's best cut; none where it is null.
 ordered_json TreeOf(const Segmentation& found) {
   ordered_json tree = ordered_json::array();
   for (std::size_t k = 0; k < found.tree.size(); ++k) {
-    const parts::PartNode& node = found.tree[k];
-    tree.push_back({{"node", k},
-                    {"parent", node.parent < 0 ? ordered_json() : ordered_json(node.parent)},
-                    {"level", node.level},
-                    {"label", node.label < 0 ? ordered_json() : ordered_json(node.label)},
-                    {"cut_quality",
-                     std::isfinite(node.quality) ? ordered_json(node.quality) : ordered_json()}});
+    const auto& [parent, level, label, quality] = found.tree[k];
+    tree.push_back(
+        {{"node", k},
+         {"parent", parent < 0 ? ordered_json() : ordered_json(parent)},
+         {"level", level},
+         {"label", label < 0 ? ordered_json() : ordered_json(label)},
+         {"cut_quality", std::isfinite(quality) ? ordered_json(quality) : ordered_json()}});
   }
   return tree;
 }
@@ -139,22 +213,23 @@ ordered_json JsonOf(const std::string& file, const SegmentArguments& arguments,
                        {"parts", ordered_json::array()},
                        {"note", found.note},
                        {"seconds", result.seconds}};
-  std::vector<std::size_t> sizes(static_cast<std::size_t>(found.parts), 0);
+  std::vector<std::size_t> sizes(found.parts, 0);
   std::size_t elements = 0;  // that have a place, and so a part
   for (const std::int32_t label : result.elements) {
     if (label < 0) continue;
-    ++sizes[static_cast<std::size_t>(label)];
+    ++sizes[label];
     ++elements;
   }
   json["elements"] = elements;
   for (int part = 0; part < found.parts; ++part) {
-    const std::size_t size = sizes[static_cast<std::size_t>(part)];
+    const std::size_t size = sizes[part];
+    const auto [r, g, b] = parts::PartColor(part);
     json["parts"].push_back({{"label", part},
                              {"core", found.has_core && part == 0},
                              {"elements", size},
                              {"share", static_cast<double>(size) / static_cast<double>(elements)},
-                             {"color", HexOf(parts::PartColor(part))}});
-    DescribePart(result.described[static_cast<std::size_t>(part)], mesh, json["parts"].back());
+                             {"color", fmt::format("#{:02x}{:02x}{:02x}", r, g, b)}});
+    DescribePart(result.described[part], mesh, json["parts"].back());
   }
   if (!found.tree.empty()) json["tree"] = TreeOf(found);
   return json;
@@ -199,7 +274,7 @@ ordered_json SegmentFile(const std::string& file, const SegmentArguments& argume
   }
   const auto base = BaseOf(file, arguments);
   line.Begin("writing");
-  parts_task::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
+  parts::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
   if (arguments.meshes) WriteMeshes(base, result);
   line.End();
   if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
@@ -237,8 +312,7 @@ void SegmentFiles(const SegmentArguments& arguments) {
   WriteResult(arguments.json ? json.dump(2) + "\n" : text);
 }
 
-}  // namespace
-
+/// parts FILE
 void AddPartsCommands(CLI::App& app) {
   auto* command = app.add_subcommand("parts", "Cuts a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
@@ -280,4 +354,19 @@ void AddPartsCommands(CLI::App& app) {
   });
 }
 
+}  // namespace
 }  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterParts() {
+  experiment::AddKind(parts::PartsTask());
+  grasp::AddGraspSelector({.word = "handle",
+                           .about = "by the handle that their parts tell (chapter 6)",
+                           .prepare = parts::JoinCutOffHandle,
+                           .plan = parts::PlanHandleGrasps,
+                           .firm = true});  // what hangs next to the pads would creep about them
+  cli::AddCommand(cli::AddPartsCommands);
+}
+
+}  // namespace rangegrasp

@@ -3,27 +3,87 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <queue>
 #include <utility>
 
-#include "geometry/hull.h"
-#include "geometry/union_find.h"
-#include "parts/function/held_water.h"
-#include "parts/shape/face_frames.h"
+#include "base/statistics.h"
+#include "geometry/graph.h"
+#include "geometry/mesh.h"
 #include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
-using geometry::Points;
+
+// ---- water ----
+
+constexpr double kUnseen = -std::numeric_limits<double>::infinity();
+
+/// Heights of an upper side, with a rim of empty cells all round.
+struct Heights {
+  int columns = 0, rows = 0;
+  double cell = 0.0;
+  std::vector<double> z;
+
+  int At(int i, int j) const { return j * columns + i; }
+};
+
+Heights UpperSide(geometry::PointSpan points, const Vector3d& up, int cells) {
+  const Vector3d u = up.unitOrthogonal();
+  const Vector3d v = up.cross(u);
+  Eigen::AlignedBox2d box;
+  for (const Vector3d& p : points) box.extend(Eigen::Vector2d(u.dot(p), v.dot(p)));
+  Heights heights;
+  heights.cell = box.sizes().maxCoeff() / cells;
+  if (!(heights.cell > 0.0)) return heights;
+  heights.columns = 3 + static_cast<int>(box.sizes().x() / heights.cell);
+  heights.rows = 3 + static_cast<int>(box.sizes().y() / heights.cell);
+  heights.z.assign(heights.columns * heights.rows, kUnseen);
+  for (const Vector3d& p : points) {
+    const auto i = 1 + static_cast<int>((u.dot(p) - box.min().x()) / heights.cell);
+    const auto j = 1 + static_cast<int>((v.dot(p) - box.min().y()) / heights.cell);
+    double& z = heights.z[heights.At(i, j)];
+    z = std::max(z, up.dot(p));
+  }
+  return heights;
+}
+
+/// How high water stands over each cell.
+std::vector<double> Levels(const Heights& heights) {
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  std::vector<double> level(heights.z.size(), 0.0);
+  std::vector<bool> seen(heights.z.size(), false);
+  seen[0] = true;
+  level[0] = kUnseen;
+  front.emplace(kUnseen, 0);
+  while (!front.empty()) {
+    const auto [water, at] = front.top();
+    front.pop();
+    const int i = at % heights.columns, j = at / heights.columns;
+    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      if (i + di < 0 || j + dj < 0 || i + di >= heights.columns || j + dj >= heights.rows) continue;
+      const int next = heights.At(i + di, j + dj);
+      if (seen[next]) continue;
+      seen[next] = true;
+      level[next] = std::max(water, heights.z[next]);
+      front.emplace(level[next], next);
+    }
+  }
+  return level;
+}
+
+// ---- measures of a part ----
 
 /// An edge or link between two parts, by the vertices or points at its ends.
 struct Seam {
   std::int32_t from, to;
-  std::array<std::uint32_t, 2> ends;
+  Edge ends;
 };
 
 /// Samples of the parts' surfaces with their weights: all of a cloud; of a mesh points no further
@@ -33,8 +93,7 @@ struct Samples {
   std::vector<double> weight;
 };
 
-void SampleFace(const Shape& mesh, const std::array<std::uint32_t, 3>& face, double spacing,
-                Samples& samples) {
+void SampleFace(const Shape& mesh, const Face& face, double spacing, Samples& samples) {
   const Vector3d& a = mesh.points[face[0]];
   const Vector3d b = mesh.points[face[1]] - a;
   const Vector3d c = mesh.points[face[2]] - a;
@@ -52,21 +111,12 @@ void SampleFace(const Shape& mesh, const std::array<std::uint32_t, 3>& face, dou
   }
 }
 
-double Diagonal(const Points& points) {
-  Vector3d low = points.front(), high = points.front();
-  for (const Vector3d& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
 std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segmentation) {
   // Half a cell of the grid that water is poured on, of a part a fifth of the whole.
-  const double spacing = Diagonal(shape.points) / 240.0;
-  std::vector<Samples> samples(static_cast<std::size_t>(segmentation.parts));
+  const double spacing = geometry::BoundsOf(shape.points).diagonal().norm() / 240.0;
+  std::vector<Samples> samples(segmentation.parts);
   for (std::size_t i = 0; i < shape.Elements(); ++i) {
-    Samples& part = samples[static_cast<std::size_t>(segmentation.label[i])];
+    Samples& part = samples[segmentation.label[i]];
     if (shape.IsMesh()) {
       SampleFace(shape, shape.faces[i], spacing, part);
     } else {
@@ -77,24 +127,17 @@ std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segment
   return samples;
 }
 
-std::vector<Seam> Seams(const Shape& shape, const std::vector<std::int32_t>& label) {
+std::vector<Seam> Seams(const Shape& shape, const Labels& label) {
   std::vector<Seam> seams;
   if (shape.IsMesh()) {
     const FaceGraph graph = BuildFaceGraph(shape);
-    for (std::uint32_t f = 0; f < label.size(); ++f) {
-      for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
-        const std::int32_t other = label[graph.neighbor[k]];
-        if (other != label[f]) seams.push_back({label[f], other, graph.edge[k]});
-      }
-    }
-    return seams;
-  }
-  const VertexGraph graph = BuildVertexGraph(shape);
-  for (std::uint32_t p = 0; p < label.size(); ++p) {
-    for (std::uint32_t k = graph.begin[p]; k < graph.begin[p + 1]; ++k) {
-      const std::uint32_t other = graph.neighbor[k];
-      if (label[other] != label[p]) seams.push_back({label[p], label[other], {p, other}});
-    }
+    ForEachLink(graph, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+      if (label[g] != label[f]) seams.push_back({label[f], label[g], graph.edge[k]});
+    });
+  } else {
+    ForEachLink(BuildVertexGraph(shape), [&](std::uint32_t p, std::uint32_t q, std::uint32_t) {
+      if (label[q] != label[p]) seams.push_back({label[p], label[q], {p, q}});
+    });
   }
   return seams;
 }
@@ -115,7 +158,7 @@ int Joints(const std::vector<Seam>& seams) {
   return joints;
 }
 
-void DescribeNeighbors(const Shape& shape, const std::vector<std::int32_t>& label,
+void DescribeNeighbors(const Shape& shape, const Labels& label,
                        std::vector<PartDescription>& parts) {
   std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Seam>> between;
   for (const Seam& seam : Seams(shape, label)) between[{seam.from, seam.to}].push_back(seam);
@@ -126,17 +169,16 @@ void DescribeNeighbors(const Shape& shape, const std::vector<std::int32_t>& labe
         neighbor.border += (shape.points[seam.ends[0]] - shape.points[seam.ends[1]]).norm();
       }
     }
-    parts[static_cast<std::size_t>(pair.first)].neighbors.push_back(neighbor);
+    parts[pair.first].neighbors.push_back(neighbor);
   }
 }
 
 /// Volumes of the parts that have no border.
-void DescribeVolumes(const Shape& mesh, const std::vector<std::int32_t>& label,
-                     std::vector<PartDescription>& parts) {
-  std::map<std::array<std::uint32_t, 2>, std::vector<std::int32_t>> sides;
+void DescribeVolumes(const Shape& mesh, const Labels& label, std::vector<PartDescription>& parts) {
+  std::map<Edge, Labels> sides;
   std::vector<geometry::TriangleMesh> of_part(parts.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    of_part[static_cast<std::size_t>(label[f])].triangles.push_back(mesh.faces[f]);
+    of_part[label[f]].triangles.push_back(mesh.faces[f]);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [a, b] = std::minmax(mesh.faces[f][i], mesh.faces[f][(i + 1) % 3]);
       sides[{a, b}].push_back(label[f]);
@@ -146,7 +188,7 @@ void DescribeVolumes(const Shape& mesh, const std::vector<std::int32_t>& label,
   for (const auto& [edge, labels] : sides) {
     const bool closed = labels.size() == 2 && labels[0] == labels[1];
     if (closed) continue;
-    for (const std::int32_t l : labels) open[static_cast<std::size_t>(l)] = true;
+    for (const std::int32_t l : labels) open[l] = true;
   }
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (open[p]) continue;
@@ -171,14 +213,9 @@ void DescribeExtents(const Samples& samples, PartDescription& part) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   part.axes = solver.eigenvectors().rowwise().reverse();
   part.axes.col(2) = part.axes.col(0).cross(part.axes.col(1));
-  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Vector3d high = -low;
-  for (const Vector3d& p : samples.points) {
-    const Vector3d q = part.axes.transpose() * p;
-    low = low.cwiseMin(q);
-    high = high.cwiseMax(q);
-  }
-  part.extents = high - low;
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : samples.points) box.extend(Vector3d(part.axes.transpose() * p));
+  part.extents = box.sizes();
 }
 
 /// Of a part alone water would also stand in the stump where a limb was cut off: it must stand in
@@ -214,22 +251,6 @@ geometry::TriangleMesh RoughHull(const Points& points) {
   return geometry::ConvexHull(farthest);
 }
 
-/// How far half of the points and more stand out of a hull.
-double MedianOut(const Points& points, const geometry::TriangleMesh& hull) {
-  std::vector<double> out(points.size(), 0.0);
-  for (const auto& [a, b, c] : hull.triangles) {
-    const Vector3d normal = (hull.vertices[b] - hull.vertices[a])
-                                .cross(hull.vertices[c] - hull.vertices[a])
-                                .normalized();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      out[i] = std::max(out[i], normal.dot(points[i] - hull.vertices[a]));
-    }
-  }
-  const auto middle = out.begin() + static_cast<std::ptrdiff_t>(out.size() / 2);
-  std::nth_element(out.begin(), middle, out.end());
-  return *middle;
-}
-
 int JointsWith(const PartDescription& part, std::int32_t other) {
   for (const PartNeighbor& neighbor : part.neighbors) {
     if (neighbor.label == other) return neighbor.joints;
@@ -240,25 +261,21 @@ int JointsWith(const PartDescription& part, std::int32_t other) {
 /// Of all elements; less is an ear, whatever it would hold.
 constexpr double kMinShare = 0.2;
 
-bool IsContainer(const PartDescription& part, double share, const geometry::TriangleMesh& hull,
-                 const FunctionOptions& options) {
-  return share >= kMinShare && part.holds >= options.min_held * geometry::Volume(hull);
-}
-
-void TellFunctions(const Shape& shape, const Segmentation& segmentation,
-                   const std::vector<Samples>& samples, const FunctionOptions& options,
-                   std::vector<PartDescription>& parts) {
+void AssignFunctions(const Shape& shape, const Segmentation& segmentation,
+                     const std::vector<Samples>& samples, const FunctionOptions& options,
+                     std::vector<PartDescription>& parts) {
   const auto elements_of = [&](std::int32_t label) {
     return static_cast<double>(std::ranges::count(segmentation.label, label));
   };
   const auto hull_of = [&](const PartDescription& part) {
-    return RoughHull(samples[static_cast<std::size_t>(part.label)].points);
+    return RoughHull(samples[part.label].points);
   };
   auto container = std::ranges::max_element(parts, {}, &PartDescription::holds);
   geometry::TriangleMesh hull = hull_of(*container);
   const double share =
       elements_of(container->label) / static_cast<double>(segmentation.label.size());
-  if (!hull.triangles.empty() && IsContainer(*container, share, hull, options)) {
+  if (!hull.triangles.empty() && share >= kMinShare &&
+      container->holds >= options.min_held * geometry::Volume(hull)) {
     container->function = PartFunction::kContainer;
   } else {
     if (!options.one_view) return;
@@ -271,12 +288,30 @@ void TellFunctions(const Shape& shape, const Segmentation& segmentation,
     if (part.label == container->label || JointsWith(part, container->label) < joints) continue;
     if (part.extents.minCoeff() > options.max_thickness * size) continue;
     if (elements_of(part.label) > options.max_share * elements_of(container->label)) continue;
-    const double out = MedianOut(samples[static_cast<std::size_t>(part.label)].points, hull);
-    if (out >= options.min_out * size) part.function = PartFunction::kHandle;
+    // How far half of the points and more stand out of the hull.
+    const double out = base::UpperMedianOf(HeightsAbove(hull, samples[part.label].points));
+    if (std::max(0.0, out) >= options.min_out * size) part.function = PartFunction::kHandle;
   }
 }
 
 }  // namespace
+
+double HeldWater(geometry::PointSpan points, const Vector3d& up, int cells) {
+  const Heights heights = UpperSide(points, up, cells);
+  if (heights.z.empty()) return 0.0;
+  const std::vector<double> level = Levels(heights);
+  double lowest = std::numeric_limits<double>::infinity();  // that is seen to hold water
+  for (std::size_t k = 0; k < level.size(); ++k) {
+    if (heights.z[k] > kUnseen && level[k] > heights.z[k]) lowest = std::min(lowest, heights.z[k]);
+  }
+  double volume = 0.0;
+  for (std::size_t k = 0; k < level.size(); ++k) {
+    if (level[k] == kUnseen) continue;
+    const double floor = heights.z[k] > kUnseen ? heights.z[k] : std::min(lowest, level[k]);
+    volume += (level[k] - floor) * heights.cell * heights.cell;
+  }
+  return volume;
+}
 
 std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentation& segmentation,
                                            const FunctionOptions& options) {
@@ -295,7 +330,7 @@ std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentatio
   }
   DescribeNeighbors(shape, segmentation.label, parts);
   if (shape.IsMesh()) DescribeVolumes(shape, segmentation.label, parts);
-  TellFunctions(shape, segmentation, samples, options, parts);
+  AssignFunctions(shape, segmentation, samples, options, parts);
   return parts;
 }
 

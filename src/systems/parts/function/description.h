@@ -1,13 +1,19 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string_view>
-#include <vector>
 
 #include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts {
+
+/// The volume of water that a surface holds when a direction points up, by priority flooding of its
+/// upper side (Barnes et al. 2014): over each cell of a grid the water stands as high as the
+/// lowest rim on the way out. What is unseen within a rim is taken as deep as the deepest that is
+/// seen.
+/// @param points  of the surface, no more apart than a cell: its extent across / `cells`
+/// O(n + cells^2 log cells).
+double HeldWater(geometry::PointSpan points, const Eigen::Vector3d& up, int cells = 24);
 
 /// What a part is for (the purpose of chapter 6).
 enum class PartFunction { kContainer, kHandle, kOther };
@@ -50,7 +56,8 @@ struct FunctionOptions {
   /// One view may show no inside and hide the ends of a handle: where no part is a container the
   /// largest is what handles stand out of, and they need not be joined to it.
   bool one_view = false;
-  /// Directions that water is poured against beside the part's own axes: a seen side has others.
+  /// Directions that water is poured against, in addition to the part's own axes: a seen side has
+  /// others.
   std::vector<Eigen::Vector3d> up;
 };
 

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "geometry/kd_tree.h"
-#include "grasp/handle.h"
 #include "grasp/proposals.h"
 #include "parts/function/description.h"
 #include "parts/hierarchy/hierarchy.h"
@@ -48,12 +47,12 @@ struct FoundHandle {
 };
 
 /// The largest: parts are numbered by falling size.
-std::optional<FoundHandle> FindHandle(const parts::Shape& cloud, const Eigen::Vector3d& up_C,
+std::optional<FoundHandle> FindHandle(const Shape& cloud, const Eigen::Vector3d& up_C,
                                       std::string& why_none) {
-  const parts::Segmentation found = parts::SegmentHierarchy(cloud, {});
-  const auto described = parts::DescribeParts(cloud, found, {.one_view = true, .up = {up_C}});
+  const Segmentation found = SegmentHierarchy(cloud, {});
+  const auto described = DescribeParts(cloud, found, {.one_view = true, .up = {up_C}});
   const auto handle =
-      std::ranges::find(described, parts::PartFunction::kHandle, &parts::PartDescription::function);
+      std::ranges::find(described, PartFunction::kHandle, &PartDescription::function);
   if (handle == described.end()) {
     why_none = found.parts == 1 ? "no handle: what is seen of the object is one part"
                                 : fmt::format(

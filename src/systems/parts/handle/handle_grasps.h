@@ -1,13 +1,11 @@
 #pragma once
 
 #include <span>
-#include <string>
-#include <vector>
 
 #include "geometry/mesh.h"
-#include "grasp/selector.h"
+#include "grasp/detector.h"
 #include "perception/scene.h"
-#include "robot/hand_model.h"
+#include "robot/robot.h"
 
 namespace rangegrasp::parts {
 
@@ -15,9 +13,9 @@ namespace rangegrasp::parts {
 /// objects next to it become parts of it. In clutter that may be a neighbor, too.
 void JoinCutOffHandle(perception::Scene& scene);
 
-/// Grasps of a perceived object by its handle: its measured points are taken apart (parts,
-/// `hierarchy`), and of what is thin, stands out of the body and is joined to it the largest is the
-/// handle (parts/function).
+/// Grasps of a perceived object by its handle: its measured points are segmented
+/// (`hierarchy`), and the largest part that is thin, stands out of the body and is joined to it is
+/// the handle (function/description.h).
 /// @param object  position in scene.objects
 /// @param obstacles_C  what the hand must not touch besides the other objects
 grasp::SelectedGrasps PlanHandleGrasps(const perception::Scene& scene, std::size_t object,

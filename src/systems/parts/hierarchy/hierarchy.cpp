@@ -4,22 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "parts/cloud/cloud_mesh.h"
-#include "parts/cloud/seen_side.h"
-#include "parts/cloud/walls.h"
-#include "parts/hierarchy/internal/best_split.h"
+#include "parts/cloud/internal/seen_side.h"
+#include "parts/hierarchy/internal/cells.h"
+#include "parts/hierarchy/internal/cuts.h"
 #include "parts/hierarchy/internal/facets.h"
-#include "parts/hierarchy/internal/mirror_candidates.h"
-#include "parts/hierarchy/internal/move_borders.h"
-#include "parts/hierarchy/internal/surface_bend.h"
-#include "parts/shape/canonical_mesh.h"
-#include "parts/shape/internal/pieces.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -49,9 +44,9 @@ std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceF
 
 /// A part with the best cut through it.
 struct Node {
-  CellSet cells;  ///< ascending
+  Indices cells;  ///< ascending
   PartNode part;
-  Split split;
+  CutOff split;
   bool is_leaf = true;
 };
 
@@ -59,7 +54,7 @@ class Hierarchy {
  public:
   Hierarchy(const Cells& cells, double total_area, const HierarchyOptions& options)
       : cells_(cells), total_area_(total_area), options_(options) {
-    for (CellSet& piece : ConnectedSets(cells, std::vector<bool>(cells.size(), false))) {
+    for (Indices& piece : ConnectedSets(cells, std::vector<bool>(cells.size(), false))) {
       Add(std::move(piece), -1);
     }
     leaves_ = static_cast<int>(nodes_.size());
@@ -71,19 +66,19 @@ class Hierarchy {
  private:
   double MinArea() const { return options_.min_area * total_area_; }
 
-  void Add(CellSet cells, int parent) {
+  void Add(Indices cells, int parent) {
     const Cells own = Subset(cells_, cells);
     const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area_;
     const int centers =
         std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share) + kRounding));
-    Split split =
+    CutOff split =
         BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options_.levels}),
                   {.min_area = MinArea(),
                    .solidity = options_.solidity,
                    .max_flatness = options_.max_flatness});
     PartNode part;
     part.parent = parent;
-    part.level = parent < 0 ? 0 : nodes_[static_cast<std::size_t>(parent)].part.level + 1;
+    part.level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
     part.quality = split.quality;
     nodes_.push_back({std::move(cells), part, std::move(split)});
   }
@@ -103,11 +98,11 @@ class Hierarchy {
   }
 
   void Cut(std::size_t k) {
-    const CellSet cells = nodes_[k].cells;
+    const Indices cells = nodes_[k].cells;
     nodes_[k].is_leaf = false;
     --leaves_;
-    for (const CellSet& piece : Divide(Subset(cells_, cells), nodes_[k].split.off, MinArea())) {
-      CellSet of_all;
+    for (const Indices& piece : Divide(Subset(cells_, cells), nodes_[k].split.off, MinArea())) {
+      Indices of_all;
       for (const std::uint32_t c : piece) of_all.push_back(cells[c]);
       Add(std::move(of_all), static_cast<int>(k));
       ++leaves_;
@@ -121,37 +116,19 @@ class Hierarchy {
   int leaves_ = 0;
 };
 
-/// The tree with the labels that its leaves came to have. Leaves that lost all of their faces, too
-/// small for the mesh, have none.
-std::vector<PartNode> TreeOf(const std::vector<Node>& nodes,
-                             const std::vector<std::int32_t>& number_of_node) {
-  std::vector<PartNode> tree;
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    tree.push_back(nodes[k].part);
-    tree.back().label = number_of_node[k];
-  }
-  return tree;
-}
-
 /// Numbers labels by falling area, ties by their first face. Returns the new number of each of
 /// `count` labels, -1 of those that no face has.
-std::vector<std::int32_t> NumberByArea(const FaceFrames& frames, std::size_t count,
-                                       std::vector<std::int32_t>& label) {
+Labels NumberByArea(const FaceFrames& frames, std::size_t count, Labels& label) {
   std::vector<double> area(count, 0.0);
-  std::vector<std::int32_t> names;
+  Labels names;
   for (std::size_t f = 0; f < label.size(); ++f) {
-    const auto l = static_cast<std::size_t>(label[f]);
-    if (area[l] == 0.0) names.push_back(label[f]);
-    area[l] += frames.area[f];
+    if (area[label[f]] == 0.0) names.push_back(label[f]);
+    area[label[f]] += frames.area[f];
   }
-  std::stable_sort(names.begin(), names.end(), [&](std::int32_t a, std::int32_t b) {
-    return area[static_cast<std::size_t>(a)] > area[static_cast<std::size_t>(b)];
-  });
-  std::vector<std::int32_t> number(count, -1);
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    number[static_cast<std::size_t>(names[k])] = static_cast<std::int32_t>(k);
-  }
-  for (std::int32_t& l : label) l = number[static_cast<std::size_t>(l)];
+  std::ranges::stable_sort(names, std::greater<>(), [&](std::int32_t l) { return area[l]; });
+  Labels number(count, -1);
+  for (std::size_t k = 0; k < names.size(); ++k) number[names[k]] = static_cast<std::int32_t>(k);
+  for (std::int32_t& l : label) l = number[l];
   return number;
 }
 
@@ -167,23 +144,27 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
 
   const Hierarchy hierarchy(cells, frames.total_area, options);
   const std::vector<Node>& nodes = hierarchy.nodes();
-  std::vector<std::int32_t> of_cell(cells.size());
+  Labels of_cell(cells.size());
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (!nodes[k].is_leaf) continue;
     for (const std::uint32_t c : nodes[k].cells) of_cell[c] = static_cast<std::int32_t>(k);
   }
-  std::vector<std::int32_t> label;
-  for (const std::int32_t c : cells.of_face) label.push_back(of_cell[static_cast<std::size_t>(c)]);
+  Labels label;
+  for (const std::int32_t c : cells.of_face) label.push_back(of_cell[c]);
   MoveBorders(faces, frames, costs,
               options.border_reach * std::sqrt(frames.total_area / cells.size()), label);
   JoinCrumbs(faces, label);
   Segmentation result;
   result.label.assign(shape.faces.size(), 0);
-  const std::vector<std::int32_t> sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
+  const Labels sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
   for (std::size_t f = 0; f < sorted.size(); ++f) result.label[canonical.origin[f]] = sorted[f];
   const auto number = NumberByArea(BuildFaceFrames(shape), nodes.size(), result.label);
-  result.parts = *std::max_element(number.begin(), number.end()) + 1;
-  result.tree = TreeOf(nodes, number);
+  result.parts = *std::ranges::max_element(number) + 1;
+  // Leaves that lost all of their faces, too small for the mesh, have no label.
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    result.tree.push_back(nodes[k].part);
+    result.tree.back().label = number[k];
+  }
   result.has_core = result.parts > 1;
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
   if (options.parts && result.parts != *options.parts) {
@@ -197,24 +178,23 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
 
 /// The parts of a body of revolution that is seen from one side are joined from smaller ones: a
 /// handle that is missed stays missed, but what is cut too often is put together again.
-Segmentation SegmentSeen(const Shape& mesh, const HierarchyOptions& options) {
+Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
   const auto axis = FindSeenBody(mesh);
   if (!axis) return JoinWalls(mesh, SegmentMesh(mesh, options));
-  HierarchyOptions finer = options;
-  finer.cut_quality = 2.0 * options.cut_quality;
-  return JoinTurned(mesh, *axis, SegmentMesh(mesh, finer));
+  options.cut_quality *= 2.0;
+  return JoinTurned(mesh, *axis, SegmentMesh(mesh, options));
 }
 
 Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
   const CloudMesh surface = MeshOfCloud(cloud.points);
   if (!surface.mesh.IsMesh()) {
-    return {.label = std::vector<std::int32_t>(cloud.points.size(), 0),
+    return {.label = Labels(cloud.points.size(), 0),
             .parts = 1,
             .note = "one part: its points lie too far apart to make a surface of them"};
   }
   Segmentation found =
       options.parts ? SegmentMesh(surface.mesh, options) : SegmentSeen(surface.mesh, options);
-  std::vector<std::int32_t> label;
+  Labels label;
   for (const std::uint32_t f : surface.face_of_point) label.push_back(found.label[f]);
   found.label = std::move(label);
   return found;

@@ -5,27 +5,125 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
-#include "parts/metrics/rand_error.h"
+#include "geometry/graph.h"
+#include "geometry/kd_tree.h"
 #include "parts/shape/shape_file.h"
 
 namespace rangegrasp::parts {
 namespace {
 
-using Labels = std::vector<std::int32_t>;
+double Pairs(std::ptrdiff_t n) {
+  return 0.5 * static_cast<double>(n) * (static_cast<double>(n) - 1.0);
+}
+
+/// The sum of C(n, 2) over the groups of equal values.
+template <class T>
+double PairsInGroups(std::vector<T> values) {
+  std::sort(values.begin(), values.end());
+  double sum = 0.0;
+  for (auto first = values.begin(); first != values.end();) {
+    const auto last = std::upper_bound(first, values.end(), *first);
+    sum += Pairs(last - first);
+    first = last;
+  }
+  return sum;
+}
+
+double MeanDistanceToCentroid(const Shape& mesh) {
+  const FaceFrames frames = BuildFaceFrames(mesh);
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (std::size_t f = 0; f < frames.area.size(); ++f) moment += frames.area[f] * frames.center[f];
+  const Eigen::Vector3d centroid = moment / frames.total_area;
+  double sum = 0.0;
+  for (std::size_t f = 0; f < frames.area.size(); ++f) {
+    sum += frames.area[f] * (frames.center[f] - centroid).norm();
+  }
+  return sum / frames.total_area;
+}
 
 /// From labels of the input's faces to labels of the faces that were kept.
 Labels OfShape(const Shape& shape, const Labels& of_input) {
   Labels labels(shape.Elements(), 0);
   for (std::size_t i = of_input.size(); i-- > 0;) {
     const std::int32_t element = shape.element_of_input[i];
-    if (element >= 0) labels[static_cast<std::size_t>(element)] = of_input[i];
+    if (element >= 0) labels[element] = of_input[i];
   }
   return labels;
 }
 
 }  // namespace
+
+double RandError(std::span<const std::int32_t> a, std::span<const std::int32_t> b) {
+  if (a.size() != b.size() || a.size() < 2) {
+    throw std::invalid_argument(
+        fmt::format("RandError: labellings of {} and {} elements; they must be as long, >= 2",
+                    a.size(), b.size()));
+  }
+  std::vector<std::pair<std::int32_t, std::int32_t>> both;
+  both.reserve(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) both.emplace_back(a[i], b[i]);
+  return (PairsInGroups(std::vector(a.begin(), a.end())) +
+          PairsInGroups(std::vector(b.begin(), b.end())) - 2.0 * PairsInGroups(std::move(both))) /
+         Pairs(std::ssize(a));
+}
+
+CutMeasure::CutMeasure(const Shape& mesh)
+    : points_(mesh.points),
+      faces_(BuildFaceGraph(mesh)),
+      vertices_(BuildVertexGraph(mesh)),
+      radius_(MeanDistanceToCentroid(mesh)) {}
+
+Indices CutMeasure::CutVertices(std::span<const std::int32_t> label) const {
+  std::vector<bool> on_cut(points_.size(), false);
+  ForEachLink(faces_, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    if (label[g] == label[f]) return;
+    for (const std::uint32_t v : faces_.edge[k]) on_cut[v] = true;
+  });
+  Indices vertices;
+  for (std::uint32_t v = 0; v < on_cut.size(); ++v) {
+    if (on_cut[v]) vertices.push_back(v);
+  }
+  return vertices;
+}
+
+double CutMeasure::SumOfDistances(const Indices& from, const Indices& to) const {
+  const std::vector<double> distance = geometry::DistancesFrom(to, vertices_.Links());
+  Points targets;
+  std::optional<geometry::KdTree> tree;
+  std::vector<geometry::KdTree::Neighbor> nearest;
+  double sum = 0.0;
+  for (const std::uint32_t v : from) {
+    if (distance[v] < geometry::ShortestPaths::kFar) {
+      sum += distance[v];
+      continue;
+    }
+    if (!tree) {
+      targets = geometry::Select(points_, to);
+      tree.emplace(targets);
+    }
+    tree->Nearest(points_[v], 1, nearest);
+    sum += std::sqrt(nearest.front().squared_distance);
+  }
+  return sum;
+}
+
+std::optional<double> CutMeasure::Discrepancy(std::span<const std::int32_t> a,
+                                              std::span<const std::int32_t> b) const {
+  const std::size_t faces = faces_.begin.size() - 1;
+  if (a.size() != faces || b.size() != faces) {
+    throw std::invalid_argument(fmt::format(
+        "CutMeasure: labellings of {} and {} faces; the mesh has {}", a.size(), b.size(), faces));
+  }
+  const Indices cut_a = CutVertices(a);
+  const Indices cut_b = CutVertices(b);
+  if (cut_a.empty() || cut_b.empty()) return std::nullopt;
+  const double sum = SumOfDistances(cut_a, cut_b) + SumOfDistances(cut_b, cut_a);
+  return sum / static_cast<double>(cut_a.size() + cut_b.size()) / radius_;
+}
 
 std::filesystem::path ModelFile(const std::filesystem::path& folder, int id) {
   return folder / "off" / fmt::format("{}.off", id);
@@ -75,7 +173,7 @@ int MeanHumanSegments(const std::filesystem::path& folder, std::span<const int> 
         sum += static_cast<double>(std::set(labels.begin(), labels.end()).size());
         ++files;
       } catch (const base::InputError&) {
-        // The rows of that model tell it.
+        // The rows of that model report it.
       }
     }
   }

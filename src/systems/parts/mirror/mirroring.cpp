@@ -2,22 +2,172 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <map>
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
+#include "geometry/graph.h"
 #include "geometry/kd_tree.h"
+#include "geometry/mesh.h"
 #include "geometry/plane.h"
-#include "geometry/union_find.h"
-#include "parts/cloud/surface_points.h"
-#include "parts/mirror/internal/space.h"
-#include "parts/shape/internal/pieces.h"
+#include "parts/cloud/internal/surface_points.h"
+#include "parts/mirror/internal/spherical_mirror.h"
+#include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 using geometry::KdTree;
-using geometry::Points;
+
+// ---- whether a point is inside ----
+
+// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983), positive if
+// it is seen from behind.
+double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double det = a.dot(b.cross(c));
+  const double rest = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  return 2.0 * std::atan2(det, rest);
+}
+
+bool IsInsideMesh(const Shape& mesh, const Eigen::Vector3d& p) {
+  double angle = 0.0;
+  for (const Face& f : TurnedOutwards(mesh)) {
+    angle += SolidAngle(mesh.points[f[0]] - p, mesh.points[f[1]] - p, mesh.points[f[2]] - p);
+  }
+  return angle >= 0.5 * 4.0 * base::kPi;
+}
+
+// Cells of equal width on the faces of a cube round p; a cell is covered if a point is seen in it.
+bool IsInsideCloud(const Points& points, const Eigen::Vector3d& p) {
+  constexpr double kPointsACell = 8.0;  // fewer: gaps between points leave cells uncovered
+  constexpr double kMaxSide = 8.0;      // 384 cells; more would see through holes of the surface
+  const auto side = static_cast<int>(std::clamp(
+      std::sqrt(static_cast<double>(points.size()) / (6.0 * kPointsACell)), 1.0, kMaxSide));
+  std::vector<bool> covered(6 * side * side, false);
+  for (const Eigen::Vector3d& q : points) {
+    const Eigen::Vector3d d = q - p;
+    if (!(d.squaredNorm() > 0.0)) return true;
+    covered[CubeCell(d, side)] = true;
+  }
+  const auto count = std::count(covered.begin(), covered.end(), true);
+  return 2 * static_cast<std::size_t>(count) >= covered.size();
+}
+
+// ---- eq. 6.3: which images the outer hull consists of ----
+
+// The farthest image in each of 384 directions: their hull holds most of the others.
+Points Farthest(const Points& images, const Eigen::Vector3d& center) {
+  // Cells along a side of the cube of directions: the hull of more costs more to make, that of
+  // fewer holds less. The core does not depend on it.
+  constexpr int kSide = 8;
+  std::vector<std::optional<std::uint32_t>> best(6 * kSide * kSide);
+  std::vector<double> distance(best.size(), -1.0);
+  for (std::uint32_t i = 0; i < images.size(); ++i) {
+    const Eigen::Vector3d d = images[i] - center;
+    const std::size_t cell = CubeCell(d, kSide);
+    if (d.squaredNorm() <= distance[cell]) continue;
+    distance[cell] = d.squaredNorm();
+    best[cell] = i;
+  }
+  Points farthest;
+  for (const auto i : best) {
+    if (i) farthest.push_back(images[*i]);
+  }
+  return farthest;
+}
+
+// The hull's corners are among the images that are not well within the hull of some of them.
+Indices HullPoints(const Points& images, const Eigen::Vector3d& center) {
+  const HullSide within(geometry::ConvexHull(Farthest(images, center)), center);
+  HullSide::Hint hint;
+  Indices candidates;
+  for (const std::uint32_t i : SpatialOrder(images)) {
+    if (!within.ContainsWell(images[i], hint)) candidates.push_back(i);
+  }
+  const auto hull = geometry::ConvexHull(geometry::Select(images, candidates));
+  std::erase_if(candidates, [&](std::uint32_t i) {
+    return !std::ranges::binary_search(hull.vertices, CoordinatesOf(images[i]), {}, CoordinatesOf);
+  });
+  std::ranges::sort(candidates);
+  return candidates;
+}
+
+// ---- eq. 6.4 and 6.7: offsets of the hull's points ----
+
+std::vector<double> MeshOffsets(const Shape& mesh, const Indices& points,
+                                const Eigen::Vector3d& center) {
+  std::vector<bool> wanted(mesh.points.size(), false);
+  for (const std::uint32_t i : points) wanted[i] = true;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const auto& face : mesh.faces) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!wanted[face[i]]) continue;
+      edges.emplace_back(face[i], face[(i + 1) % 3]);
+      edges.emplace_back(face[i], face[(i + 2) % 3]);
+    }
+  }
+  const auto joined = geometry::Unique(geometry::MakeAdjacency(edges, mesh.points.size()));
+  std::vector<double> offsets;
+  for (const std::uint32_t i : points) {
+    const Points around = geometry::Select(mesh.points, joined.Of(i));
+    offsets.push_back(Offset(mesh.points[i], around, center));
+  }
+  return offsets;
+}
+
+std::vector<double> CloudOffsets(const Shape& cloud, const Indices& points,
+                                 const Eigen::Vector3d& center) {
+  const Indices order = SpatialOrder(cloud.points);
+  const Points ordered = geometry::Select(cloud.points, order);
+  const KdTree tree(ordered);
+  const double d_max = geometry::NearestNeighborDistances(ordered, tree).max_m;
+  std::vector<double> offsets;
+  std::vector<KdTree::Neighbor> found;
+  Indices neighbors;
+  for (const std::uint32_t i : points) {
+    // A little more than d_max, so that the pair that it comes from finds each other.
+    constexpr double kCoreSlack = 1.0 + 1e-9;
+    tree.Within(cloud.points[i], d_max * kCoreSlack, found);
+    neighbors.clear();
+    for (const auto& n : found) {
+      if (order[n.index] != i) neighbors.push_back(order[n.index]);
+    }
+    std::sort(neighbors.begin(), neighbors.end());
+    offsets.push_back(Offset(cloud.points[i], geometry::Select(cloud.points, neighbors), center));
+  }
+  return offsets;
+}
+
+// ---- the center ----
+
+Eigen::Vector3d CenterOfGravity(const Shape& shape) {
+  if (!shape.IsMesh()) return geometry::Centroid(shape.points);
+  const Eigen::Vector3d origin = shape.points[0];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double area = 0.0;
+  for (const auto& f : shape.faces) {
+    const Eigen::Vector3d a = shape.points[f[0]] - origin;
+    const Eigen::Vector3d b = shape.points[f[1]] - origin;
+    const Eigen::Vector3d c = shape.points[f[2]] - origin;
+    const double face_area = 0.5 * (b - a).cross(c - a).norm();
+    sum += face_area * (a + b + c) / 3.0;
+    area += face_area;
+  }
+  return origin + sum / area;
+}
+
+bool FindCenter(const Shape& shape, const MirrorOptions& options, Core& core) {
+  core.center = SmallestEnclosingSphere(shape.points).center;
+  if (IsInside(shape, core.center)) return true;
+  const Eigen::Vector3d other = CenterOfGravity(shape);
+  core.used_centroid = core.center_inside = IsInside(shape, other);
+  if (core.used_centroid) core.center = other;
+  return core.center_inside || options.go_on_outside;
+}
+
+// ---- section 6.2.2: what is outside of the core ----
 
 // Points round a point that are its neighbors in a cloud: as many as a pixel has, as in
 // BuildVertexGraph.
@@ -33,65 +183,43 @@ std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
   return in_core;
 }
 
-std::vector<std::size_t> CountLabels(const std::vector<std::int32_t>& label) {
-  std::vector<std::size_t> count(static_cast<std::size_t>(1 + *std::ranges::max_element(label)), 0);
-  for (const std::int32_t l : label) ++count[static_cast<std::size_t>(l)];
-  return count;
-}
-
 // Pieces of no more points than a neighborhood has are crumbs: each point of them goes to the part
 // or core of the nearest point that is in none.
-void JoinSmallPieces(const Points& points, std::vector<std::int32_t>& label) {
-  const auto count = CountLabels(label);
-  const auto is_crumb = [&](std::int32_t l) {
-    return l > 0 && count[static_cast<std::size_t>(l)] <= kNeighbors;
-  };
-  Points kept;
-  std::vector<std::int32_t> kept_label;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (is_crumb(label[i])) continue;
-    kept.push_back(points[i]);
-    kept_label.push_back(label[i]);
+void JoinSmallPieces(const Points& points, Labels& label) {
+  std::map<std::int32_t, std::size_t> count;
+  for (const std::int32_t l : label) ++count[l];
+  Points kept, crumbs;
+  Labels kept_label;
+  Indices crumb;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (label[i] > 0 && count[label[i]] <= kNeighbors) {
+      crumbs.push_back(points[i]);
+      crumb.push_back(i);
+    } else {
+      kept.push_back(points[i]);
+      kept_label.push_back(label[i]);
+    }
   }
-  if (kept.empty() || kept.size() == points.size()) return;
-  const KdTree tree(kept);
-  std::vector<KdTree::Neighbor> found;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!is_crumb(label[i])) continue;
-    tree.Nearest(points[i], 1, found);
-    label[i] = kept_label[found.front().index];
-  }
+  if (kept.empty() || crumb.empty()) return;
+  const Labels found = LabelsOfNearest(crumbs, kept, kept_label);
+  for (std::size_t k = 0; k < crumb.size(); ++k) label[crumb[k]] = found[k];
 }
 
 // Numbers the parts by falling size from 1, ties by their first point; the core stays 0.
-void NumberBySize(std::vector<std::int32_t>& label) {
-  const auto count = CountLabels(label);
-  std::vector<std::int32_t> order;  // by first point
-  std::vector<bool> seen(count.size(), false);
-  for (const std::int32_t l : label) {
-    if (l == 0 || seen[static_cast<std::size_t>(l)]) continue;
-    seen[static_cast<std::size_t>(l)] = true;
-    order.push_back(l);
+void NumberBySize(Labels& label) {
+  geometry::UnionFind sets(label.size());
+  std::vector<bool> in_part;
+  std::map<std::int32_t, std::uint32_t> first;
+  for (std::uint32_t i = 0; i < label.size(); ++i) {
+    sets.Unite(first.try_emplace(label[i], i).first->second, i);
+    in_part.push_back(label[i] > 0);
   }
-  std::ranges::stable_sort(order, [&](std::int32_t a, std::int32_t b) {
-    return count[static_cast<std::size_t>(a)] > count[static_cast<std::size_t>(b)];
-  });
-  std::vector<std::int32_t> number(count.size(), 0);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    number[static_cast<std::size_t>(order[k])] = static_cast<std::int32_t>(k) + 1;
-  }
-  for (std::int32_t& l : label) l = number[static_cast<std::size_t>(l)];
-}
-
-std::vector<std::uint32_t> InOrder(const std::vector<std::uint32_t>& values,
-                                   const std::vector<std::uint32_t>& order) {
-  std::vector<std::uint32_t> ordered;
-  for (const std::uint32_t i : order) ordered.push_back(values[i]);
-  return ordered;
+  geometry::LabelBySize(sets, in_part, label);
+  for (std::int32_t& l : label) ++l;
 }
 
 // Flood filling of points at d < d_a (eq. 6.8): the pieces, numbered by falling size.
-std::vector<std::int32_t> FloodFill(const Points& points) {
+Labels FloodFill(const Points& points) {
   // A little more than the mean, so that rounding does not part points as far apart as it.
   constexpr double kMirrorSlack = 1.0 + 1e-9;
   const KdTree tree(points);
@@ -116,31 +244,24 @@ std::vector<std::int32_t> FloodFill(const Points& points) {
   for (const Link& link : links) {
     if (link.squared <= std::max(d_a * d_a, reach[link.b])) sets.Unite(link.a, link.b);
   }
-  std::vector<std::int32_t> piece;
+  Labels piece;
   geometry::LabelBySize(sets, std::vector<bool>(points.size(), true), piece);
   return piece;
 }
 
-// Section 6.2.2 for clouds.
-std::vector<std::int32_t> FillCloud(const Shape& cloud, const std::vector<bool>& in_core) {
-  std::vector<std::uint32_t> rest;
+Labels FillCloud(const Shape& cloud, const std::vector<bool>& in_core) {
+  Indices rest;
   for (std::uint32_t i = 0; i < in_core.size(); ++i) {
     if (!in_core[i]) rest.push_back(i);
   }
-  std::vector<std::int32_t> label(in_core.size(), 0);
+  Labels label(in_core.size(), 0);
   if (rest.empty()) return label;
-  rest = InOrder(rest, SpatialOrder(geometry::Select(cloud.points, rest)));
-  const std::vector<std::int32_t> piece = FloodFill(geometry::Select(cloud.points, rest));
-  for (std::size_t k = 0; k < rest.size(); ++k) label[rest[k]] = piece[k] + 1;
+  const Points outside = geometry::Select(cloud.points, rest);
+  const Indices order = SpatialOrder(outside);
+  const Labels piece = FloodFill(geometry::Select(outside, order));
+  for (std::size_t k = 0; k < rest.size(); ++k) label[rest[order[k]]] = piece[k] + 1;
   JoinSmallPieces(cloud.points, label);
   NumberBySize(label);
-  return label;
-}
-
-// Section 6.2.2 for meshes: faces that share an edge.
-std::vector<std::int32_t> FillMesh(const Shape& mesh, const std::vector<bool>& in_core) {
-  std::vector<std::int32_t> label;
-  LabelOutside(BuildFaceGraph(mesh), in_core, label);
   return label;
 }
 
@@ -153,12 +274,16 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   }
   const auto in_core = CoreElements(shape, *core);
   Segmentation result;
-  result.label = shape.IsMesh() ? FillMesh(shape, in_core) : FillCloud(shape, in_core);
-  result.has_core = std::find(result.label.begin(), result.label.end(), 0) != result.label.end();
+  if (shape.IsMesh()) {
+    LabelOutside(BuildFaceGraph(shape), in_core, result.label);  // faces that share an edge
+  } else {
+    result.label = FillCloud(shape, in_core);
+  }
+  result.has_core = std::ranges::find(result.label, 0) != result.label.end();
   if (!result.has_core) {
     for (std::int32_t& l : result.label) --l;
   }
-  result.parts = 1 + *std::max_element(result.label.begin(), result.label.end());
+  result.parts = 1 + *std::ranges::max_element(result.label);
   if (!core->center_inside) {
     result.note = "no centre inside was found; mirrored at that of the smallest enclosing sphere";
   } else if (core->used_centroid) {
@@ -179,18 +304,40 @@ std::optional<Shape> Calmed(const Points& points) {
 
 }  // namespace
 
+bool IsInside(const Shape& shape, const Eigen::Vector3d& p) {
+  return shape.IsMesh() ? IsInsideMesh(shape, p) : IsInsideCloud(shape.points, p);
+}
+
+std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options) {
+  Core core;
+  if (!FindCenter(shape, options, core)) return std::nullopt;
+  const Sphere sphere = SphereRound(core.center, shape.points);
+  const Points images = MirrorOut(shape.points, sphere);
+  core.hull_points = HullPoints(images, core.center);
+  const auto offsets = shape.IsMesh() ? MeshOffsets(shape, core.hull_points, core.center)
+                                      : CloudOffsets(shape, core.hull_points, core.center);
+  Points back;
+  for (std::size_t k = 0; k < core.hull_points.size(); ++k) {
+    back.push_back(MirrorIn(images[core.hull_points[k]], sphere, offsets[k]));
+  }
+  core.inside.assign(shape.points.size(), false);
+  // Eq. 6.6. The order of the points costs or saves time, but does not change the hull.
+  const HullSide inner(geometry::ConvexHull(geometry::Select(back, SpatialOrder(back))),
+                       core.center);
+  HullSide::Hint hint;
+  for (const std::uint32_t i : SpatialOrder(shape.points)) {
+    core.inside[i] = inner.Contains(shape.points[i], hint);
+  }
+  // Their own images span the hull, whatever rounding says (and if it is flat, they are all).
+  for (const std::uint32_t i : core.hull_points) core.inside[i] = true;
+  return core;
+}
+
 Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options) {
   const auto calm = shape.IsMesh() ? std::nullopt : Calmed(shape.points);
   if (!calm) return Mirror(shape, options);
   Segmentation found = Mirror(*calm, options);
-  const KdTree tree(calm->points);
-  std::vector<KdTree::Neighbor> nearest;
-  std::vector<std::int32_t> label;
-  for (const Eigen::Vector3d& p : shape.points) {
-    tree.Nearest(p, 1, nearest);
-    label.push_back(found.label[nearest.front().index]);
-  }
-  found.label = std::move(label);
+  found.label = LabelsOfNearest(shape.points, calm->points, found.label);
   return found;
 }
 

@@ -1,9 +1,34 @@
 #pragma once
 
-#include "parts/mirror/mirror_core.h"
+#include <optional>
+
 #include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts {
+
+/// Whether a point is inside a shape. Mesh: generalised winding number (Jacobson et al. 2013) of at
+/// least one half, with its pieces turned outwards first, so that open, self-intersecting and badly
+/// oriented meshes have an answer too. Cloud: points lie in at least half of all directions from
+/// it.
+bool IsInside(const Shape& shape, const Eigen::Vector3d& p);
+
+struct MirrorOptions {
+  bool go_on_outside =
+      false;  ///< segment although no center inside was found (as in the chapter's evaluation)
+};
+
+/// The core: elements inside the inner hull (eq. 6.2-6.6). A face is inside if all of its vertices
+/// are.
+struct Core {
+  Eigen::Vector3d center;
+  bool center_inside = true;
+  bool used_centroid = false;  ///< the smallest sphere's center was outside of the shape
+  Indices hull_points;         ///< points whose images lie on the outer hull, ascending
+  std::vector<bool> inside;    ///< one a point
+};
+/// Center: of the smallest enclosing sphere, else the center of gravity; nullopt if neither is
+/// inside and options do not go on.
+std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options);
 
 /// The chapter's method (section 6.2): core, then the rest by flood filling (cloud: distance d_a,
 /// eq. 6.8) or face connectivity; parts from 1 by falling size. Invariant under rotation,

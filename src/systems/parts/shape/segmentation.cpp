@@ -1,6 +1,5 @@
 #include "parts/shape/segmentation.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -29,7 +28,7 @@ std::array<std::uint8_t, 3> FromHsv(double hue, double saturation, double value)
   for (int i = 0; i < 3; ++i) {
     const double turn = 6.0 * std::fmod(hue + (i == 0 ? 0.0 : (3.0 - i) / 3.0), 1.0);
     const double ramp = std::clamp(std::abs(turn - 3.0) - 1.0, 0.0, 1.0);
-    color[static_cast<std::size_t>(i)] =
+    color[i] =
         static_cast<std::uint8_t>(std::lround(255.0 * value * (1.0 - saturation * (1.0 - ramp))));
   }
   return color;
@@ -37,62 +36,73 @@ std::array<std::uint8_t, 3> FromHsv(double hue, double saturation, double value)
 
 }  // namespace
 
-std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const TriangleMesh& input,
-                                        const Segmentation& segmentation) {
-  const std::size_t n = shape.element_of_input.size();
-  std::vector<std::int32_t> label(n, 0);
-  geometry::Points kept;
-  std::vector<std::size_t> kept_index;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (shape.element_of_input[i] < 0) continue;
-    label[i] = segmentation.label[static_cast<std::size_t>(shape.element_of_input[i])];
-    kept.push_back(Center(input, i));
-    kept_index.push_back(i);
+Labels LabelsOfNearest(const Points& points, const Points& labelled, const Labels& labels) {
+  const geometry::KdTree tree(labelled);
+  std::vector<geometry::KdTree::Neighbor> nearest;
+  Labels found;
+  for (const Eigen::Vector3d& p : points) {
+    tree.Nearest(p, 1, nearest);
+    found.push_back(labels[nearest.front().index]);
   }
-  if (kept.size() == n || kept.empty()) return label;
-  const geometry::KdTree tree(kept);
-  std::vector<geometry::KdTree::Neighbor> found;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (shape.element_of_input[i] >= 0) continue;
+  return found;
+}
+
+Labels LabelsOfInput(const Shape& shape, const TriangleMesh& input,
+                     const Segmentation& segmentation) {
+  Labels label(shape.element_of_input.size(), -1);
+  Points kept, others;
+  Labels of_kept;
+  Indices other;
+  for (std::uint32_t i = 0; i < label.size(); ++i) {
     const Eigen::Vector3d center = Center(input, i);
-    if (!IsUsable(center)) {
-      label[i] = -1;
-      continue;
+    if (shape.element_of_input[i] >= 0) {
+      label[i] = segmentation.label[shape.element_of_input[i]];
+      of_kept.push_back(label[i]);
+      kept.push_back(center);
+    } else if (IsUsable(center)) {
+      other.push_back(i);
+      others.push_back(center);
     }
-    tree.Nearest(center, 1, found);
-    label[i] = label[kept_index[found.front().index]];
   }
+  if (others.empty()) return label;
+  const Labels found = LabelsOfNearest(others, kept, of_kept);
+  for (std::size_t k = 0; k < other.size(); ++k) label[other[k]] = found[k];
   return label;
 }
 
-std::vector<std::int32_t> LabelsOfPolygons(const geometry::PolygonMesh& input,
-                                           std::span<const std::int32_t> triangles) {
-  if (input.polygons == 0) return {triangles.begin(), triangles.end()};
-  std::vector<std::map<std::int32_t, double>> area(input.polygons);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const auto& [a, b, c] = input.mesh.triangles[t];
-    const Eigen::Vector3d& p = input.mesh.vertices[a];
-    area[input.polygon[t]][triangles[t]] +=
-        (input.mesh.vertices[b] - p).cross(input.mesh.vertices[c] - p).norm();
-  }
-  std::vector<std::int32_t> label(input.polygons, -1);
-  for (std::size_t i = 0; i < label.size(); ++i) {
+Labels LargestLabels(std::size_t count, const Indices& group, std::span<const std::int32_t> labels,
+                     const std::vector<double>& weights) {
+  std::vector<std::map<std::int32_t, double>> sums(count);
+  for (std::size_t i = 0; i < labels.size(); ++i) sums[group[i]][labels[i]] += weights[i];
+  Labels result(count, -1);
+  for (std::size_t k = 0; k < count; ++k) {
     double largest = -1.0;
-    for (const auto& [one, size] : area[i]) {
-      if (size <= largest) continue;
-      largest = size;
-      label[i] = one;
+    for (const auto& [label, sum] : sums[k]) {
+      if (sum <= largest) continue;
+      largest = sum;
+      result[k] = label;
     }
   }
-  return label;
+  return result;
 }
 
-std::vector<std::int32_t> LabelsOfTriangles(const geometry::PolygonMesh& input,
-                                            std::span<const std::int32_t> polygons) {
+Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
+                        std::span<const std::int32_t> triangles) {
+  if (input.polygons == 0) return {triangles.begin(), triangles.end()};
+  std::vector<double> areas;
+  for (const auto& [a, b, c] : input.mesh.triangles) {
+    const Eigen::Vector3d& p = input.mesh.vertices[a];
+    areas.push_back((input.mesh.vertices[b] - p).cross(input.mesh.vertices[c] - p).norm());
+  }
+  return LargestLabels(input.polygons, input.polygon, triangles, areas);
+}
+
+Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
+                         std::span<const std::int32_t> polygons) {
   if (polygons.size() != input.polygons) {
     throw std::invalid_argument("LabelsOfTriangles: not one label a polygon");
   }
-  std::vector<std::int32_t> label;
+  Labels label;
   for (const std::uint32_t i : input.polygon) label.push_back(polygons[i]);
   return label;
 }
@@ -101,14 +111,14 @@ Segmentation AtLevel(const Segmentation& segmentation, int level) {
   if (segmentation.tree.empty()) return segmentation;
   // Of each node the one that stands for it.
   std::vector<std::size_t> top(segmentation.tree.size());
-  std::vector<std::size_t> of_label(static_cast<std::size_t>(segmentation.parts));
+  std::vector<std::size_t> of_label(segmentation.parts);
   for (std::size_t k = 0; k < top.size(); ++k) {
     const PartNode& node = segmentation.tree[k];
-    top[k] = node.level > level ? top[static_cast<std::size_t>(node.parent)] : k;
-    if (node.label >= 0) of_label[static_cast<std::size_t>(node.label)] = top[k];
+    top[k] = node.level > level ? top[node.parent] : k;
+    if (node.label >= 0) of_label[node.label] = top[k];
   }
   std::vector<std::size_t> size(top.size(), 0);
-  for (const std::int32_t l : segmentation.label) ++size[of_label[static_cast<std::size_t>(l)]];
+  for (const std::int32_t l : segmentation.label) ++size[of_label[l]];
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < top.size(); ++k) {
     if (size[k] > 0) order.push_back(k);
@@ -119,9 +129,9 @@ Segmentation AtLevel(const Segmentation& segmentation, int level) {
   coarse.tree.clear();
   coarse.parts = static_cast<int>(order.size());
   coarse.has_core = coarse.parts > 1;
-  std::vector<std::int32_t> number(top.size(), -1);
+  Labels number(top.size(), -1);
   for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = static_cast<std::int32_t>(k);
-  for (std::int32_t& l : coarse.label) l = number[of_label[static_cast<std::size_t>(l)]];
+  for (std::int32_t& l : coarse.label) l = number[of_label[l]];
   // What is cut further has no label of its own any more.
   for (std::size_t k = 0; k < top.size(); ++k) {
     if (segmentation.tree[k].level > level) continue;

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "geometry/mesh_file.h"
-#include "parts/shape/clean_shape.h"
+#include "parts/shape/shape.h"
 
 namespace rangegrasp::parts {
 
@@ -21,25 +18,34 @@ struct PartNode {
 
 /// What a method found: one label an element, 0 .. parts-1; with a core, it is 0.
 struct Segmentation {
-  std::vector<std::int32_t> label;
+  Labels label;
   int parts = 0;
   bool has_core = false;
   std::string note;  ///< what the user should know (center moved, one part, ...), empty if nothing
   std::vector<PartNode> tree = {};  ///< of a hierarchical method, parents first; else empty
 };
 
+/// Of each point the label of the nearest labelled one.
+Labels LabelsOfNearest(const Points& points, const Points& labelled, const Labels& labels);
+
 /// Labels of the input's elements: those left out get the label of the nearest element that was
 /// kept.
-std::vector<std::int32_t> LabelsOfInput(const Shape& shape, const geometry::TriangleMesh& input,
-                                        const Segmentation& segmentation);
+Labels LabelsOfInput(const Shape& shape, const geometry::TriangleMesh& input,
+                     const Segmentation& segmentation);
+
+/// Of each of `count` groups the label of the largest weight among its members, ties the lower one;
+/// -1 without members.
+/// @param group, labels, weights  of each member
+Labels LargestLabels(std::size_t count, const Indices& group, std::span<const std::int32_t> labels,
+                     const std::vector<double>& weights);
 
 /// Labels of the polygons that the triangles were cut of: that of the largest area, ties the lower
 /// one; -1 of a polygon without triangles. Of a cloud the labels themselves.
-std::vector<std::int32_t> LabelsOfPolygons(const geometry::PolygonMesh& input,
-                                           std::span<const std::int32_t> triangles);
+Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
+                        std::span<const std::int32_t> triangles);
 /// The other way round. @throws std::invalid_argument if there is not one label a polygon.
-std::vector<std::int32_t> LabelsOfTriangles(const geometry::PolygonMesh& input,
-                                            std::span<const std::int32_t> polygons);
+Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
+                         std::span<const std::int32_t> polygons);
 
 /// The same with fewer parts: those of the tree that are at most so many cuts below the whole,
 /// numbered by falling number of elements. Without a tree nothing changes.

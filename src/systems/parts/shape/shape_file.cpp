@@ -3,16 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <iterator>
-#include <optional>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/number.h"
+#include "base/image/image.h"
+#include "base/words.h"
 #include "geometry/cloud_file.h"
 #include "parts/shape/segmentation.h"
 
@@ -34,14 +35,34 @@ void AppendColor(std::int32_t label, std::string& bytes) {
   for (const std::uint8_t channel : PartColor(label)) AppendRaw(channel, bytes);
 }
 
-constexpr const char* kColors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+constexpr float kDot_px = 3.0F;         // of a cloud: smaller is hardly seen, larger hides gaps
+constexpr double kAir = 1.05;           // round a shape, of its size
+constexpr double kMinDistance = 1e-12;  // of the eye from a single point
+// The eye stands before the shape, by these parts of the way to the right and above.
+constexpr double kRightOfFront = 0.6, kAboveFront = 0.5;
+// Of the picture: larger shows smaller parts, and takes more time and disk.
+constexpr int kWidth_px = 960, kHeight_px = 720;
+
+/// How far the eye must go back for all points to lie within the round cone of the view.
+double DistanceFor(geometry::PointSpan points, const draw::View& view,
+                   const Eigen::Vector3d& back) {
+  const double tangent = std::tan(0.5 * view.field_of_view_rad);
+  double distance = kMinDistance;
+  for (const Eigen::Vector3d& p : points) {
+    if (!p.allFinite()) continue;
+    const Eigen::Vector3d q = p - view.target;
+    const double towards = q.dot(back);
+    distance = std::max(distance, towards + kAir * (q - towards * back).norm() / tangent);
+  }
+  return distance;
+}
 
 }  // namespace
 
 geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 5> kMeshes = {".off", ".obj", ".stl", ".glb", ".gltf"};
   const std::string ending = base::EndingOf(file);
-  const bool mesh = std::find(kMeshes.begin(), kMeshes.end(), ending) != kMeshes.end();
+  const bool mesh = std::ranges::find(kMeshes, ending) != kMeshes.end();
   if (!mesh && ending != ".ply" && ending != ".pcd") {
     throw base::InputError(file.string() + ": unknown ending '" + ending +
                            "'; a shape is .off, .obj, .stl, .ply, .glb, .gltf or .pcd");
@@ -52,23 +73,19 @@ geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file) {
   return {.mesh = {.vertices = geometry::ReadCloud(file).points, .triangles = {}}, .polygon = {}};
 }
 
-geometry::TriangleMesh ReadInput(const std::filesystem::path& file) {
-  return ReadPolygons(file).mesh;
-}
-
 Shape ReadShape(const std::filesystem::path& file) {
-  const geometry::TriangleMesh mesh = ReadInput(file);
+  const geometry::PolygonMesh polygons = ReadPolygons(file);
   try {
-    return MakeShape(mesh);
+    return MakeShape(polygons.mesh);
   } catch (const base::InputError& error) {
     throw base::InputError(file.string() + ": " + error.what());
   }
 }
 
-std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file) {
+Labels ReadLabels(const std::filesystem::path& file) {
   const std::string text = base::ReadFile(file);
   const std::string_view whole(text.data(), text.find_last_not_of(" \t\r\n") + 1);
-  std::vector<std::int32_t> labels;
+  Labels labels;
   for (std::size_t at = 0; at < whole.size();) {
     const std::size_t end = std::min(whole.find('\n', at), whole.size());
     const std::string_view word = Trimmed(whole.substr(at, end - at));
@@ -83,8 +100,8 @@ std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file) {
   return labels;
 }
 
-std::vector<std::int32_t> ReadLabels(const std::filesystem::path& file, std::size_t elements) {
-  std::vector<std::int32_t> labels = ReadLabels(file);
+Labels ReadLabels(const std::filesystem::path& file, std::size_t elements) {
+  Labels labels = ReadLabels(file);
   if (labels.size() != elements) {
     throw base::InputError(fmt::format("{}:{}: has {} labels; the shape has {} elements",
                                        file.string(), std::min(labels.size(), elements) + 1,
@@ -114,19 +131,82 @@ void WriteColoredShape(const std::filesystem::path& file, const geometry::Triang
   if (mesh) {
     bytes += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", elements);
   }
-  bytes += std::string(kColors) + "end_header\n";
+  bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   for (std::size_t i = 0; i < input.vertices.size(); ++i) {
     for (const double x : input.vertices[i]) AppendRaw(static_cast<float>(x), bytes);
     if (!mesh) AppendColor(labels[i], bytes);
   }
   for (std::size_t i = 0; i < input.triangles.size(); ++i) {
     AppendRaw(std::uint8_t{3}, bytes);
-    for (const std::uint32_t v : input.triangles[i]) {
-      AppendRaw(static_cast<std::int32_t>(v), bytes);
-    }
+    for (const std::uint32_t v : input.triangles[i]) AppendRaw(static_cast<std::int32_t>(v), bytes);
     AppendColor(labels[i], bytes);
   }
   base::WriteFile(file, bytes);
+}
+
+draw::Color PaintOf(std::int32_t label) {
+  const auto [r, g, b] = PartColor(label);
+  return {static_cast<float>(r) / 255.0F, static_cast<float>(g) / 255.0F,
+          static_cast<float>(b) / 255.0F, 1.0F};
+}
+
+draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std::int32_t> labels) {
+  const bool mesh = !shape.triangles.empty();
+  if (labels.size() != (mesh ? shape.triangles.size() : shape.vertices.size())) {
+    throw std::invalid_argument("DrawLabels: one label a face or, without faces, a point");
+  }
+  std::map<std::int32_t, geometry::TriangleMesh> groups;
+  const auto is_finite = [&](std::uint32_t v) { return shape.vertices[v].allFinite(); };
+  for (std::uint32_t i = 0; i < labels.size(); ++i) {
+    if (mesh ? !std::ranges::all_of(shape.triangles[i], is_finite) : !is_finite(i)) continue;
+    geometry::TriangleMesh& group = groups[labels[i]];
+    const auto first = static_cast<std::uint32_t>(group.vertices.size());
+    if (!mesh) {
+      group.vertices.push_back(shape.vertices[i]);
+      continue;
+    }
+    for (const std::uint32_t v : shape.triangles[i]) group.vertices.push_back(shape.vertices[v]);
+    group.triangles.push_back({first, first + 1, first + 2});
+  }
+  draw::Canvas canvas;
+  for (auto& [label, group] : groups) {
+    if (mesh) {
+      canvas.surfaces.push_back({std::move(group), PaintOf(label)});
+    } else {
+      canvas.dots.push_back({std::move(group.vertices), PaintOf(label), kDot_px});
+    }
+  }
+  return canvas;
+}
+
+draw::View LookAtShape(geometry::PointSpan points, int up) {
+  if (up < 0 || up > 2) throw std::invalid_argument("LookAtShape: up is 0, 1 or 2");
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : points) {
+    if (p.allFinite()) box.extend(p);
+  }
+  if (box.isEmpty()) throw std::invalid_argument("LookAtShape: no finite point");
+  draw::View view;
+  view.target = box.center();
+  view.up = Eigen::Vector3d::Unit(up);
+  const Eigen::Vector3d front =
+      (up == 1 ? 1.0 : -1.0) * Eigen::Vector3d::Unit((up + (up == 1 ? 1 : 2)) % 3);
+  const Eigen::Vector3d right = front.cross(-view.up);
+  const Eigen::Vector3d back = (front + kRightOfFront * right + kAboveFront * view.up).normalized();
+  view.eye = view.target + DistanceFor(points, view, back) * back;
+  return view;
+}
+
+void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& input,
+                std::span<const std::int32_t> triangles, int up) {
+  const auto named = [&](const char* ending) { return base.string() + ending; };
+  const auto polygons = LabelsOfPolygons(input, triangles);
+  WriteLabels(named(".seg"), polygons);
+  const auto labels = input.polygons > 0 ? LabelsOfTriangles(input, polygons) : polygons;
+  WriteColoredShape(named(".ply"), input.mesh, labels);
+  image::WritePng(named(".png"),
+                  draw::Render(DrawLabels(input.mesh, labels), LookAtShape(input.mesh.vertices, up),
+                               kWidth_px, kHeight_px));
 }
 
 }  // namespace rangegrasp::parts

@@ -1,17 +1,20 @@
 #include "parts/shape/shape_graph.h"
 
 #include <algorithm>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/compressed_sparse_row_graph.hpp>
+#include <cmath>
+#include <map>
 #include <numeric>
+#include <set>
 #include <span>
-#include <tuple>
+#include <stdexcept>
 #include <utility>
 
 #include "geometry/kd_tree.h"
 
 namespace rangegrasp::parts {
 namespace {
-
-using GraphFace = std::array<std::uint32_t, 3>;
 
 // Faces round one edge beyond which each is joined with the next only, not all with all: links
 // would grow with the square.
@@ -28,11 +31,11 @@ struct EdgeOfFace {
 template <class T, class Number, class Less>
 void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number,
                   const Less& less) {
-  std::vector<std::uint32_t> begin(count + 1, 0);
+  Indices begin(count + 1, 0);
   for (const T& item : items) ++begin[number(item) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<T> sorted(items.size());
-  std::vector<std::uint32_t> next = begin;
+  Indices next = begin;
   for (const T& item : items) sorted[next[number(item)]++] = item;
   for (std::size_t k = 0; k < count; ++k) {
     std::sort(sorted.begin() + begin[k], sorted.begin() + begin[k + 1], less);
@@ -41,7 +44,7 @@ void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number
 }
 
 std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
-  const std::vector<GraphFace>& faces = mesh.faces;
+  const std::vector<Face>& faces = mesh.faces;
   std::vector<EdgeOfFace> edges;
   edges.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -71,30 +74,39 @@ void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) 
   }
 }
 
-std::vector<std::array<std::uint32_t, 2>> MeshLinks(const Shape& shape) {
-  std::vector<std::array<std::uint32_t, 2>> links;
-  for (const GraphFace& face : shape.faces) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      links.push_back({face[i], face[(i + 1) % 3]});
-      links.push_back({face[(i + 1) % 3], face[i]});
-    }
-  }
-  return links;
+/// Pieces of faces of one label, by falling size.
+struct LabelledPieces {
+  Labels of_face;
+  Labels label;
+  std::vector<std::map<std::int32_t, std::size_t>> shared;  ///< edges with each other piece
+};
+
+LabelledPieces PiecesOf(const FaceGraph& faces, const Labels& label) {
+  LabelledPieces pieces;
+  const std::int32_t count = LabelPieces(
+      faces, std::vector<bool>(label.size(), true),
+      [&](std::uint32_t f, std::uint32_t g) { return label[f] == label[g]; }, pieces.of_face);
+  pieces.label.assign(count, 0);
+  pieces.shared.resize(count);
+  for (std::size_t f = 0; f < label.size(); ++f) pieces.label[pieces.of_face[f]] = label[f];
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
+    const std::int32_t here = pieces.of_face[f], there = pieces.of_face[g];
+    if (there != here) ++pieces.shared[here][there];
+  });
+  return pieces;
 }
 
-std::vector<std::array<std::uint32_t, 2>> CloudLinks(const Shape& shape, int neighbors) {
-  const geometry::KdTree tree(shape.points);
-  std::vector<geometry::KdTree::Neighbor> found;
-  std::vector<std::array<std::uint32_t, 2>> links;
-  for (std::uint32_t i = 0; i < shape.points.size(); ++i) {
-    tree.Nearest(shape.points[i], static_cast<std::size_t>(neighbors) + 1, found);
-    for (const auto& n : found) {
-      if (n.index == i) continue;
-      links.push_back({i, n.index});
-      links.push_back({n.index, i});
-    }
+using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
+using Arc = boost::graph_traits<Graph>::edge_descriptor;
+
+// Steps of the largest capacity: finer ones than the costs are known to, and far from overflow.
+constexpr double kSteps = 1e6;
+
+bool RunsAlong(const Face& face, const Edge& edge) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (face[i] == edge[0] && face[(i + 1) % 3] == edge[1]) return true;
   }
-  return links;
+  return false;
 }
 
 }  // namespace
@@ -134,18 +146,157 @@ FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
 }
 
 VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors) {
-  auto links = shape.IsMesh() ? MeshLinks(shape) : CloudLinks(shape, cloud_neighbors);
-  std::sort(links.begin(), links.end());
-  links.erase(std::unique(links.begin(), links.end()), links.end());
+  std::vector<VertexLink> links;
+  const auto link = [&](std::uint32_t a, std::uint32_t b) {
+    links.push_back({a, b, (shape.points[a] - shape.points[b]).norm()});
+  };
+  for (const auto& [a, b, c] : shape.faces) {
+    link(a, b);
+    link(b, c);
+    link(c, a);
+  }
+  if (!shape.IsMesh()) {
+    const geometry::KdTree tree(shape.points);
+    std::vector<geometry::KdTree::Neighbor> found;
+    for (std::uint32_t i = 0; i < shape.points.size(); ++i) {
+      tree.Nearest(shape.points[i], static_cast<std::size_t>(cloud_neighbors) + 1, found);
+      for (const auto& n : found) {
+        if (n.index != i) link(i, n.index);
+      }
+    }
+  }
+  return GraphOfLinks(shape.points.size(), std::move(links));
+}
+
+VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links) {
+  for (std::size_t i = links.size(); i-- > 0;) {
+    links.push_back({links[i].to, links[i].from, links[i].length});
+  }
+  const auto key = [](const VertexLink& l) { return std::tie(l.from, l.to, l.length); };
+  std::ranges::sort(links, {}, key);
   VertexGraph graph;
-  graph.begin.assign(shape.points.size() + 1, 0);
-  for (const auto& [from, to] : links) {
-    ++graph.begin[from + 1];
-    graph.neighbor.push_back(to);
-    graph.length.push_back((shape.points[from] - shape.points[to]).norm());
+  graph.begin.assign(vertices + 1, 0);
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (i > 0 && links[i].from == links[i - 1].from && links[i].to == links[i - 1].to) continue;
+    ++graph.begin[links[i].from + 1];
+    graph.neighbor.push_back(links[i].to);
+    graph.length.push_back(links[i].length);
   }
   std::partial_sum(graph.begin.begin(), graph.begin.end(), graph.begin.begin());
   return graph;
+}
+
+std::int32_t LabelOutside(const FaceGraph& faces, const std::vector<bool>& core, Labels& label) {
+  std::vector<bool> rest = core;
+  rest.flip();
+  const std::int32_t pieces = LabelPieces(faces, rest, label);
+  for (std::int32_t& l : label) ++l;
+  return pieces;
+}
+
+void JoinCrumbs(const FaceGraph& faces, Labels& label) {
+  LabelledPieces pieces = PiecesOf(faces, label);
+  std::set<std::int32_t> seen;
+  std::vector<std::size_t> crumbs;
+  for (std::size_t p = 0; p < pieces.label.size(); ++p) {
+    if (!seen.insert(pieces.label[p]).second) crumbs.push_back(p);
+  }
+  for (const std::size_t p : crumbs) {
+    std::map<std::int32_t, std::size_t> votes;
+    for (const auto& [other, edges] : pieces.shared[p]) votes[pieces.label[other]] += edges;
+    const auto best =
+        std::ranges::max_element(votes, {}, &std::pair<const std::int32_t, std::size_t>::second);
+    if (best != votes.end()) pieces.label[p] = best->first;
+  }
+  for (std::size_t f = 0; f < label.size(); ++f) label[f] = pieces.label[pieces.of_face[f]];
+}
+
+std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
+                         std::uint32_t source, std::uint32_t sink) {
+  if (source == sink || source >= nodes || sink >= nodes) {
+    throw std::invalid_argument("MinCut: source and sink must be two of the nodes");
+  }
+  double largest = 0.0;
+  for (const CutLink& link : links) largest = std::max(largest, link.capacity);
+  // Arcs there and back, those of a node next to each other.
+  std::vector<std::size_t> end(nodes + 1, 0);
+  for (const CutLink& link : links) {
+    if (link.a >= nodes || link.b >= nodes) throw std::invalid_argument("MinCut: no such node");
+    ++end[link.a];
+    ++end[link.b];
+  }
+  std::exclusive_scan(end.begin(), end.end(), end.begin(), std::size_t{0});
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends(2 * links.size());
+  std::vector<std::int64_t> capacity(ends.size());
+  std::vector<std::size_t> back(ends.size());
+  for (const CutLink& link : links) {
+    const std::size_t there = end[link.a]++;
+    const std::size_t again = end[link.b]++;
+    ends[there] = {link.a, link.b};
+    ends[again] = {link.b, link.a};
+    back[there] = again;
+    back[again] = there;
+    capacity[there] = capacity[again] =
+        link.capacity > 0.0 ? std::llround(kSteps * link.capacity / largest) : 0;
+  }
+  const Graph graph(boost::edges_are_sorted, ends.begin(), ends.end(), nodes);
+  std::vector<Arc> reverse(ends.size());
+  for (std::size_t k = 0; k < ends.size(); ++k) reverse[k] = {ends[k].second, back[k]};
+
+  std::vector<std::int64_t> residual(ends.size());
+  std::vector<Arc> predecessor(nodes);
+  std::vector<boost::default_color_type> color(nodes);
+  std::vector<long> distance(nodes);
+  const auto of_node = boost::get(boost::vertex_index, graph);
+  const auto arcs = [of_arc = boost::get(boost::edge_index, graph)](auto& values) {
+    return boost::make_iterator_property_map(values.begin(), of_arc);
+  };
+  const auto at_nodes = [of_node](auto& values) {
+    return boost::make_iterator_property_map(values.begin(), of_node);
+  };
+  boost::boykov_kolmogorov_max_flow(graph, arcs(capacity), arcs(residual), arcs(reverse),
+                                    at_nodes(predecessor), at_nodes(color), at_nodes(distance),
+                                    of_node, source, sink);
+  std::vector<bool> with_source(nodes);
+  for (std::uint32_t v = 0; v < nodes; ++v) with_source[v] = color[v] == boost::black_color;
+  return with_source;
+}
+
+std::vector<Face> TurnedOutwards(const Shape& mesh) {
+  const FaceGraph graph = BuildFaceGraph(mesh);
+  std::vector<Face> faces = mesh.faces;
+  std::vector<bool> seen(faces.size(), false);
+  Indices piece;
+  for (std::uint32_t first = 0; first < faces.size(); ++first) {
+    if (seen[first]) continue;
+    seen[first] = true;
+    piece.assign(1, first);
+    for (std::size_t k = 0; k < piece.size(); ++k) {
+      const std::uint32_t f = piece[k];
+      for (std::uint32_t e = graph.begin[f]; e < graph.begin[f + 1]; ++e) {
+        const std::uint32_t next = graph.neighbor[e];
+        if (seen[next]) continue;
+        seen[next] = true;
+        if (RunsAlong(faces[f], graph.edge[e]) == RunsAlong(faces[next], graph.edge[e])) {
+          std::swap(faces[next][1], faces[next][2]);
+        }
+        piece.push_back(next);
+      }
+    }
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const std::uint32_t f : piece) middle += mesh.points[faces[f][0]];
+    middle /= static_cast<double>(piece.size());
+    double volume = 0.0;
+    for (const std::uint32_t f : piece) {
+      const auto from_middle = [&](std::size_t i) -> Eigen::Vector3d {
+        return mesh.points[faces[f][i]] - middle;
+      };
+      volume += from_middle(0).dot(from_middle(1).cross(from_middle(2)));
+    }
+    if (volume >= 0.0) continue;
+    for (const std::uint32_t f : piece) std::swap(faces[f][1], faces[f][2]);
+  }
+  return faces;
 }
 
 }  // namespace rangegrasp::parts

@@ -1,36 +1,33 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
-#include "geometry/shortest_path.h"
-#include "parts/shape/clean_shape.h"
+#include "geometry/graph.h"
+#include "parts/shape/shape.h"
 
 namespace rangegrasp::parts {
 
 /// Faces that share an edge. Non-manifold edges join all their faces (those of more than 16 in a
 /// row); 3 slots a face are not assumed.
 struct FaceGraph {
-  std::vector<std::uint32_t> begin;  ///< faces + 1; neighbors of face i are [begin[i], begin[i+1])
-  std::vector<std::uint32_t> neighbor;
-  std::vector<std::array<std::uint32_t, 2>> edge;  ///< the shared vertices, parallel to neighbor
+  Indices begin;  ///< faces + 1; neighbors of face i are [begin[i], begin[i+1])
+  Indices neighbor;
+  std::vector<Edge> edge;  ///< the shared vertices, parallel to neighbor
 };
 FaceGraph BuildFaceGraph(const Shape& mesh);
 
 /// That one face, or a group of them, has another as its neighbor across an edge.
 struct FaceLink {
   std::uint32_t from, to;
-  std::array<std::uint32_t, 2> edge;
+  Edge edge;
 };
 /// The graph of links among a number of faces: neighbors in ascending order, then edges.
 FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links);
 
 /// Vertices joined by an edge.
 struct VertexGraph {
-  std::vector<std::uint32_t> begin;  ///< vertices + 1
-  std::vector<std::uint32_t> neighbor;
+  Indices begin;  ///< vertices + 1
+  Indices neighbor;
   std::vector<double> length;  ///< of the edge
 
   std::uint32_t Size() const { return static_cast<std::uint32_t>(begin.size() - 1); }
@@ -39,5 +36,73 @@ struct VertexGraph {
 /// Of a mesh: its edges. Of a cloud: each point with its `cloud_neighbors` nearest, made symmetric.
 /// Pieces that nothing joins stay apart.
 VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors = 8);
+
+struct VertexLink {
+  std::uint32_t from, to;
+  double length;
+};
+/// The graph of links, each both ways; of several between two vertices the shortest stays.
+VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links);
+
+/// Calls visit(node, neighbor, k) for each link of a graph (FaceGraph, VertexGraph), both ways; k
+/// is its place in `neighbor`.
+template <typename Graph, typename Visit>
+void ForEachLink(const Graph& graph, Visit visit) {
+  for (std::uint32_t v = 0; v + 1 < graph.begin.size(); ++v) {
+    for (std::uint32_t k = graph.begin[v]; k < graph.begin[v + 1]; ++k) {
+      visit(v, graph.neighbor[k], k);
+    }
+  }
+}
+
+/// Connected pieces of the nodes of a graph (FaceGraph, VertexGraph): numbered from 0 by falling
+/// size, ties by their first node. joined(a, b) says whether neighbors belong together. O(links).
+/// @param chosen  nodes that count; the others get the label -1.
+/// @return how many pieces there are.
+template <typename Graph, typename Joined>
+std::int32_t LabelPieces(const Graph& graph, const std::vector<bool>& chosen, Joined joined,
+                         Labels& label) {
+  geometry::UnionFind sets(chosen.size());
+  ForEachLink(graph, [&](std::uint32_t v, std::uint32_t next, std::uint32_t) {
+    if (chosen[v] && chosen[next] && joined(v, next)) sets.Unite(v, next);
+  });
+  return geometry::LabelBySize(sets, chosen, label);
+}
+
+/// The same of all neighbors that are chosen.
+template <typename Graph>
+std::int32_t LabelPieces(const Graph& graph, const std::vector<bool>& chosen, Labels& label) {
+  return LabelPieces(
+      graph, chosen, [](std::uint32_t, std::uint32_t) { return true; }, label);
+}
+
+/// The core, 0, and the connected pieces of the other faces, from 1 by falling size. Returns how
+/// many pieces there are without the core.
+std::int32_t LabelOutside(const FaceGraph& faces, const std::vector<bool>& core, Labels& label);
+
+/// Leaves of each label its largest connected piece (ties: that of the lowest face); other pieces
+/// take the label they share most edges with, ties the lower one. Pieces without neighbors stay.
+void JoinCrumbs(const FaceGraph& faces, Labels& label);
+
+/// A link between two nodes, the same both ways; capacity >= 0.
+struct CutLink {
+  std::uint32_t a;
+  std::uint32_t b;
+  double capacity;
+};
+
+/// Source and sink where a caller has no other wish; its nodes count from 2.
+inline constexpr std::uint32_t kSource = 0;
+inline constexpr std::uint32_t kSink = 1;
+
+/// The minimum cut between two nodes (Boykov and Kolmogorov 2004; Boost): true for the nodes on the
+/// source's side. Capacities are rounded to a millionth of the largest, so that the flow is exact.
+/// @throws std::invalid_argument if source equals sink or a node does not exist.
+std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
+                         std::uint32_t source, std::uint32_t sink);
+
+/// The faces turned so that neighbors agree, piece by piece, and each piece encloses a volume >= 0
+/// as seen from its own middle: files often mix orientations. O(n log n)
+std::vector<Face> TurnedOutwards(const Shape& mesh);
 
 }  // namespace rangegrasp::parts

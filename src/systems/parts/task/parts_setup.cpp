@@ -10,22 +10,18 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/hash.h"
-#include "base/number.h"
+#include "base/words.h"
 #include "parts/metrics/human_score.h"
 #include "parts/task/parts_report.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 namespace {
 
 using base::YamlMap;
 using nlohmann::json;
-using parts::Method;
 
-/// Numbers of models and of models a class are bounded so that a slip of the pen is told.
-constexpr int kMaxId = 1'000'000;
-constexpr int kMaxModels = 1'000'000;
-constexpr int kMaxRange = 1000;
+/// Numbers of models and of models a class are bounded so that a slip of the pen is an error.
+constexpr int kMaxId = 1'000'000, kMaxModels = 1'000'000, kMaxRange = 1000;
 
 /// The keys as they stand in the file.
 struct Keys {
@@ -49,7 +45,7 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
     if (!number || !(*number >= low && *number <= high)) {
       map.Fail(key, fmt::format("'{}' must be a number from {} to {}", word, low, high));
     }
-    if (std::count(numbers.begin(), numbers.end(), *number) > 0) {
+    if (std::ranges::count(numbers, *number) > 0) {
       map.Fail(key, fmt::format("{} stands twice", *number));
     }
     numbers.push_back(*number);
@@ -92,35 +88,25 @@ Keys ReadKeys(YamlMap& map) {
   return keys;
 }
 
-void CheckNoneTwice(const YamlMap& map, const std::vector<Method>& methods) {
-  const std::set<Method> different(methods.begin(), methods.end());
-  if (different.size() < methods.size()) map.Fail("methods", "a method stands twice");
-}
-
-void CheckReadClouds(const YamlMap& map, const Keys& keys) {
+void CheckMethods(const YamlMap& map, const Keys& keys) {
+  const std::set<Method> different(keys.methods.begin(), keys.methods.end());
+  if (different.size() < keys.methods.size()) map.Fail("methods", "a method stands twice");
   for (const Method method : keys.methods) {
-    if (keys.clouds.empty() || parts::ReadsClouds(method)) continue;
+    if (keys.clouds.empty() || ReadsClouds(method)) continue;
     map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
                                    base::Word(method)));
   }
 }
 
-/// A model's number, or a range of them: "61-80".
-struct IdRange {
-  int first;
-  int last;
-};
-
-std::optional<IdRange> IdRangeFrom(std::string_view word) {
+/// First and last of a model's number, or of a range of them: "61-80".
+std::optional<std::pair<int, int>> IdRangeFrom(std::string_view word) {
   const std::size_t dash = word.find('-');
   const auto first = base::NumberFrom<int>(word.substr(0, dash));
   const auto last =
       dash == std::string_view::npos ? first : base::NumberFrom<int>(word.substr(dash + 1));
-  if (!first || !last || *first < 0 || *last > kMaxId || *last < *first ||
-      *last - *first >= kMaxRange) {
-    return std::nullopt;
-  }
-  return IdRange{*first, *last};
+  const bool valid = first && last && *first >= 0 && *last <= kMaxId && *last >= *first &&
+                     *last - *first < kMaxRange;
+  return valid ? std::optional(std::pair(*first, *last)) : std::nullopt;
 }
 
 /// @param folder  only those models of ranges count that it holds; all where it is empty.
@@ -140,11 +126,9 @@ std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path&
                                 "as 61-80 of at most {}",
                                 word, kMaxRange));
     }
-    for (int id = range->first; id <= range->last; ++id) {
-      const bool is_one = range->first == range->last;
-      if (!is_one && !folder.empty() && !std::filesystem::exists(parts::ModelFile(folder, id))) {
-        continue;
-      }
+    const bool is_range = range->first != range->second && !folder.empty();
+    for (int id = range->first; id <= range->second; ++id) {
+      if (is_range && !std::filesystem::exists(ModelFile(folder, id))) continue;
       if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", id));
       ids.push_back(id);
     }
@@ -163,7 +147,7 @@ ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesy
 
 /// A class's name becomes part of its cases' ids.
 bool IsName(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+  return !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
     return std::isalnum(c) || c == '_' || c == '-' || c == '.';
   });
 }
@@ -209,12 +193,8 @@ std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
   return folder;
 }
 
-void KeepFirst(int count, std::vector<int>& ids) {
-  ids.resize(std::min(ids.size(), static_cast<std::size_t>(count)));
-}
-
 /// Of the names and bytes of all files that the results come from; a file that is not there counts
-/// as empty, for its rows will tell.
+/// as empty, for its rows report it.
 std::string HashOfModels(const PartsSetup& setup) {
   std::string all;
   const auto add = [&](const std::filesystem::path& file) {
@@ -226,8 +206,8 @@ std::string HashOfModels(const PartsSetup& setup) {
   for (const ModelClass& one : setup.classes) {
     for (const auto* ids : {&one.tune, &one.report}) {
       for (const int id : *ids) {
-        add(parts::ModelFile(setup.folder, id));
-        for (const auto& human : parts::HumanFiles(setup.folder, id)) add(human);
+        add(ModelFile(setup.folder, id));
+        for (const auto& human : HumanFiles(setup.folder, id)) add(human);
       }
     }
   }
@@ -237,15 +217,14 @@ std::string HashOfModels(const PartsSetup& setup) {
 }  // namespace
 
 bool PartsSetup::HasModels(Split split) const {
-  return std::any_of(classes.begin(), classes.end(), [&](const ModelClass& one) {
+  return std::ranges::any_of(classes, [&](const ModelClass& one) {
     return !(split == Split::kTune ? one.tune : one.report).empty();
   });
 }
 
 PartsSetup ReadPartsSetup(YamlMap& map) {
   const Keys keys = ReadKeys(map);
-  CheckNoneTwice(map, keys.methods);
-  CheckReadClouds(map, keys);
+  CheckMethods(map, keys);
   PartsSetup setup;
   setup.methods = keys.methods;
   setup.clouds = keys.clouds;
@@ -255,16 +234,17 @@ PartsSetup ReadPartsSetup(YamlMap& map) {
   setup.folder = FolderOf(map, keys.data);
   if (!keys.runtimes.empty()) {
     setup.published = base::ReadFile(keys.runtimes);
-    PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is told here
+    PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is reported here
   }
-  const bool counts = std::count(setup.methods.begin(), setup.methods.end(), Method::kKMeans) > 0;
+  const bool counts = std::ranges::count(setup.methods, Method::kKMeans) > 0;
   for (ModelClass& one : setup.classes) {
     std::vector<int> ids = one.tune;
     ids.insert(ids.end(), one.report.begin(), one.report.end());
-    if (counts) one.human_segments = parts::MeanHumanSegments(setup.folder, ids);
-    if (keys.models_per_class == 0) continue;
-    KeepFirst(keys.models_per_class, one.tune);
-    KeepFirst(keys.models_per_class, one.report);
+    if (counts) one.human_segments = MeanHumanSegments(setup.folder, ids);
+    for (auto* split : {&one.tune, &one.report}) {
+      const auto limit = static_cast<std::size_t>(keys.models_per_class);
+      if (limit > 0) split->resize(std::min(split->size(), limit));
+    }
   }
   return setup;
 }
@@ -308,4 +288,4 @@ PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
   return setup;
 }
 
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

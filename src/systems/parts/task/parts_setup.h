@@ -1,30 +1,35 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/yaml_map.h"
 #include "experiment/task.h"
 #include "parts/method.h"
-#include "parts/task/sampled_cloud.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 
-/// Parameters are tuned on the models of one split only, so that the other tells what they are
-/// worth.
+/// Parameters are tuned on the models of one split only; the other is held out.
 enum class Split { kTune, kReport };
 constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
+
+/// How a cloud is sampled from a mesh.
+struct CloudGrade {
+  int points = 0;
+  /// Standard deviation of each coordinate, in percent of the diagonal of the mesh's bounding box.
+  double noise_percent = 0.0;
+
+  bool operator==(const CloudGrade&) const = default;
+};
 
 /// A class of models of the benchmark.
 struct ModelClass {
   std::string name;
   std::vector<int> tune;    ///< ids
   std::vector<int> report;  ///< ids; no id stands twice
-  /// Mean number of segments that people made of all models that the file names, which k-means is
-  /// told; 0 where it is not among the methods.
+  /// For k-means: mean number of segments that people made of all models that the file names; 0
+  /// where it is not among the methods.
   int human_segments = 0;
 };
 
@@ -32,8 +37,8 @@ struct ModelClass {
 struct PartsSetup {
   std::filesystem::path folder;  ///< holds off/ and seg/
   std::vector<ModelClass> classes;
-  std::vector<parts::Method> methods;
-  std::vector<CloudGrade> clouds;  ///< sampled from each model, beside the model itself
+  std::vector<Method> methods;
+  std::vector<CloudGrade> clouds;  ///< sampled from each model, in addition to it
   std::string published;           ///< table 6.1 as CSV: method, seconds; or empty
 
   bool HasModels(Split split) const;
@@ -51,4 +56,4 @@ void AddTo(experiment::Stamp& stamp, const PartsSetup& setup);
 /// What AddTo put there.
 PartsSetup PartsSetupOf(const experiment::Stamp& stamp);
 
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

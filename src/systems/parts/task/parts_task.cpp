@@ -5,23 +5,89 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
+#include <set>
 
 #include "base/error.h"
-#include "parts/metrics/human_score.h"
+#include "base/rng.h"
+#include "geometry/mesh.h"
+#include "parts/shape/shape_file.h"
 #include "parts/task/parts_report.h"
 #include "parts/task/parts_setup.h"
-#include "parts/task/parts_view.h"
-#include "parts/task/write_parts.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 namespace {
 
+using Eigen::Vector3d;
 using experiment::Case;
 using experiment::Result;
+using experiment::View;
 using nlohmann::json;
-using parts::Method;
+
+/// Of the models' axes that which points up in pictures: z.
+constexpr int kAxisUp = 2;
+
+// ---- views ----
+
+geometry::TriangleMesh InUnitBox(geometry::TriangleMesh mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : mesh.vertices) {
+    if (IsUsable(p)) box.extend(p);
+  }
+  for (Eigen::Vector3d& p : mesh.vertices) {
+    if (!IsUsable(p)) p = box.center();
+    p = ((p - box.center()) / box.sizes().maxCoeff()).eval();
+  }
+  return mesh;
+}
+
+View::Painted PaintedBy(const geometry::TriangleMesh& mesh, const std::string& name,
+                        const Labels& labels) {
+  constexpr std::size_t kMaxColors = std::numeric_limits<std::uint8_t>::max() + 1;
+  std::map<std::int32_t, std::size_t> position;
+  View::Painted painted;
+  painted.mesh_W = mesh;
+  for (const std::int32_t label : labels) {
+    const auto [place, is_new] = position.emplace(label, position.size());
+    // More colors could not be distinguished; beyond them they come again.
+    painted.paint.push_back(static_cast<std::uint8_t>(place->second % kMaxColors));
+    if (!is_new || painted.colors.size() == kMaxColors) continue;
+    painted.colors.push_back(PaintOf(label));
+  }
+  painted.layer =
+      fmt::format("{}: {} part{}", name, position.size(), position.size() == 1 ? "" : "s");
+  return painted;
+}
+
+// ---- clouds of models ----
+
+/// Points drawn evenly from the surface, each with normal noise.
+/// @throws base::InputError as MakeShape.
+Shape SampleCloud(const Shape& mesh, const CloudGrade& grade, base::Rng& rng) {
+  const FaceFrames frames = BuildFaceFrames(mesh);
+  std::vector<double> up_to(frames.area.size());
+  std::partial_sum(frames.area.begin(), frames.area.end(), up_to.begin());
+  const double deviation =
+      0.01 * grade.noise_percent * geometry::BoundsOf(mesh.points).diagonal().norm();
+  geometry::TriangleMesh cloud;
+  for (int k = 0; k < grade.points; ++k) {
+    const double area = rng.Uniform() * up_to.back();
+    const auto face = std::upper_bound(up_to.begin(), up_to.end() - 1, area) - up_to.begin();
+    const auto& [a, b, c] = mesh.faces[face];
+    const double u = rng.Uniform();
+    const double v = rng.Uniform();
+    Vector3d p = geometry::TrianglePoint(mesh.points[a], mesh.points[b], mesh.points[c], u, v);
+    for (double& x : p) x += deviation * rng.Normal();
+    cloud.vertices.push_back(p);
+  }
+  return MakeShape(cloud);
+}
+
+// ---- cases ----
 
 /// Of the calling thread: a time that other threads and programs do not stretch.
 double ProcessorSeconds() {
@@ -30,15 +96,10 @@ double ProcessorSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Of the models' axes that which points up in a replay's picture: z.
-constexpr int kAxisUp = 2;
-
-double ToMicrosecond(double seconds) { return std::round(seconds * 1e6) / 1e6; }
-
 /// A case while it runs.
 struct Running {
-  std::optional<parts::HumanModel> model;
-  std::optional<parts::Segmentation> found;
+  std::optional<HumanModel> model;
+  std::optional<Segmentation> found;
 };
 
 class PartsExperiment : public experiment::Task {
@@ -68,56 +129,59 @@ class PartsExperiment : public experiment::Task {
     Running running;
     Result result = RunCase(which, running);
     if (!running.model) return result;
-    const parts::HumanModel& model = *running.model;
-    std::vector<std::int32_t> labels;
-    if (running.found) labels = parts::LabelsOfInput(model.shape, model.input.mesh, *running.found);
+    const HumanModel& model = *running.model;
+    Labels labels;
+    if (running.found) labels = LabelsOfInput(model.shape, model.input.mesh, *running.found);
     if (options.view) {
-      *options.view = PartsView(model, json::parse(which.params).at("method"), labels);
+      *options.view = PartsView(model, which.params.Text("method"), labels);
     } else if (running.found) {
       WriteParts(options.folder / which.id, model.input, labels, kAxisUp);
     }
     return result;
   }
 
-  void AddTo(experiment::Stamp& stamp) const override { parts_task::AddTo(stamp, setup_); }
+  void AddTo(experiment::Stamp& stamp) const override { parts::AddTo(stamp, setup_); }
 
  private:
   void AddCases(const ModelClass& one, int id, Split split, std::vector<Case>& cases) const {
     for (const Method method : setup_.methods) {
-      json params = {{"class", one.name},
-                     {"model", id},
-                     {"method", base::Word(method)},
-                     {"split", base::Word(split)}};
+      const experiment::Params params = {{"class", one.name},
+                                         {"model", id},
+                                         {"method", std::string(base::Word(method))},
+                                         {"split", std::string(base::Word(split))}};
       const std::string name = fmt::format("{}-{:04}-{}", one.name, id, base::Word(method));
-      cases.push_back({name, one.name, /*seed=*/0, params.dump()});
+      cases.push_back({name, one.name, /*seed=*/0, params});
       for (const CloudGrade& grade : setup_.clouds) {
-        params["points"] = grade.points;
-        params["noise_percent"] = grade.noise_percent;
+        experiment::Params of_cloud = params;
+        of_cloud.Add("points", grade.points);
+        of_cloud.Add("noise_percent", grade.noise_percent);
         cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent), one.name,
-                         /*seed=*/0, params.dump()});
+                         /*seed=*/0, of_cloud});
       }
     }
   }
 
-  /// What a method finds of a model, or of the cloud of it that the case names, and how long that
-  /// took.
-  parts::Segmentation Segment(const parts::Shape& mesh, const json& params, double& seconds) const {
-    const auto method = base::FromWord<Method>(params.at("method").get<std::string>(), "method");
-    const parts::MethodOptions options = OptionsOf(method, params.at("class"));
-    const auto timed = [&](const parts::Shape& shape) {
+  /// What a method finds of a model, or of the cloud of it that the case names (a face then has the
+  /// label of the point nearest to its center), and how long that took.
+  Segmentation Segment(const Shape& mesh, const experiment::Params& params, double& seconds) const {
+    const auto method = base::FromWord<Method>(params.Text("method"), "method");
+    const MethodOptions options = OptionsOf(method, params.Text("class"));
+    const auto timed = [&](const Shape& shape) {
       const double begin = ProcessorSeconds();
-      parts::Segmentation found = parts::SegmentBy(method, shape, options);
-      seconds = ToMicrosecond(ProcessorSeconds() - begin);
+      Segmentation found = SegmentBy(method, shape, options);
+      seconds = std::round((ProcessorSeconds() - begin) * 1e6) / 1e6;  // to the microsecond
       return found;
     };
-    if (!params.contains("points")) return timed(mesh);
-    const CloudGrade grade{params.at("points"), params.at("noise_percent")};
+    if (!params.Has("points")) return timed(mesh);
+    const CloudGrade grade{params.Int("points"), params.Number("noise_percent")};
     // The same points for every method.
     base::Rng rng(base::DeriveSeed(
-        static_cast<std::uint64_t>(params.at("model").get<int>()),
+        static_cast<std::uint64_t>(params.Int("model")),
         fmt::format("cloud of {} points, {} % noise", grade.points, grade.noise_percent)));
-    const parts::Shape cloud = SampleCloud(mesh, grade, rng);
-    return OfMesh(mesh, cloud, timed(cloud));
+    const Shape cloud = SampleCloud(mesh, grade, rng);
+    Segmentation found = timed(cloud);
+    found.label = LabelsOfNearest(BuildFaceFrames(mesh).center, cloud.points, found.label);
+    return found;
   }
 
   /// Figures are filled in all together or, of a method that fails, not at all.
@@ -126,15 +190,14 @@ class PartsExperiment : public experiment::Task {
     result.outcome = "failed";
     result.stage = "read";
     try {
-      const json params = json::parse(which.params);
-      const parts::HumanModel& model =
-          running.model.emplace(parts::ReadHumanModel(setup_.folder, params.at("model")));
+      const HumanModel& model =
+          running.model.emplace(ReadHumanModel(setup_.folder, which.params.Int("model")));
       result.stage = "method";
       double seconds = 0.0;
-      const parts::Segmentation& found =
-          running.found.emplace(Segment(model.shape, params, seconds));
+      const Segmentation& found =
+          running.found.emplace(Segment(model.shape, which.params, seconds));
       result.stage = "score";
-      const parts::HumanScore score = parts::ScoreAgainstHumans(model, found);
+      const HumanScore score = ScoreAgainstHumans(model, found);
       json data = {{"parts", found.parts}, {"rand_error", score.rand_error}};
       data["cut_discrepancy"] =
           score.cut_discrepancy ? json(*score.cut_discrepancy) : json(nullptr);
@@ -143,20 +206,19 @@ class PartsExperiment : public experiment::Task {
       result.detail = e.what();
     }
     // One line.
-    std::replace_if(
-        result.detail.begin(), result.detail.end(), [](char c) { return c == '\n' || c == '\r'; },
-        ' ');
+    std::ranges::replace_if(
+        result.detail, [](char c) { return c == '\n' || c == '\r'; }, ' ');
     return result;
   }
 
-  /// As in the chapter's evaluation: k-means is told the class's mean number of segments, mirroring
-  /// goes on where no centre inside is found.
-  parts::MethodOptions OptionsOf(Method method, const std::string& class_name) const {
-    parts::MethodOptions options;
+  /// As in the chapter's evaluation: k-means is given the class's mean number of segments,
+  /// mirroring goes on where no center inside is found.
+  MethodOptions OptionsOf(Method method, const std::string& class_name) const {
+    MethodOptions options;
     options.go_on_outside = true;
     for (const ModelClass& one : setup_.classes) {
-      if (method == Method::kKMeans && one.name == class_name)
-        options.clusters = one.human_segments;
+      if (method != Method::kKMeans || one.name != class_name) continue;
+      options.clusters = one.human_segments;
     }
     return options;
   }
@@ -164,11 +226,44 @@ class PartsExperiment : public experiment::Task {
   PartsSetup setup_;
 };
 
-std::unique_ptr<experiment::Task> ReadParts(base::YamlMap& map, const experiment::Common&) {
-  return std::make_unique<PartsExperiment>(ReadPartsSetup(map));
+}  // namespace
+
+Labels MatchedLabels(const Labels& labels, const Labels& reference) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> shares;
+  for (std::size_t i = 0; i < labels.size(); ++i) ++shares[{labels[i], reference[i]}];
+  std::vector<std::tuple<int, std::int32_t, std::int32_t>> order;
+  for (const auto& [pair, faces] : shares) order.emplace_back(-faces, pair.first, pair.second);
+  std::sort(order.begin(), order.end());
+  std::map<std::int32_t, std::int32_t> matched;
+  std::set<std::int32_t> taken(reference.begin(), reference.end());
+  std::int32_t next = taken.empty() ? 0 : *taken.rbegin() + 1;
+  taken.clear();
+  for (const auto& [faces, label, other] : order) {
+    if (!matched.contains(label) && taken.insert(other).second) matched[label] = other;
+  }
+  Labels result;
+  for (const std::int32_t label : labels) {
+    const auto [place, is_new] = matched.emplace(label, next);
+    next += is_new ? 1 : 0;
+    result.push_back(place->second);
+  }
+  return result;
 }
 
-}  // namespace
+View PartsView(const HumanModel& model, const std::string& name, const Labels& found) {
+  const geometry::TriangleMesh mesh = InUnitBox(model.input.mesh);
+  View view;
+  if (!found.empty()) view.painted.push_back(PaintedBy(mesh, name, found));
+  for (std::size_t h = 0; h < model.humans.size(); ++h) {
+    const Labels& human = model.humans[h];
+    view.painted.push_back(PaintedBy(mesh, fmt::format("person {}", h + 1),
+                                     found.empty() ? human : MatchedLabels(human, found)));
+  }
+  const draw::View look = LookAtShape(mesh.vertices, kAxisUp);
+  view.eye_W = look.eye;
+  view.target_W = look.target;
+  return view;
+}
 
 const experiment::TaskKind& PartsTask() {
   static const experiment::TaskKind kind{
@@ -177,11 +272,14 @@ const experiment::TaskKind& PartsTask() {
       .trials_key = "models_per_class",
       .uses_seed = false,
       .success = {},
-      .read = ReadParts,
+      .read = [](base::YamlMap& map,
+                 const experiment::Common&) -> std::unique_ptr<experiment::Task> {
+        return std::make_unique<PartsExperiment>(ReadPartsSetup(map));
+      },
       .read_keys = ReadPartsKeys,
       .report = PartsReport,
       .has_views = true};
   return kind;
 }
 
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

@@ -8,12 +8,10 @@
 #include <vector>
 
 #include "pcl_bridge/cloud.h"
-#include "pcl_bridge/surface_normals.h"
 
 namespace rangegrasp::pcl_bridge {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
-using PclNormals = pcl::PointCloud<pcl::Normal>;
 
 struct Cloud::Data {
   PclCloud::Ptr finite{new PclCloud};  ///< p - origin of the finite points; never written to again
@@ -24,19 +22,6 @@ struct Cloud::Data {
 
 /// The library's positions, which count finite points, as ours; ascending.
 geometry::Indices ToSource(const Cloud& cloud, const pcl::Indices& indices);
-/// Each cluster's, in the clusters' order.
-std::vector<geometry::Indices> ToSource(const Cloud& cloud,
-                                        const std::vector<pcl::PointIndices>& clusters);
-
-/// The points of a cloud that have a normal; the library's sorts and fits do not stand NaN.
-struct OrientedCloud {
-  Cloud cloud;
-  PclNormals::Ptr normals;  ///< one for each of cloud.data().finite
-};
-/// Positions still count in the cloud given.
-/// @throws std::invalid_argument if there is not one normal and one curvature a point.
-OrientedCloud WithNormals(const Cloud& cloud, const Normals& normals);
-
 /// @throws std::invalid_argument with `what` ("option x must be > 0") unless `holds`.
 inline void Demand(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);

@@ -4,24 +4,23 @@
 
 #include <algorithm>
 #include <functional>
-#include <map>
+#include <numeric>
 #include <utility>
 
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "geometry/bounds.h"
-#include "grasp/workspace.h"
+#include "geometry/mesh.h"
+#include "grasp/obstacles.h"
 #include "perception/perceive.h"
-#include "recognition/bring/hiding.h"
-#include "recognition/looks.h"
-#include "recognition/views/looker.h"
+#include "recognition/views/wrist_scanner.h"
 #include "sim/bodies.h"
-#include "trial/between.h"
 
 namespace rangegrasp::bring {
 namespace {
 
 using Eigen::Vector3d;
+using grasp::Grasp;
+using grasp::NamedGrasps;
 using trial::Attempt;
 using trial::Outcome;
 using trial::Sensed;
@@ -31,6 +30,51 @@ constexpr double kTouch_N = 0.05;
 /// Grasps that were tried and failed at one place of an object that is only in the way. What slips
 /// asks for more friction than there is: of 45 more grasps at prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
+
+/// Puts grasps that collide with nothing and leave free what is to be kept free before the others.
+void KeepFree(const NamedGrasps& known, const base::Pose& X_CO, const robot::HandModel& hand,
+              std::vector<Grasp>& grasps) {
+  if (known.keep_free_O.empty()) return;
+  std::ranges::stable_partition(grasps, [&](const Grasp& grasp) {
+    return !grasp.collides && !grasp::TouchesKeptFree(grasp, known, X_CO, hand);
+  });
+}
+
+/// One object of what was seen, first, with its grasps, as a detector hands them over: of a known
+/// object its named grasps for the use, then those of chapter 5 on its model, of which those that
+/// leave free what is to be kept free come first; of an unknown one those of chapter 5.
+/// @param object  position in understanding.scene.objects
+/// @param use  what it is wanted for; empty: anything
+trial::Detected GraspsFor(const Understanding& understanding, std::size_t object,
+                          const std::string& use, const geometry::Observation& observation,
+                          const GraspsOf& grasps_of, const robot::Robot& robot,
+                          const trial::Options& options) {
+  perception::Scene scene = understanding.scene;
+  const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
+  std::rotate(scene.objects.begin(), at, at + 1);
+  const auto obstacles = grasp::ObstaclesOfViews(scene, 0, observation, options.obstacles);
+  const Vector3d arm_W = robot.links().front().X_PB.translation();
+  auto grasps =
+      grasp::PlanGrasps(scene, 0, robot.hand(), arm_W, options.grasp, obstacles.measured_C);
+  std::vector<std::string> names;
+  if (const auto& found = understanding.found[object]) {
+    const NamedGrasps& known = grasps_of.at(found->object);
+    KeepFree(known, found->X_CB, robot.hand(), grasps);
+    const auto named = grasp::PlaceNamedGrasps(known, use, found->X_CB, scene, 0, robot.hand(),
+                                               options.grasp, obstacles.measured_C);
+    for (const grasp::PlacedGrasp& placed : named) {
+      grasps.insert(grasps.begin() + static_cast<std::ptrdiff_t>(names.size()), placed.grasp);
+      names.push_back(known.grasps[placed.named].name);
+    }
+  }
+  trial::Detected detected;
+  detected.segments = static_cast<int>(scene.segments.size());
+  detected.kept = scene.cloud.size();
+  detected.detection = grasp::DetectionFrom(scene, grasps);
+  detected.detection.obstacles = obstacles;
+  for (std::size_t i = 0; i < names.size(); ++i) detected.detection.grasps[i].name = names[i];
+  return detected;
+}
 
 /// What is still the best of all known objects, though a name would be too bold.
 recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
@@ -59,22 +103,19 @@ class Planned : public trial::Detector {
 class TriesByPlace {
  public:
   explicit TriesByPlace(double same_m) : same_m_(same_m) {}
-  int At(const Vector3d& center_W) const {
+  int At(const Vector3d& center_W) {
     const auto found = Find(center_W);
     return found == tries_.end() ? 0 : found->second;
   }
-  void Add(const Vector3d& center_W, int tries) {
-    const auto found = Find(center_W);
-    if (found == tries_.end()) {
-      tries_.emplace_back(center_W, tries);
-    } else {
-      tries_[static_cast<std::size_t>(found - tries_.begin())].second += tries;
-    }
+  void Add(const Vector3d& center_W) {
+    auto found = Find(center_W);
+    if (found == tries_.end()) found = tries_.insert(found, {center_W, 0});
+    ++found->second;
   }
   void Clear() { tries_.clear(); }
 
  private:
-  std::vector<std::pair<Vector3d, int>>::const_iterator Find(const Vector3d& center_W) const {
+  std::vector<std::pair<Vector3d, int>>::iterator Find(const Vector3d& center_W) {
     return std::ranges::find_if(
         tries_, [&](const auto& one) { return (one.first - center_W).norm() <= same_m_; });
   }
@@ -96,8 +137,8 @@ class Run {
         failed_(options_.same_place_m),
         blocked_(options_.same_place_m) {
     const trial::Options& cell = setup.cell.options;
-    if (!trial::Of<views::LookOptions>(cell, views::kLooks).sensor.empty())
-      looker_.emplace(cell, setup.cell.robot, seed);
+    if (!trial::Of<views::WristViewOptions>(cell, views::kWristViews).sensor.empty())
+      wrist_.emplace(cell, setup.cell.robot, seed);
   }
 
   Bring Go() {
@@ -193,7 +234,7 @@ class Run {
   // The table is as it was. From another side more of it may be known.
   std::optional<Said> LookForAWay() {
     blocked_.Clear();
-    const bool another = looker_ && looks_here_ < options_.max_looks && !exhausted_;
+    const bool another = wrist_ && looks_here_ < options_.max_looks && !exhausted_;
     Say(fmt::format("I see no way to take the {}. I look {}.", Title(wanted_),
                     another ? "from another side" : "again"));
     return another ? std::nullopt : AtHomeAgain();
@@ -223,11 +264,11 @@ class Run {
       result_.steps.push_back(std::move(step));
       if (!Usable(result_.steps.back().attempt)) return Cleared::kBroken;
       if (!executed) {
-        blocked_.Add(center_W, 1);
+        blocked_.Add(center_W);
         continue;
       }
       ++clear_tries_;
-      if (!felt) failed_.Add(center_W, 1);
+      if (!felt) failed_.Add(center_W);
       result_.cleared += felt ? 1 : 0;
       idle_ = 0;
       return AfterGrasp();
@@ -328,7 +369,7 @@ class Run {
     base::Stopwatch watch;
     const auto number = static_cast<std::uint64_t>(++result_.looks);
     const std::uint64_t seed = base::DeriveSeed(base::DeriveSeed(seed_, "look"), number);
-    if (looks_here_ == 0 || !looker_) {
+    if (looks_here_ == 0 || !wrist_) {
       sensed_ = trial::Look(setup_.cell, world_, seed);
     } else if (!LookFromTheWrist()) {
       exhausted_ = true;
@@ -340,13 +381,12 @@ class Run {
     auto scene =
         perception::Perceive(sensed_.observation, options.perception, rng,
                              trial::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
-    if (looks_here_ == 1 || !looker_) found_ = recognition::AsFirstSeen(std::move(found_));
+    if (looks_here_ == 1 || !wrist_) found_ = recognition::AsFirstSeen(std::move(found_));
     found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
                                     options_.recognition, rng, recognition::SureOnes(found_));
     known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
     Say(WhatISee());
-    if (observer_.on_look) observer_.on_look(known_, sensed_.observation);
     return true;
   }
 
@@ -358,13 +398,13 @@ class Run {
     const auto& objects = known_.scene.objects;
     const auto region_W =
         unknown != known_.found.end()
-            ? looker_->RegionAbout(
+            ? wrist_->RegionAbout(
                   objects[static_cast<std::size_t>(unknown - known_.found.begin())].center_C,
                   sensed_.observation)
-            : looker_->RegionOfHighest(sensed_.observation);
+            : wrist_->RegionOfHighest(sensed_.observation);
     if (!region_W) return false;
     Eigen::VectorXd q = world_.ArmPositions();
-    const auto look = looker_->LookAt(*region_W, world_, q, sensed_);
+    const auto look = wrist_->AddBestView(*region_W, world_, q, sensed_);
     if (!look) return false;
     result_.moved_s += look->way_s;
     return look->arrived;
@@ -386,25 +426,21 @@ class Run {
   }
 
   std::vector<std::size_t> TopmostFirst() const {
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) order.push_back(i);
+    std::vector<std::size_t> order(known_.scene.objects.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
     return order;
   }
 
   // The others that may be in the way: those near to it, topmost first, and never itself.
   std::vector<std::size_t> NearTo(const perception::PerceivedObject& wanted) const {
-    std::vector<std::size_t> near;
-    for (std::size_t i = 0; i < known_.scene.objects.size(); ++i) {
+    const auto box_C = geometry::BoundsOf(wanted.completed_C);
+    auto near = TopmostFirst();
+    std::erase_if(near, [&](std::size_t i) {
       const perception::PerceivedObject& other = known_.scene.objects[i];
-      if (&other == &wanted) continue;
-      if (Distance(wanted, other) <= options_.near_m) near.push_back(i);
-    }
+      return &other == &wanted ||
+             box_C.exteriorDistance(geometry::BoundsOf(other.completed_C)) > options_.near_m;
+    });
     return near;
-  }
-
-  static double Distance(const perception::PerceivedObject& a,
-                         const perception::PerceivedObject& b) {
-    return geometry::BoundsOf(a.completed_C).exteriorDistance(geometry::BoundsOf(b.completed_C));
   }
 
   std::string Title(const std::string& object) const { return setup_.library.Find(object).title; }
@@ -431,12 +467,12 @@ class Run {
   Sensed sensed_;
   std::vector<recognition::FoundObject> found_;  // in the looks at this table
   Understanding known_;
-  std::vector<base::Pose> executed_W_;   // hands that were at the wanted object
-  TriesByPlace failed_;                  // grasps at others, executed in vain
-  TriesByPlace blocked_;                 // without a grasp or a way, as the table is now
-  std::optional<views::Looker> looker_;  // where there is a sensor on the wrist
-  int looks_here_ = 0;                   // since the table changed
-  bool exhausted_ = false;               // no look tells anything new
+  std::vector<base::Pose> executed_W_;        // hands that were at the wanted object
+  TriesByPlace failed_;                       // grasps at others, executed in vain
+  TriesByPlace blocked_;                      // without a grasp or a way, as the table is now
+  std::optional<views::WristScanner> wrist_;  // where there is a sensor on the wrist
+  int looks_here_ = 0;                        // since the table changed
+  bool exhausted_ = false;                    // no look tells anything new
   int tries_ = 0;
   int clear_tries_ = 0;
   int idle_ = 0;  // attempts in vain at the wanted object, as the table is now

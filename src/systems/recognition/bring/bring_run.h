@@ -3,19 +3,53 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "recognition/bring/bring_grasps.h"
-#include "recognition/bring/bring_options.h"
+#include "base/units.h"
+#include "grasp/named_grasps.h"
 #include "recognition/bring/understanding.h"
-#include "recognition/recognize.h"
+#include "recognition/library.h"
 #include "sim/world.h"
-#include "trial/attempt.h"
+#include "trial/options.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::bring {
+
+/// How a known object is looked for, taken and handed over (section 7.2).
+struct BringOptions {
+  int runs_per_object = 20;
+  /// Objects that the program knows; empty: all of the experiment.
+  std::vector<std::string> known;
+  /// The wanted object is taken off the table before the program looks: it has to say so.
+  bool absent = false;
+  /// What the object is wanted for: of its named grasps those for this use; empty: all.
+  std::string use;
+  int max_tries = 4;  ///< grasps at the wanted object
+  int max_clear = 0;  ///< attempts at others that are in the way; 0: two for each object
+  /// Looks at one table before others are cleared away: the first from the fixed sensor, more from
+  /// the wrist where a sensor is there, else again from the same place.
+  int max_looks = 3;
+  /// Others whose surface is this near to the wanted one may be in its way.
+  double near_m = 0.08;
+  /// Two perceived objects whose centers are no further apart are one, when tries are counted.
+  double same_place_m = 0.03;
+  recognition::LibraryOptions library;
+  recognition::RecognitionOptions recognition;
+  trial::HandOverOptions hand_over;
+};
+
+/// A bring experiment, as its file states it.
+struct Options {
+  trial::Options grasping;
+  BringOptions bring;
+};
+
+/// The known objects' grasps, by the object's name; an object without a file has none of its own.
+using GraspsOf = std::map<std::string, grasp::NamedGrasps>;
 
 /// What the program takes its run for.
 enum class Said {
@@ -28,10 +62,9 @@ constexpr std::array<std::string_view, 4> WordsOf(Said) {
   return {"here_you_are", "not_there", "cannot", "broken"};
 }
 
-/// Outcomes beside those of an attempt that ends with a person.
-inline constexpr const char* kSaidAbsent =
-    "said_absent";                                     ///< it was not there, and was not said to be
-inline constexpr const char* kNotFound = "not_found";  ///< it was there
+/// Outcomes in addition to those of an attempt that ends with a person.
+inline constexpr const char* kSaidAbsent = "said_absent";    ///< it was not there, as said
+inline constexpr const char* kNotFound = "not_found";        ///< it was there, but not found
 inline constexpr const char* kClearedAway = "cleared_away";  ///< it was taken for another thing
 inline constexpr const char* kWrongObject = "wrong_object";  ///< another thing was handed over
 
@@ -50,7 +83,7 @@ struct Step {
 /// A run, from the word to the hand of a person.
 struct Bring {
   Said said = Said::kNotThere;
-  std::string outcome;  ///< as the judge sees it (JudgeBring)
+  std::string outcome;  ///< as the judge sees it, who knows the truth
   std::string detail;
   /// Truth: the glove's static friction on the wanted object, where it is there.
   std::optional<double> friction;
@@ -68,7 +101,6 @@ struct BringObserver {
   sim::ExecutionObserver execution;
   std::function<void(const std::string&)> on_words;
   std::function<void(int attempt)> on_attempt;  ///< before each, from 1
-  std::function<void(const Understanding&, const geometry::Observation&)> on_look;
 };
 
 /// What all runs of an experiment share.

@@ -8,6 +8,7 @@
 #include "base/rng.h"
 #include "geometry/observation.h"
 #include "perception/scene.h"
+#include "recognition/library.h"
 #include "recognition/recognize.h"
 
 namespace rangegrasp::bring {
@@ -31,5 +32,16 @@ void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMes
 Understanding Understand(perception::Scene scene,
                          const std::vector<recognition::FoundObject>& found,
                          const recognition::Library& library);
+
+/// The area of the table [m^2] over which nothing was seen, low above it, in any view, and no known
+/// object stands: there another one may stand. Counted in cells of 10 mm, from 10 mm (what noise
+/// makes of the table) to 40 mm above it.
+/// @param radius_m  about middle_C, a place on the table
+double HidingArea(const geometry::Observation& observation, const Understanding& understanding,
+                  const recognition::Library& library, const Eigen::Vector3d& middle_C,
+                  double radius_m);
+
+/// The area of the smallest face of an object's box [m^2]: it may stand on that.
+double SmallestFootprint(const recognition::KnownObject& object);
 
 }  // namespace rangegrasp::bring

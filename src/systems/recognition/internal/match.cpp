@@ -14,15 +14,27 @@
 namespace rangegrasp::recognition::internal {
 namespace {
 
-/// Registered poses nearer than this to a better one are it, symmetry aside.
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geometry::Points;
+
+/// A segment that is longer or higher than the object by more cannot be it alone.
+constexpr double kTooLarge_m = 0.015;
+/// Poses are no nearer than this to each other, symmetry aside.
+constexpr double kSameGuess_m = 0.010;
+constexpr double kSameGuess_rad = 0.2;
+/// How far a surface reaches is measured on each 8th sample.
+constexpr std::size_t kStride = 8;
+
+/// Registered poses nearer than this to a better one are the same, symmetry aside.
 constexpr double kSame_m = 0.004;
 constexpr double kSame_rad = 0.05;
 constexpr double kSameCoarse_m = 0.015;
 constexpr double kSameCoarse_rad = 0.25;
-/// Pairs' distances of registration: from the first guess's error down to the scanner's.
+/// Maximum pair distances of registration: from the first guess's error down to the scanner's.
 constexpr double kPairs_m[] = {0.025, 0.008};
 constexpr int kIterations[] = {15, 15};
-/// Steps of the last refinement, halved so often.
+/// Steps of the last refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
 constexpr int kHalvings = 3;
@@ -32,27 +44,103 @@ constexpr double kSeenBy = 0.1;
 /// What is this near to the table stands on it; so many points of it are enough.
 constexpr double kContact_m = 0.002;
 constexpr std::size_t kMaxContact = 80;
-/// Poses of one object with scores this near, before they are refined, are refined and told apart
-/// by half the tolerance, by a rim of a millimetre, and by their colors.
+/// Poses of one object whose scores are this near are refined, and distinguished at half the
+/// tolerance (which shows a rim of a millimetre) and by their colors.
 constexpr double kNear = 0.12;
-/// A pose is compared with those that are turned by so many steps about the model's axes.
+/// Steps of a full turn about a principal axis of the model that a pose is compared with.
 constexpr int kTurns = 18;
-/// What is round is turned about its axis by so many steps. A print is looked for by the same, then
-/// by smaller ones.
+/// Steps of a full turn about the axis of a round body. A print is looked for by the same, then by
+/// smaller ones.
 constexpr int kRoundTurns = 36;
 constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
-constexpr std::size_t kFewRays = 600;  ///< it is weighed by
+constexpr std::size_t kFewRays = 600;  ///< that prints are weighed by
 
-base::Pose TableFrame(const geometry::Plane& plane) {
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(plane.normal, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return base::MakePose(R, Eigen::Vector3d(0.0, 0.0, plane.Distance(Eigen::Vector3d::Zero())));
+/// A table frame whose x axis runs along the line of sight.
+base::Pose AlongSight(const Segment& segment) {
+  const Vector3d middle_T = segment.X_TC * geometry::Centroid(segment.cloud_C.points);
+  Vector3d sight_T = middle_T - segment.X_TC * segment.eyes_C.front();
+  sight_T.z() = 0.0;
+  if (sight_T.norm() < 1e-6) sight_T = Vector3d::UnitX();
+  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(sight_T.normalized(), Vector3d::UnitX())
+                         .toRotationMatrix();
+  return base::MakePose(R, Vector3d::Zero()) * segment.X_TC;
+}
+
+bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry, double near_m,
+             double near_rad) {
+  const PoseDifference off = Difference(a, b, symmetry);
+  return off.distance_m < near_m && off.angle_rad < near_rad;
+}
+
+/// Poses in which the object would lie on the table where the segment is: the segment's extents
+/// along and across the line of sight, and those of what would be seen of the object, have one
+/// middle.
+std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& segment) {
+  const base::Pose X_SC = AlongSight(segment);
+  Eigen::AlignedBox3d seen;
+  for (const Vector3d& p : segment.cloud_C.points) seen.extend(X_SC * p);
+  Points to_eyes;
+  for (const Vector3d& eye_C : segment.eyes_C) {
+    to_eyes.push_back((X_SC * eye_C - seen.center()).normalized());
+  }
+  const geometry::PointCloud& surface = object.object->surface_B;
+  std::vector<base::Pose> poses;
+  for (const Matrix3d& way : object.lying) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& corner : object.hull_B) lowest = std::min(lowest, way.row(2).dot(corner));
+    Eigen::AlignedBox3d visible;
+    for (std::size_t i = 0; i < surface.size(); i += kStride) {
+      const Vector3d normal = way * surface.normals[i];
+      const bool faces =
+          std::ranges::any_of(to_eyes, [&](const Vector3d& e) { return normal.dot(e) > 0.1; });
+      if (faces) visible.extend(way * surface.points[i]);
+    }
+    Vector3d size = visible.sizes();
+    size.z() = visible.max().z() - lowest;
+    Vector3d of_segment = seen.sizes();
+    of_segment.z() = seen.max().z();
+    if (((of_segment - size).array() > kTooLarge_m).any()) continue;
+    Vector3d shift = seen.center() - visible.center();
+    shift.z() = -lowest;
+    poses.push_back(X_SC.inverse() * base::MakePose(way, shift));
+  }
+  return poses;
+}
+
+/// Poses that pairs of the segment's points vote for, most votes first.
+std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& segment,
+                                   std::size_t references, base::Rng& rng) {
+  constexpr std::size_t kPeaks = 2;
+  const auto kept = Thinned(segment.cloud_C.points, object.pairs.spacing_m());
+  const geometry::PointCloud thin{geometry::Select(segment.cloud_C.points, kept),
+                                  geometry::Select(segment.cloud_C.normals, kept)};
+  std::vector<PairTable::Voted> voted;
+  const std::size_t step =
+      std::max<std::size_t>(1, thin.size() / std::max<std::size_t>(1, references));
+  for (std::size_t i = rng.Index(step); i < thin.size(); i += step) {
+    object.pairs.Vote(thin, static_cast<std::uint32_t>(i), kPeaks, voted);
+  }
+  std::ranges::stable_sort(voted, std::greater{}, &PairTable::Voted::votes);
+  std::vector<base::Pose> poses;
+  for (const auto& one : voted) {
+    const bool known = std::ranges::any_of(poses, [&](const base::Pose& other) {
+      return AreNear(one.X_CB, other, object.object->symmetry, kSameGuess_m, kSameGuess_rad);
+    });
+    if (!known) poses.push_back(one.X_CB);
+  }
+  return poses;
+}
+
+base::Pose ToTableFrame(const geometry::Plane& plane) {
+  const Matrix3d R =
+      Eigen::Quaterniond::FromTwoVectors(plane.normal, Vector3d::UnitZ()).toRotationMatrix();
+  return base::MakePose(R, Vector3d(0.0, 0.0, plane.Distance(Vector3d::Zero())));
 }
 
 /// As many points of a cloud as registration wants, evenly.
-geometry::Points SourceOf(const geometry::Points& points, std::size_t count) {
+Points SourceOf(const Points& points, std::size_t count) {
   const std::size_t step = std::max<std::size_t>(1, points.size() / count);
-  geometry::Points source;
+  Points source;
   for (std::size_t i = 0; i < points.size(); i += step) source.push_back(points[i]);
   return source;
 }
@@ -65,7 +153,7 @@ double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment&
   return -lowest;
 }
 
-/// The best, of those near to each other one.
+/// The best `count`, of those near to each other only one.
 std::vector<Posed> Best(std::vector<Posed> posed, std::size_t count, const Symmetry& symmetry,
                         double same_m, double same_rad) {
   std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
@@ -73,26 +161,24 @@ std::vector<Posed> Best(std::vector<Posed> posed, std::size_t count, const Symme
   for (const Posed& one : posed) {
     if (best.size() == count) break;
     const bool known = std::ranges::any_of(best, [&](const Posed& other) {
-      const PoseDifference d = Difference(one.X_CB, other.X_CB, symmetry);
-      return d.distance_m < same_m && d.angle_rad < same_rad;
+      return AreNear(one.X_CB, other.X_CB, symmetry, same_m, same_rad);
     });
     if (!known) best.push_back(one);
   }
   return best;
 }
 
-base::Pose TurnAbout(const Eigen::Matrix3d& turn, const Eigen::Vector3d& about_B) {
+base::Pose TurnAbout(const Matrix3d& turn, const Vector3d& about_B) {
   return base::MakePose(turn, about_B - turn * about_B);
 }
-base::Pose TurnAbout(double angle_rad, const Eigen::Vector3d& axis_B,
-                     const Eigen::Vector3d& about_B) {
+base::Pose TurnAbout(double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
   return TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
 }
 
-/// Along the principal axes.
-Eigen::Vector3d MiddleOfExtents(const PreparedObject& object) {
+/// The middle of the hull's extents along the principal axes.
+Vector3d MiddleOfExtents(const PreparedObject& object) {
   Eigen::AlignedBox3d extents;
-  for (const Eigen::Vector3d& corner : object.hull_B) {
+  for (const Vector3d& corner : object.hull_B) {
     extents.extend(object.axes_B.transpose() * corner);
   }
   return object.axes_B * extents.center();
@@ -114,7 +200,7 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
       options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
         return !std::isnan(ray.tone.x());
       });
-  segment.X_TC = TableFrame(scene.table.plane);
+  segment.X_TC = ToTableFrame(scene.table.plane);
   std::vector<std::size_t> seen(observation.views.size(), 0);
   for (const auto point : own) ++seen[scene.SampleOf(point).view];
   for (std::size_t view = 0; view < seen.size(); ++view) {
@@ -135,8 +221,8 @@ std::vector<Posed> Match::Guesses(base::Rng& rng) const {
   for (const auto& X_CB : VotedPoses(*object_, *segment_, references, rng)) {
     voted.push_back(Coarse(X_CB));
   }
-  // One that lies stays beside a better one that pairs voted for: the one is registered with what
-  // it stands on, the other may roll or slide away.
+  // One that lies is kept even where pairs voted for a better one nearby: it is registered with
+  // what it stands on, while the other may roll or slide away.
   const auto count = static_cast<std::size_t>(options_->registered);
   const Symmetry& symmetry = object_->object->symmetry;
   auto best = Best(std::move(lying), count, symmetry, kSameCoarse_m, kSameCoarse_rad);
@@ -146,10 +232,12 @@ std::vector<Posed> Match::Guesses(base::Rng& rng) const {
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
+  const Vector3d up_C = segment_->X_TC.linear().transpose() * Vector3d::UnitZ();
   for (Posed& one : posed) {
     one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
                         : Registered(one.X_CB, *source_);
-    one.X_CB = Lifted(one.X_CB, std::max(0.0, Sunk(*object_, one.X_CB, *segment_)));
+    const double sunk_m = std::max(0.0, Sunk(*object_, one.X_CB, *segment_));
+    one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);
   }
   const std::size_t all = posed.size();
@@ -159,12 +247,11 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
 std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
   const Symmetry& symmetry = object_->object->symmetry;
   std::vector<base::Pose> turned;
-  const auto add = [&](double angle_rad, const Eigen::Vector3d& axis_B,
-                       const Eigen::Vector3d& about_B) {
+  const auto add = [&](double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
     turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
   };
   // Upside down it reaches from where it did to where it did, which its center of mass need not.
-  const Eigen::Vector3d middle_B = MiddleOfExtents(*object_);
+  const Vector3d middle_B = MiddleOfExtents(*object_);
   if (symmetry.axis_B) {
     if (symmetry.rotations.size() == 1) {
       add(base::kPi, symmetry.axis_B->unitOrthogonal(), middle_B);
@@ -172,7 +259,7 @@ std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
     return turned;
   }
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d axis_B = object_->axes_B.col(axis);
+    const Vector3d axis_B = object_->axes_B.col(axis);
     for (int k = 1; k < kTurns; ++k) {
       add(2.0 * base::kPi * k / kTurns, axis_B, symmetry.center_B);
     }
@@ -206,7 +293,7 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
   std::vector<Posed> all;
   for (int axis = 0; axis < 6; ++axis) {
     for (const double sign : {1.0, -1.0}) {
-      const Eigen::Vector3d along_B = object_->axes_B.col(axis % 3);
+      const Vector3d along_B = object_->axes_B.col(axis % 3);
       base::Pose move = base::Pose::Identity();
       if (axis < 3) {
         move.translation() = sign * 1.01 * kDiffers_m * along_B;
@@ -220,21 +307,23 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
   return all;
 }
 
-/// The pose, turned so that the colors agree best: by what lays the shape on itself, and by a few
-/// degrees about the principal axes, for a body that is nearly round was guessed in steps.
+/// The pose, turned so that the colors agree best: by the turns that lay the shape on itself, and
+/// by a few degrees about the principal axes, since a nearly round body was guessed in steps.
 base::Pose Match::Aimed(const base::Pose& X_CB) const {
   const Symmetry& symmetry = object_->object->symmetry;
   Posed best{X_CB, -1.0};
   const auto consider = [&](const base::Pose& pose, Posed& so_far) {
-    if (!Stands(pose, options_->max_sunk_m)) return;
-    const double score = WeighRays(pose, segment_->few, options_->tolerance_m).Score(*options_);
+    if (Sunk(*object_, pose, *segment_) > options_->max_sunk_m) return;
+    const double score =
+        Weigh(*object_, pose, segment_->few, options_->tolerance_m, options_->color_tolerance)
+            .Score(*options_);
     if (score > so_far.score) so_far = {pose, score};
   };
   const int turns = symmetry.axis_B ? kRoundTurns : 1;
-  for (const Eigen::Matrix3d& rotation : symmetry.rotations) {
+  for (const Matrix3d& rotation : symmetry.rotations) {
     for (int k = 0; k < turns; ++k) {
       const Eigen::AngleAxisd about(2.0 * base::kPi * k / turns,
-                                    symmetry.axis_B.value_or(Eigen::Vector3d::UnitZ()));
+                                    symmetry.axis_B.value_or(Vector3d::UnitZ()));
       consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B), best);
     }
   }
@@ -267,19 +356,19 @@ void Match::Settle(std::vector<Posed>& posed) const {
   if (segment_->colored && object_->tones.known()) Aim(posed);
   const double least = posed.front().score - kNear;
   posed.front() = Refined(posed.front());
-  double tightest = Tight(posed.front().X_CB);
+  double tightest = TightScore(posed.front().X_CB);
   for (std::size_t i = 1; i < posed.size(); ++i) {
     if (posed[i].score < least) continue;
     posed[i] = Refined(posed[i]);
-    const double tight = Tight(posed[i].X_CB);
+    const double tight = TightScore(posed[i].X_CB);
     if (tight <= tightest) continue;
     tightest = tight;
     std::swap(posed.front(), posed[i]);
   }
 }
 
-/// Climbs the score of the shape by small moves along and about the axes of the table: colors are
-/// seen a little beside their places.
+/// Climbs the score of the shape by small moves along and about the axes of the table. Colors play
+/// no part: they are seen a little off their places.
 Posed Match::Refined(Posed posed) const {
   double step_m = kStep_m;
   double step_rad = kStep_rad;
@@ -293,46 +382,43 @@ Posed Match::Refined(Posed posed) const {
   return posed;
 }
 
-Evidence Match::WeighRays(const base::Pose& X_CB, const SampleRays& rays,
-                          double tolerance_m) const {
+Evidence Match::WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
+                           double tolerance_m) const {
+  if (Sunk(*object_, X_CB, *segment_) > max_sunk_m) return {};
   return Weigh(*object_, X_CB, rays, tolerance_m, options_->color_tolerance);
 }
 
-bool Match::Stands(const base::Pose& X_CB, double max_sunk_m) const {
-  return Sunk(*object_, X_CB, *segment_) <= max_sunk_m;
-}
-
-/// Without colors: where a pose is so far off, prints are beside their places.
+/// Without colors: where a pose is so far off, prints are not in their places.
 Posed Match::Coarse(const base::Pose& X_CB) const {
-  if (!Stands(X_CB, options_->coarse_tolerance_m)) return {X_CB, 0.0};
-  return {X_CB,
-          WeighRays(X_CB, segment_->coarse, options_->coarse_tolerance_m).ShapeScore(*options_)};
+  const double tolerance_m = options_->coarse_tolerance_m;
+  return {X_CB, WeighAbove(tolerance_m, X_CB, segment_->coarse, tolerance_m).ShapeScore(*options_)};
 }
 
-double Match::Tight(const base::Pose& X_CB) const {
-  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
-  return WeighRays(X_CB, segment_->fine, 0.5 * options_->tolerance_m).Score(*options_);
+Evidence Match::Fine(const base::Pose& X_CB, double tolerance_m) const {
+  return WeighAbove(options_->max_sunk_m, X_CB, segment_->fine, tolerance_m);
+}
+
+double Match::TightScore(const base::Pose& X_CB) const {
+  return Fine(X_CB, 0.5 * options_->tolerance_m).Score(*options_);
 }
 
 double Match::ShapeScore(const base::Pose& X_CB) const {
-  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
-  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).ShapeScore(*options_);
+  return Fine(X_CB, options_->tolerance_m).ShapeScore(*options_);
 }
 
 double Match::FineScore(const base::Pose& X_CB) const {
-  if (!Stands(X_CB, options_->max_sunk_m)) return 0.0;
-  return WeighRays(X_CB, segment_->fine, options_->tolerance_m).Score(*options_);
+  return Fine(X_CB, options_->tolerance_m).Score(*options_);
 }
 
-/// The source, and on the table what the object stands on: a round one would roll into the table
-/// for what is seen of it.
-geometry::Points Match::WithContact(const base::Pose& X_CB) const {
-  geometry::Points points = segment_->source_C;
+/// The source, and on the table the points that the object stands on: without them a round one
+/// would roll into the table.
+Points Match::WithContact(const base::Pose& X_CB) const {
+  Points points = segment_->source_C;
   const base::Pose X_TB = segment_->X_TC * X_CB;
-  const geometry::Points& surface = object_->object->surface_B.points;
-  geometry::Points contact_C;
-  for (const Eigen::Vector3d& p : surface) {
-    Eigen::Vector3d on_table = X_TB * p;
+  const Points& surface = object_->object->surface_B.points;
+  Points contact_C;
+  for (const Vector3d& p : surface) {
+    Vector3d on_table = X_TB * p;
     if (on_table.z() > kContact_m) continue;
     on_table.z() = 0.0;
     contact_C.push_back(segment_->X_TC.inverse() * on_table);
@@ -340,11 +426,6 @@ geometry::Points Match::WithContact(const base::Pose& X_CB) const {
   const std::size_t step = 1 + contact_C.size() / kMaxContact;
   for (std::size_t i = 0; i < contact_C.size(); i += step) points.push_back(contact_C[i]);
   return points;
-}
-
-base::Pose Match::Lifted(const base::Pose& X_CB, double by_m) const {
-  const Eigen::Vector3d up_C = segment_->X_TC.linear().transpose() * Eigen::Vector3d::UnitZ();
-  return Eigen::Translation3d(by_m * up_C) * X_CB;
 }
 
 base::Pose Match::Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const {
@@ -361,9 +442,8 @@ base::Pose Match::Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& so
 }
 
 void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {
-  const Eigen::Vector3d along =
-      segment_->X_TC.linear().transpose() * Eigen::Vector3d::Unit(axis % 3);
-  const Eigen::Vector3d center = posed.X_CB * object_->object->symmetry.center_B;
+  const Vector3d along = segment_->X_TC.linear().transpose() * Vector3d::Unit(axis % 3);
+  const Vector3d center = posed.X_CB * object_->object->symmetry.center_B;
   base::Pose move = base::Pose::Identity();
   if (axis < 3) {
     move.translation() = step_m * along;

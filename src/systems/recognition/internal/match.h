@@ -6,14 +6,26 @@
 #include "base/rng.h"
 #include "pcl_bridge/cloud.h"
 #include "perception/scene.h"
-#include "recognition/internal/evidence.h"
-#include "recognition/internal/hypotheses.h"
+#include "recognition/internal/prepared_object.h"
 #include "recognition/recognize.h"
 
 namespace rangegrasp::recognition::internal {
 
-/// Poses of one object that differ by more are two: what one wants to know a pose to, 5 mm and
-/// 5 deg, and a little.
+/// A perceived object, prepared for the comparison with known ones.
+struct Segment {
+  geometry::PointCloud cloud_C;  ///< with normals
+  geometry::Points source_C;     ///< fewer of its points, for registration
+  SampleRays rays;               ///< all about it
+  SampleRays coarse;
+  SampleRays fine;
+  SampleRays few;                            ///< between the two
+  bool colored = false;                      ///< some rays have tones, and they count
+  base::Pose X_TC = base::Pose::Identity();  ///< the table: z up, origin on it
+  geometry::Points eyes_C;  ///< where the views stood that saw much of it; one or more
+};
+
+/// Poses of one object that differ by more are two: a little more than the wanted accuracy of 5 mm
+/// and 5 deg.
 inline constexpr double kDiffers_m = 0.006;
 inline constexpr double kDiffers_rad = 0.105;
 
@@ -43,17 +55,17 @@ class Match {
   /// The same, registered, the best by the fine score first.
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
 
-  /// Adds what the best pose may be taken for, as far as the rays leave it open: turned about the
-  /// model's principal axes and the one that most of it is round about, and upside down. A body
-  /// that is round but for a handle is guessed where its handle is not.
+  /// Adds poses that the best one may be confused with, as far as the rays leave them open: turned
+  /// about the model's principal axes and its axis of revolution, and upside down. Of a body that
+  /// is round but for a handle, guesses may have missed the handle's place.
   void AddTurned(std::vector<Posed>& posed) const;
 
-  /// What the pose may be instead: moved along and turned about the principal axes by as much as
-  /// makes another pose. A hidden end leaves open how far a body reaches.
+  /// Poses that differ just enough to count as others: moved along and turned about the principal
+  /// axes. A hidden end leaves open how far a body reaches.
   std::vector<Posed> Moved(const Posed& posed) const;
 
-  /// Poses that are about as good as the best are refined too, and the tightest of them goes first.
-  /// From here on the scores are those of shape and colors.
+  /// Refines the best pose and those that are about as good; the one that fits most tightly goes
+  /// first. From here on the scores are those of shape and colors.
   void Settle(std::vector<Posed>& posed) const;
 
   double ShapeScore(const base::Pose& X_CB) const;
@@ -64,12 +76,13 @@ class Match {
   base::Pose Aimed(const base::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
   Posed Coarse(const base::Pose& X_CB) const;
-  double Tight(const base::Pose& X_CB) const;
+  Evidence Fine(const base::Pose& X_CB, double tolerance_m) const;
   double FineScore(const base::Pose& X_CB) const;
-  Evidence WeighRays(const base::Pose& X_CB, const SampleRays& rays, double tolerance_m) const;
-  bool Stands(const base::Pose& X_CB, double max_sunk_m) const;
+  double TightScore(const base::Pose& X_CB) const;
+  // Nothing speaks for a pose that is deeper in the table.
+  Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
+                      double tolerance_m) const;
   geometry::Points WithContact(const base::Pose& X_CB) const;
-  base::Pose Lifted(const base::Pose& X_CB, double by_m) const;
   base::Pose Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const;
   void Climb(int axis, double step_m, double step_rad, Posed& posed) const;
 

@@ -1,48 +1,244 @@
 #include "recognition/task/recognition_task.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/error.h"
+#include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "grasp/workspace.h"
+#include "experiment/report.h"
 #include "perception/perceive.h"
-#include "recognition/looks.h"
-#include "recognition/task/known_objects.h"
-#include "recognition/task/recognition_judge.h"
-#include "recognition/task/recognition_options.h"
-#include "recognition/task/recognition_report.h"
-#include "recognition/views/looker.h"
-#include "sim/info.h"
-#include "trial/objects.h"
+#include "recognition/recognize.h"
+#include "recognition/views/wrist_scanner.h"
+#include "sim/bodies.h"
+#include "trial/judge.h"
 #include "trial/registry.h"
-#include "trial/trial.h"
 
-namespace rangegrasp::recognition_task {
+namespace rangegrasp::recognition {
 namespace {
 
+using base::kDeg;
+using base::kMm;
 using experiment::Case;
+using experiment::Fixed;
+using experiment::IntervalText;
 using nlohmann::ordered_json;
 
-std::vector<sim::ObjectModel> ModelsOf(const trial::Options& options, const std::string& without) {
-  std::vector<sim::ObjectModel> models;
-  for (const std::string& object : options.objects) {
-    if (object != without) models.push_back(trial::ObjectModelOf(options, object));
+struct TaskOptions {
+  trial::Options grasping;
+  LibraryOptions library;
+  RecognitionOptions recognition;
+  /// The library lacks the scene's target, which must stay unknown then.
+  bool without_target = false;
+  /// As long as something that is perceived is open (OpenObjects), the next look is at it; then no
+  /// more of the `views` are taken.
+  bool until_sure = false;
+  double max_distance_m = 0.005;          ///< of a pose that counts as found
+  double max_angle_rad = base::Deg(5.0);  ///< likewise
+};
+/// The keys that `task: grasping` has not.
+void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
+  auto keys = map.Child("recognition", "from what is perceived to known objects and their poses");
+  auto& r = o.recognition;
+  keys.Read("without_target", o.without_target,
+            "the library lacks the scene's target, which must stay unknown then");
+  keys.Read("until_sure", o.until_sure,
+            "looks again only at what is not known or whose pose is open, up to `views` in all");
+  keys.ReadScaled("max_distance_mm", o.max_distance_m, kMm, 0.1, 100.0,
+                  "a pose counts as found up to here ...");
+  keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0, "... and here");
+  keys.ReadScaled("tolerance_mm", r.tolerance_m, kMm, 0.5, 20.0,
+                  "a sample this near to a model's surface is explained");
+  keys.Read("min_score", r.min_score, 0.0, 1.0, "what is found scores so high at least ...");
+  keys.Read("margin", r.margin, 0.0, 1.0, "... and so much higher than any other object there");
+  keys.Read("unexplained_weight", r.unexplained_weight, 0.0, 1.0,
+            "of samples that a model leaves unexplained so much counts");
+  keys.Read("color_weight", r.color_weight, 0.0, 1.0,
+            "where the sensors see colors (color): colors that agree nowhere take this share off "
+            "the score");
+  keys.Read("references", r.references, 0, 1000,
+            "points of a segment whose pairs vote for poses; 0: none");
+  keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");
+  keys.Finish();
+}
+
+TaskOptions ReadOptions(base::YamlMap& map) {
+  TaskOptions options;
+  ReadRecognitionKeys(map, options);
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
   }
-  return models;
+  return options;
+}
+
+/// What became of an object that is to be found.
+enum class Outcome { kFound, kWrongPose, kWrongObject, kUnknown };
+constexpr std::array<std::string_view, 4> WordsOf(Outcome) {
+  return {"found", "wrong_pose", "wrong_object", "unknown"};
+}
+
+/// What was found, compared with the truth, which the judge alone reads.
+struct JudgedFind {
+  const FoundObject* found = nullptr;
+  int truth = -1;  ///< the object that most of its samples are of; -1: the scene
+  bool named_right = false;
+  PoseDifference off;  ///< where it is named right
+  bool near = false;   ///< named right, and not too far off
+};
+
+JudgedFind JudgeFind(const FoundObject& found, const Library& library, const trial::Sensed& sensed,
+                     const sim::World& world, const TaskOptions& options) {
+  JudgedFind judged;
+  judged.found = &found;
+  int most = 0;
+  for (const auto& [object, votes] : trial::ObjectVotes(found.samples, sensed)) {
+    if (votes <= most) continue;
+    most = votes;
+    judged.truth = object;
+  }
+  if (judged.truth < 0) return judged;
+  judged.named_right = world.object_name(judged.truth) == found.object;
+  if (!judged.named_right) return judged;
+  judged.off =
+      Difference(found.X_CB, world.ObjectPose(judged.truth), library.Find(found.object).symmetry);
+  judged.near = judged.off.distance_m <= options.max_distance_m &&
+                judged.off.angle_rad <= options.max_angle_rad;
+  return judged;
+}
+
+/// What the target was taken for; kUnknown where no find is of it.
+Outcome OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
+  const auto of_target = std::ranges::find(finds, target, &JudgedFind::truth);
+  if (of_target == finds.end()) return Outcome::kUnknown;
+  if (!of_target->named_right) return Outcome::kWrongObject;
+  return of_target->near ? Outcome::kFound : Outcome::kWrongPose;
+}
+
+/// What is counted of a row's scenes, and of all finds in them.
+struct Row {
+  std::string object, title;
+  int scenes = 0, found = 0, wrong_object = 0;
+  std::map<std::string, int> otherwise;
+  std::vector<double> distance_mm, angle_deg;
+  int finds = 0, wrong = 0, others = 0, others_near = 0;
+};
+
+void Add(const experiment::Record& record, Row& row) {
+  ++row.scenes;
+  const std::string& outcome = record.result.outcome;
+  row.found += outcome == "found";
+  row.wrong_object += outcome == "wrong_object";
+  if (outcome != "found") ++row.otherwise[outcome];
+  const auto data = nlohmann::json::parse(record.result.data);
+  if (!data.contains("finds")) return;
+  for (const auto& find : data.at("finds")) {
+    ++row.finds;
+    row.wrong += !find.at("named_right").get<bool>();
+    if (!find.at("named_right").get<bool>()) continue;
+    if (find.at("is_target").get<bool>()) {
+      row.distance_mm.push_back(find.at("distance_m").get<double>() * base::kMmPerM);
+      row.angle_deg.push_back(find.at("angle_rad").get<double>() / base::kDeg);
+    } else {
+      ++row.others;
+      row.others_near += find.at("near").get<bool>();
+    }
+  }
+}
+
+std::string Median(const std::vector<double>& values, int digits) {
+  return values.empty() ? "-" : Fixed(base::MedianOf(values), digits);
+}
+
+std::vector<std::string> Cells(const Row& row) {
+  return {row.title,
+          fmt::format("{}", row.scenes),
+          experiment::PercentText(row.found, row.scenes, 1),
+          IntervalText(row.found, row.scenes),
+          fmt::format("{}", row.wrong_object),
+          Median(row.distance_mm, 1),
+          Median(row.angle_deg, 1),
+          experiment::CountsText(row.otherwise)};
+}
+
+std::string TimesNote(const std::vector<experiment::Record>& records) {
+  std::map<std::string, std::vector<double>> each;
+  for (const auto& record : records) {
+    for (const auto& [stage, seconds] : record.result.seconds) each[stage].push_back(seconds);
+  }
+  std::string text = "median seconds of a scene:";
+  for (const auto& [stage, seconds] : each) {
+    text += fmt::format(" {} {}", stage, Fixed(base::MedianOf(seconds), 2));
+  }
+  return text;
+}
+
+/// A row an object: how often it was found where it is, how often not, and why.
+experiment::Report ReportOf(const experiment::Stamp& stamp,
+                            const std::vector<experiment::Record>& records) {
+  std::vector<Row> rows;  // in the records' order
+  Row all;
+  all.title = "All";
+  for (const auto& record : records) {
+    const std::string& object = record.which.group;
+    auto row = std::ranges::find(rows, object, &Row::object);
+    if (row == rows.end()) {
+      row = rows.insert(row, Row());
+      row->object = object;
+      row->title = experiment::TitleOf(stamp, object);
+    }
+    Add(record, *row);
+    Add(record, all);
+  }
+  experiment::Grid grid;
+  grid.header = {"object",       "scenes",          "found %",          "95 %",
+                 "wrong object", "off mm (median)", "off deg (median)", "otherwise"};
+  grid.left.assign(grid.header.size(), false);
+  grid.left.front() = grid.left.back() = true;
+  for (const Row& row : rows) grid.rows.push_back(Cells(row));
+  grid.rows.push_back(Cells(all));
+  grid.total = true;
+  experiment::Report report;
+  report.sections.push_back({"Known objects: the scene's target", grid});
+  report.csv = grid;
+  report.notes.push_back(fmt::format(
+      "of {} objects that were named in all scenes {} were another one ({} %, 95 %: {})", all.finds,
+      all.wrong, experiment::PercentText(all.wrong, all.finds, 1),
+      IntervalText(all.wrong, all.finds)));
+  if (all.others > 0) {
+    report.notes.push_back(fmt::format("of {} others that were named right {} in their pose ({} %)",
+                                       all.others, all.others_near,
+                                       experiment::PercentText(all.others_near, all.others, 1)));
+  }
+  report.notes.push_back(TimesNote(records));
+  return report;
+}
+
+Library LibraryOf(std::span<const sim::ObjectModel> models, const LibraryOptions& options) {
+  std::vector<KnownObject> known;
+  for (const sim::ObjectModel& model : models) {
+    geometry::ColoredMesh surface = sim::ObjectSurface(model);
+    known.push_back(MakeKnownObject(model.name, sim::ObjectTitle(model), std::move(surface.mesh),
+                                    options, std::move(surface.colors)));
+  }
+  return Library(std::move(known), options);
 }
 
 /// By the object that each lacks; "": the whole one.
-std::map<std::string, recognition::Library> LibrariesOf(const Options& options) {
-  std::map<std::string, recognition::Library> libraries;
-  if (!options.without_target) {
-    libraries.emplace("", recognition::LibraryOf(ModelsOf(options.grasping, ""), options.library));
-    return libraries;
-  }
-  for (const std::string& object : options.grasping.objects) {
-    libraries.emplace(object,
-                      recognition::LibraryOf(ModelsOf(options.grasping, object), options.library));
+std::map<std::string, Library> LibrariesOf(const TaskOptions& options) {
+  std::vector<std::string> without = {""};
+  if (options.without_target) without = options.grasping.objects;
+  std::map<std::string, Library> libraries;
+  for (const std::string& object : without) {
+    std::vector<std::string> objects = options.grasping.objects;
+    std::erase(objects, object);
+    libraries.emplace(object, LibraryOf(options.grasping, objects, options.library));
   }
   return libraries;
 }
@@ -54,17 +250,14 @@ ordered_json JsonOf(const base::Pose& X_WO) {
   return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
 }
 
-ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int target,
-                    const Options& options) {
+ordered_json JsonOf(const std::vector<JudgedFind>& judged, const sim::World& world, int target) {
   ordered_json finds = ordered_json::array();
-  for (const JudgedFind& find : judgement.finds) {
-    const bool near = find.named_right && find.off.distance_m <= options.max_distance_m &&
-                      find.off.angle_rad <= options.max_angle_rad;
+  for (const JudgedFind& find : judged) {
     finds.push_back({{"object", find.found->object},
                      {"truth", find.truth < 0 ? "" : world.object_name(find.truth)},
                      {"is_target", find.truth == target},
                      {"named_right", find.named_right},
-                     {"near", near},
+                     {"near", find.near},
                      {"distance_m", find.off.distance_m},
                      {"angle_rad", find.off.angle_rad},
                      {"alternatives", find.found->alternatives_CB.size()},
@@ -82,7 +275,7 @@ ordered_json JsonOf(const Judgement& judgement, const sim::World& world, int tar
 
 class Recognition : public experiment::Task {
  public:
-  Recognition(const Options& options, const experiment::Common& common)
+  Recognition(const TaskOptions& options, const experiment::Common& common)
       : options_(options),
         cell_(options.grasping),
         libraries_(LibrariesOf(options)),
@@ -93,16 +286,14 @@ class Recognition : public experiment::Task {
     for (const std::string& object : cell_.options.objects) {
       for (int i = 0; i < cell_.options.trials_per_object; ++i) {
         const trial::TrialSpec spec{object, i, trial::TrialSeed(seed_, object, i)};
-        const ordered_json params = {{"object", object}, {"index", i}};
-        cases.push_back({trial::TrialId(spec), object, spec.seed, params.dump()});
+        cases.push_back(trial::CaseOf(spec));
       }
     }
     return cases;
   }
 
   experiment::Result Run(const Case& which) const override {
-    const auto params = nlohmann::json::parse(which.params);
-    const trial::TrialSpec spec{params.at("object"), params.at("index"), which.seed};
+    const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
     auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
@@ -110,19 +301,21 @@ class Recognition : public experiment::Task {
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
     const Recognized seen = LookUntilDone(arranged->world, spec, result);
-    const auto& library = LibraryFor(spec);
-    const Judgement judgement =
-        Judge(seen.found, library, seen.sensed, arranged->world, arranged->target, options_);
-    result.outcome = base::Word(judgement.outcome);
+    const sim::World& world = arranged->world;
+    const int target = arranged->target;
+    std::vector<JudgedFind> judged;
+    for (const FoundObject& one : seen.found) {
+      judged.push_back(JudgeFind(one, LibraryFor(spec), seen.sensed, world, options_));
+    }
+    result.outcome = base::Word(OutcomeOf(judged, target));
     result.stage = "recognize";
-    result.data =
-        ordered_json({{"pose_class", arranged->pose_class},
-                      {"scene_objects", arranged->world.objects()},
-                      {"objects", seen.scene.objects.size()},
-                      {"views", seen.sensed.observation.views.size()},
-                      {"target_pose", JsonOf(arranged->world.ObjectPose(arranged->target))},
-                      {"finds", JsonOf(judgement, arranged->world, arranged->target, options_)}})
-            .dump();
+    const ordered_json data = {{"pose_class", arranged->pose_class},
+                               {"scene_objects", world.objects()},
+                               {"objects", seen.scene.objects.size()},
+                               {"views", seen.sensed.observation.views.size()},
+                               {"target_pose", JsonOf(world.ObjectPose(target))},
+                               {"finds", JsonOf(judged, world, target)}};
+    result.data = data.dump();
     return result;
   }
 
@@ -141,15 +334,19 @@ class Recognition : public experiment::Task {
   struct Recognized {
     trial::Sensed sensed;
     perception::Scene scene;
-    std::vector<recognition::FoundObject> found;
+    std::vector<FoundObject> found;
   };
 
-  const recognition::Library& LibraryFor(const trial::TrialSpec& spec) const {
+  const Library& LibraryFor(const trial::TrialSpec& spec) const {
     return libraries_.at(options_.without_target ? spec.object : "");
   }
 
-  /// From the fixed sensor, then from the wrist: as often as `views` says, at the highest thing; or
-  /// no more often than that, at what is still open.
+  int Views() const {
+    return trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
+  }
+
+  /// From the fixed sensor, then from the wrist: up to `views` in all, at the highest thing or at
+  /// what is still open.
   Recognized LookUntilDone(sim::World& world, const trial::TrialSpec& spec,
                            experiment::Result& result) const {
     base::Stopwatch watch;
@@ -157,71 +354,63 @@ class Recognition : public experiment::Task {
     seen.sensed = trial::Look(cell_, world, spec.seed);
     const bool again = Views() > 1;
     if (again && !options_.until_sure) {
-      seen.sensed = views::LookAround(cell_, std::move(seen.sensed), world, spec.seed).sensed;
+      seen.sensed = views::AddWristViews(cell_, std::move(seen.sensed), world, spec.seed).sensed;
     }
-    Seconds seconds{watch.Restart()};
-    Recognize(spec, seen, seconds);
-    if (again && options_.until_sure) LookAtWhatIsOpen(world, spec, seen, seconds);
-    result.seconds.emplace_back("scan", seconds.scan);
-    result.seconds.emplace_back("perceive", seconds.perceive);
-    result.seconds.emplace_back("recognize", seconds.recognize);
+    result.seconds.emplace_back("scan", watch.Seconds());
+    RecognizeAll(spec, seen, result);
+    if (again && options_.until_sure) LookAtWhatIsOpen(world, spec, seen, result);
     return seen;
   }
 
-  int Views() const { return trial::Of<views::LookOptions>(cell_.options, views::kLooks).views; }
-
-  struct Seconds {
-    double scan = 0.0, perceive = 0.0, recognize = 0.0;
-  };
-
-  void Recognize(const trial::TrialSpec& spec, Recognized& seen, Seconds& seconds) const {
+  void RecognizeAll(const trial::TrialSpec& spec, Recognized& seen,
+                    experiment::Result& result) const {
     base::Stopwatch watch;
     base::Rng perceive = trial::StageStream(spec.seed, "perceive");
     seen.scene =
         perception::Perceive(seen.sensed.observation, options_.grasping.perception, perceive,
                              trial::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
-    seconds.perceive += watch.Restart();
+    experiment::AddSeconds("perceive", watch.Restart(), result.seconds);
     base::Rng rng = trial::StageStream(spec.seed, "recognize");
-    seen.found =
-        recognition::Recognize(seen.sensed.observation, seen.scene, LibraryFor(spec),
-                               options_.recognition, rng, recognition::SureOnes(seen.found));
-    seconds.recognize += watch.Seconds();
+    seen.found = Recognize(seen.sensed.observation, seen.scene, LibraryFor(spec),
+                           options_.recognition, rng, SureOnes(seen.found));
+    experiment::AddSeconds("recognize", watch.Seconds(), result.seconds);
   }
 
   void LookAtWhatIsOpen(sim::World& world, const trial::TrialSpec& spec, Recognized& seen,
-                        Seconds& seconds) const {
-    views::Looker looker(cell_.options, cell_.robot, spec.seed);
+                        experiment::Result& result) const {
+    views::WristScanner wrist(cell_.options, cell_.robot, spec.seed);
     Eigen::VectorXd q = cell_.robot.home;
     for (int view = 1; view < Views(); ++view) {
       base::Stopwatch watch;
-      const bool looked = LookAtFirstOpen(looker, world, q, seen);
-      seconds.scan += watch.Seconds();
+      const bool looked = LookAtFirstOpen(wrist, world, q, seen);
+      experiment::AddSeconds("scan", watch.Seconds(), result.seconds);
       if (!looked) break;
-      Recognize(spec, seen, seconds);
+      RecognizeAll(spec, seen, result);
     }
   }
 
   /// @return whether a view was added: that of the topmost open object that a look is worth at
-  bool LookAtFirstOpen(views::Looker& looker, sim::World& world, Eigen::VectorXd& q,
+  bool LookAtFirstOpen(views::WristScanner& wrist, sim::World& world, Eigen::VectorXd& q,
                        Recognized& seen) const {
-    const auto open = recognition::OpenObjects(seen.scene, seen.found, options_.recognition);
+    const auto open = OpenObjects(seen.scene, seen.found, options_.recognition);
     for (const std::size_t object : open) {
       const auto region_W =
-          looker.RegionAbout(seen.scene.objects[object].center_C, seen.sensed.observation);
-      const auto look = looker.LookAt(region_W, world, q, seen.sensed);
+          wrist.RegionAbout(seen.scene.objects[object].center_C, seen.sensed.observation);
+      const auto look = wrist.AddBestView(region_W, world, q, seen.sensed);
       if (look) return look->arrived;
     }
     return false;
   }
 
-  Options options_;
+  TaskOptions options_;
   trial::Cell cell_;
-  std::map<std::string, recognition::Library> libraries_;
+  std::map<std::string, Library> libraries_;
   std::uint64_t seed_;
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  Options options = ReadOptions(map);
+  TaskOptions options = ReadOptions(map);
+  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
   trial::CheckObjects(map, options.grasping);
   trial::RequireOwnDetector(map, options.grasping);
   options.grasping.seed = common.seed;
@@ -229,6 +418,37 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 }
 
 }  // namespace
+
+Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
+                  const LibraryOptions& library) {
+  std::vector<sim::ObjectModel> models;
+  for (const std::string& object : objects) {
+    models.push_back(trial::ObjectModelOf(options, object));
+  }
+  return LibraryOf(models, library);
+}
+
+Library LoadLibrary(std::span<const std::filesystem::path> folders, const LibraryOptions& options) {
+  std::map<std::string, std::filesystem::path> files;  // by name: the same on every file system
+  for (const auto& folder : folders) {
+    if (!std::filesystem::is_directory(folder)) {
+      throw base::InputError(folder.string() +
+                             ": no folder (it must hold NAME/NAME.xml for every known object)");
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      const auto mjcf = entry.path() / (name + ".xml");
+      if (std::filesystem::is_regular_file(mjcf)) files.try_emplace(name, mjcf);
+    }
+  }
+  if (files.empty()) {
+    throw base::InputError((folders.empty() ? std::string("no folder") : folders.front().string()) +
+                           ": holds no known object (NAME/NAME.xml)");
+  }
+  std::vector<sim::ObjectModel> models;
+  for (const auto& [name, mjcf] : files) models.push_back({name, mjcf});
+  return LibraryOf(models, options);
+}
 
 const experiment::TaskKind& RecognitionTask() {
   static const experiment::TaskKind kind{
@@ -240,14 +460,13 @@ const experiment::TaskKind& RecognitionTask() {
       .uses_seed = true,
       .success = "found",
       .read = Read,
-      .check = [](base::YamlMap& map) { return trial::CheckModels(ReadOptions(map).grasping); },
       .read_keys =
           [](base::YamlMap& map) {
-            Options options;
+            TaskOptions options;
             ReadRecognitionKeys(map, options);
           },
       .report = ReportOf};
   return kind;
 }
 
-}  // namespace rangegrasp::recognition_task
+}  // namespace rangegrasp::recognition

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "geometry/kd_tree.h"
-#include "geometry/normals.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::views {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <functional>
 
 #include "base/units.h"
 #include "robot/ik.h"
@@ -27,10 +27,6 @@ base::Pose LookingAt(const Eigen::Vector3d& center_C, const Eigen::Vector3d& awa
   return base::MakePose(R, center_C + distance_m * away_C);
 }
 
-base::Pose Rolled(const base::Pose& X_CS, double angle_rad) {
-  return X_CS * Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ());
-}
-
 std::vector<Candidate> ByGain(const geometry::SeenSpace& space, const ViewRequest& request,
                               const NextViewOptions& options) {
   std::vector<Candidate> candidates;
@@ -38,8 +34,7 @@ std::vector<Candidate> ByGain(const geometry::SeenSpace& space, const ViewReques
     const double gain_m3 = space.GainFrom(X_CS, request.field, request.region_C, options.depth_m);
     if (gain_m3 >= options.min_gain_m3) candidates.push_back({X_CS, gain_m3});
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.gain_m3 > b.gain_m3; });
+  std::ranges::stable_sort(candidates, std::greater{}, &Candidate::gain_m3);
   return candidates;
 }
 
@@ -65,22 +60,24 @@ class Reach {
   }
 
   /// By the turn about the line of sight and the configuration that moves the arm least.
-  std::optional<Look> To(const Candidate& candidate) {
-    std::vector<Look> looks;
+  std::optional<PlannedView> To(const Candidate& candidate) {
+    std::vector<PlannedView> views;
     for (int roll = 0; roll < options_.rolls; ++roll) {
-      const base::Pose X_CS = Rolled(candidate.X_CS, roll * 2.0 * base::kPi / options_.rolls);
+      const Eigen::AngleAxisd turn(roll * 2.0 * base::kPi / options_.rolls,
+                                   Eigen::Vector3d::UnitZ());
+      const base::Pose X_CS = candidate.X_CS * turn;
       for (Eigen::VectorXd& q : Configurations(X_CS)) {
-        looks.push_back({std::move(q), X_CS, {}, candidate.gain_m3, 0.0});
+        views.push_back({std::move(q), X_CS, {}, candidate.gain_m3, 0.0});
       }
     }
-    std::stable_sort(looks.begin(), looks.end(),
-                     [this](const Look& a, const Look& b) { return Travel(a.q) < Travel(b.q); });
+    std::ranges::stable_sort(views, std::less{},
+                             [this](const PlannedView& view) { return Travel(view.q); });
     constexpr std::size_t kPlans = 3;  // of one place: what blocks one way mostly blocks the others
-    for (std::size_t i = 0; i < std::min(kPlans, looks.size()); ++i) {
-      auto way = planner_.PlanMotion(request_.q_now, looks[i].q, rng_);
+    for (std::size_t i = 0; i < std::min(kPlans, views.size()); ++i) {
+      auto way = planner_.PlanMotion(request_.q_now, views[i].q, rng_);
       if (!way) continue;
-      looks[i].way = std::move(*way);
-      return std::move(looks[i]);
+      views[i].way = std::move(*way);
+      return std::move(views[i]);
     }
     return std::nullopt;
   }
@@ -124,9 +121,10 @@ std::vector<base::Pose> PosesAbout(const Eigen::Vector3d& center_C,
   return poses;
 }
 
-std::optional<Look> NextBestView(const robot::Robot& robot, const geometry::Observation& so_far,
-                                 const ViewRequest& request, const NextViewOptions& options,
-                                 const planning::PlanOptions& planning, base::Rng& rng) {
+std::optional<PlannedView> NextBestView(const robot::Robot& robot,
+                                        const geometry::Observation& so_far,
+                                        const ViewRequest& request, const NextViewOptions& options,
+                                        const planning::PlanOptions& planning, base::Rng& rng) {
   const geometry::SeenSpace space = SpaceOf(so_far, request.region_C, options.cell_m);
   const std::vector<Candidate> candidates = ByGain(space, request, options);
   if (candidates.empty()) return std::nullopt;
@@ -134,10 +132,10 @@ std::optional<Look> NextBestView(const robot::Robot& robot, const geometry::Obse
   reach.KeepClearOf(SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m));
   const auto places = std::min(candidates.size(), static_cast<std::size_t>(options.max_places));
   for (std::size_t i = 0; i < places; ++i) {
-    std::optional<Look> look = reach.To(candidates[i]);
-    if (!look) continue;
-    look->unseen_m3 = space.UnseenVolume();
-    return look;
+    std::optional<PlannedView> view = reach.To(candidates[i]);
+    if (!view) continue;
+    view->unseen_m3 = space.UnseenVolume();
+    return view;
   }
   return std::nullopt;
 }

@@ -3,11 +3,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/rng.h"
-#include "base/trajectory.h"
 #include "base/units.h"
 #include "geometry/observation.h"
-#include "geometry/seen_space.h"
 #include "robot/planning/planning.h"
 #include "robot/robot.h"
 
@@ -44,7 +43,7 @@ struct ViewRequest {
 };
 
 /// A place to look from, and the way there.
-struct Look {
+struct PlannedView {
   Eigen::VectorXd q;
   base::Pose X_CS = base::Pose::Identity();  ///< the sensor there
   base::JointTrajectory way;                 ///< from q_now, with no collision that is foreseen
@@ -55,9 +54,10 @@ struct Look {
 /// The next best view: of the places about the region that the arm can bring the sensor to, the one
 /// that is expected to see most of what no view has seen there. nullopt if that is less than
 /// min_gain_m3, or the arm gets to none of max_places. C is W. Depends on its arguments alone.
-std::optional<Look> NextBestView(const robot::Robot& robot, const geometry::Observation& so_far,
-                                 const ViewRequest& request, const NextViewOptions& options,
-                                 const planning::PlanOptions& planning, base::Rng& rng);
+std::optional<PlannedView> NextBestView(const robot::Robot& robot,
+                                        const geometry::Observation& so_far,
+                                        const ViewRequest& request, const NextViewOptions& options,
+                                        const planning::PlanOptions& planning, base::Rng& rng);
 
 /// Poses on spheres about a point that look at it, S's y axis as low as it may.
 std::vector<base::Pose> PosesAbout(const Eigen::Vector3d& center_C, const NextViewOptions& options);

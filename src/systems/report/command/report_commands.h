@@ -7,7 +7,6 @@ class App;
 namespace rangegrasp::cli {
 
 void AddExportCommand(CLI::App& app);     ///< export
-void AddReportCommand(CLI::App& app);     ///< report
 void AddReproduceCommand(CLI::App& app);  ///< reproduce
 
 }  // namespace rangegrasp::cli

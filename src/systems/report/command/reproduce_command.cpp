@@ -1,29 +1,82 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <thread>
 
-#include "base/data_folder.h"
 #include "base/error.h"
-#include "base/systems.h"
-#include "base/version.h"
+#include "base/installation.h"
+#include "base/stopwatch.h"
 #include "base/words.h"
 #include "cli/output.h"
-#include "cli/run_into.h"
-#include "experiment/kinds.h"
-#include "experiment/published_tables.h"
+#include "cli/run.h"
 #include "experiment/reproduction.h"
-#include "experiment/results.h"
-#include "experiment/store.h"
 #include "report/command/report_commands.h"
-#include "report/command/reproduce_progress.h"
 
 namespace rangegrasp::cli {
 namespace {
+
+// What is to be run: one experiment, or several together.
+struct PlannedCases {
+  int all = 0;          // done or not
+  int stored = 0;       // done by an earlier run
+  double left_s = 0.0;  // what the others take, as far as it is known before
+};
+
+// The plan counts as if so much of it had come true before anything was measured [s].
+constexpr double kTrust_s = 20.0;
+
+// The progress of several runs: a line on a terminal with the time left of all; without one a
+// message at the begin of each run.
+class ReproduceProgress {
+ public:
+  explicit ReproduceProgress(const PlannedCases& all) : all_(all) {}
+
+  // A run begins. @param name  "table 5.2"
+  void Begin(const std::string& name, const PlannedCases& run) {
+    name_ = name;
+    run_ = run;
+    done_ = 0;
+    if (isatty(STDERR_FILENO)) return;
+    spdlog::info("{}: {} cases, {} of them done; {} of {} cases before it, about {} left", name_,
+                 run_.all, run_.stored, before_, all_.all, LeftText());
+  }
+  void OneDone() {
+    ++done_;
+    const double planned_s = run_.left_s / (run_.all - run_.stored);
+    all_.left_s -= planned_s;
+    spent_s_ += planned_s;
+    if (!isatty(STDERR_FILENO)) return;
+    fmt::print(stderr, "\r{}: {} of {} cases; {} of {} in all, about {} left\033[K", name_,
+               run_.stored + done_, run_.all, before_ + run_.stored + done_, all_.all, LeftText());
+    std::fflush(stderr);
+  }
+  // It is over, whether or not all of its cases were run.
+  void End() {
+    const int open = run_.all - run_.stored;
+    if (open > 0) all_.left_s -= run_.left_s * (open - done_) / open;
+    before_ += run_.all;
+    if (isatty(STDERR_FILENO)) fmt::print(stderr, "\r\033[K");
+  }
+
+ private:
+  std::string LeftText() const {
+    const double left_s = all_.left_s * (watch_.Seconds() + kTrust_s) / (spent_s_ + kTrust_s);
+    return left_s < 90.0 ? fmt::format("{:.0f} s", left_s)
+                         : fmt::format("{:.0f} min", left_s / 60.0);
+  }
+
+  PlannedCases all_;
+  PlannedCases run_;
+  std::string name_;
+  base::Stopwatch watch_;
+  int done_ = 0;          // of the run's cases that were not stored
+  int before_ = 0;        // cases of earlier runs
+  double spent_s_ = 0.0;  // planned, of what was run
+};
 
 using experiment::PublishedTable;
 using experiment::ReproducedTable;
@@ -32,11 +85,8 @@ using experiment::Store;
 
 struct ReproduceArguments {
   std::vector<std::string> tables;
-  std::string out;
-  std::string seeds;
-  std::string parts_data;
-  std::string format = "markdown";
-  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::string out, seeds, parts_data, format = "markdown";
+  int jobs = 1;
   bool is_short = false;
 
   std::filesystem::path Folder() const {
@@ -49,9 +99,8 @@ struct ReproduceArguments {
 std::vector<PublishedTable> RunsOf(const std::vector<PublishedTable>& tables) {
   std::vector<PublishedTable> runs;
   for (const PublishedTable& table : tables) {
-    const bool there = std::ranges::any_of(
-        runs, [&](const PublishedTable& run) { return run.experiment == table.experiment; });
-    if (!there) runs.push_back(table);
+    const auto same = std::ranges::find(runs, table.experiment, &PublishedTable::experiment);
+    if (same == runs.end()) runs.push_back(table);
   }
   return runs;
 }
@@ -69,7 +118,7 @@ int JobsOf(const PublishedTable& run, int jobs) { return run.is_of_times ? 1 : j
 
 experiment::Changes ChangesOf(const PublishedTable& run, const ReproduceArguments& arguments) {
   experiment::Changes changes;
-  changes.groups = run.groups;
+  if (!run.group.empty()) changes.groups = {run.group};
   if (arguments.is_short) changes.trials = run.short_trials;
   if (!arguments.parts_data.empty() && run.experiment == "parts_psb") {
     const auto folder = std::filesystem::absolute(arguments.parts_data).lexically_normal();
@@ -171,7 +220,6 @@ class Reproducer {
     try {
       const auto file = base::FindExperiment(run.experiment);
       const auto changes = ChangesOf(run, arguments_);
-      CheckBeforeRun(file, changes);
       const Ran ran = RunExperiment(file, changes, SeedsOf(run), FolderOf(run), options);
       if (!ran.failed.empty()) failed_.push_back(NameOf(run, tables_) + ": " + ran.failed);
     } catch (const base::NotBuilt&) {
@@ -240,8 +288,7 @@ void AddReproduceCommand(CLI::App& app) {
                     "about a tenth of the trials, in minutes; its verdicts are weak");
   command->add_option("-o,--out", a->out,
                       "folder (default: results/reproduced, or results/reproduced_short)");
-  command->add_option("--jobs", a->jobs, "cases at the same time (default: the number of cores)")
-      ->check(CLI::Range(1, 1024));
+  AddJobsOption(*command, "cases", a->jobs);
   command->add_option("--seeds", a->seeds,
                       "instead of each experiment's own, e.g. 1,2,3: as many times the trials");
   command->add_option("--psb", a->parts_data,

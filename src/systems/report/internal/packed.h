@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/frames.h"
@@ -23,5 +24,8 @@ nlohmann::ordered_json PackedPoses(const std::vector<base::Pose>& poses);
 /// {"low": l, "step": s, "data": 16-bit steps above low}: within half a step, 1 / 65534 of their
 /// range; 65535 for a number that is not finite.
 nlohmann::ordered_json PackedNumbers(std::span<const double> numbers);
+
+/// Bytes as RFC 4648 writes them, padded: what a browser's atob reads.
+std::string Base64(std::span<const unsigned char> bytes);
 
 }  // namespace rangegrasp::report::internal

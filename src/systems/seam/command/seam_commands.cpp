@@ -1,29 +1,182 @@
-#include "seam/command/seam_commands.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "base/draw/plot.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/units.h"
 #include "base/words.h"
+#include "cli/commands.h"
 #include "cli/output.h"
-#include "seam/command/seam_calibration.h"
+#include "experiment/experiment.h"
+#include "seam/calibration.h"
 #include "seam/command/seam_profile_file.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
-#include "seam/stitching/correction.h"
-#include "seam/task/seam_pictures.h"
+#include "seam/stitching/closed_loop.h"
+#include "seam/task/seam_experiment.h"
+#include "seam/task/seam_task.h"
 #include "seam/tracker.h"
 
 namespace rangegrasp::cli {
 namespace {
+
+using seam::ProfileFileOptions;
+using seam::SeamExperiment;
+
+struct GenerateArguments {
+  std::string experiment, out;
+  int seam = 0;
+  std::optional<std::uint64_t> seed;
+  bool raw = false, body = false;
+};
+
+// Scans of the calibration body and the heights of its base, as `calibrate` reads them.
+void GenerateBody(const SeamExperiment& experiment, const std::filesystem::path& out) {
+  std::vector<seam::Profile> rows;
+  std::string bases = "scan,base_mm\n";
+  const seam::StripeSensor sensor(experiment.sensor);
+  for (const auto& scan : seam::CalibrationScansOf(experiment, sensor)) {
+    rows.push_back({scan.profile.row_px, 0.0});
+    bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * base::kMmPerM);
+  }
+  seam::WriteProfiles(rows, out, RowFileOptions());
+  WriteResult(bases, std::filesystem::path(out).replace_extension(".bases.csv"));
+  spdlog::info("{} scans of the calibration body in {}, its heights beside it", rows.size(),
+               out.string());
+}
+
+void Generate(const GenerateArguments& arguments) {
+  SeamExperiment experiment = seam::ReadSeamExperiment(arguments.experiment);
+  if (arguments.seed) experiment.seed = *arguments.seed;
+  if (arguments.body) {
+    GenerateBody(experiment, arguments.out);
+    return;
+  }
+  const seam::StripeSensor sensor(experiment.sensor);
+  const seam::Calibration calibration = seam::CalibrationOf(experiment, sensor);
+  const seam::Recording recording = seam::RecordSeam(experiment, sensor, arguments.seam);
+  std::vector<seam::Profile> profiles;
+  for (const seam::RawProfile& raw : recording.raw) {
+    profiles.push_back(arguments.raw ? seam::Profile{raw.row_px, raw.time_s}
+                                     : seam::Calibrate(raw, calibration));
+  }
+  const std::filesystem::path out(arguments.out);
+  seam::WriteProfiles(profiles, out, arguments.raw ? RowFileOptions() : ProfileFileOptions{});
+  WriteResult(seam::LabelsCsv(recording),
+              std::filesystem::path(out).replace_extension(".labels.csv"));
+  if (arguments.raw) {
+    seam::WriteCalibration(calibration,
+                           std::filesystem::path(out).replace_extension(".calibration.yaml"));
+  }
+  spdlog::info("{} profiles in {}, their labels beside it", profiles.size(), out.string());
+}
+
+struct CalibrateArguments {
+  std::string scans, bases, out;
+  std::vector<double> step_heights_mm;
+  std::optional<double> step_width_mm;
+};
+
+seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
+  seam::CalibrationBody body;
+  if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
+  for (const double height : arguments.step_heights_mm)
+    body.step_heights_m.push_back(height / base::kMmPerM);
+  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / base::kMmPerM;
+  return body;
+}
+
+std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
+  const auto rows = seam::ReadProfiles(arguments.scans, RowFileOptions());
+  const auto bases = base::CsvTable::Read(arguments.bases);
+  const std::size_t base = bases.Column("base_mm");
+  std::vector<double> bases_m;
+  for (std::size_t i = 0; i < bases.rows(); ++i) {
+    bases_m.push_back(bases.Number(i, base) / base::kMmPerM);
+  }
+  if (rows.size() != bases_m.size()) {
+    throw base::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
+                                       arguments.bases, bases_m.size(), arguments.scans,
+                                       rows.size()));
+  }
+  std::vector<seam::CalibrationScan> scans;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    scans.push_back({{rows[i].height_m, 0.0}, bases_m[i]});
+  }
+  return scans;
+}
+
+void Calibrate(const CalibrateArguments& arguments) {
+  const auto scans = ReadScans(arguments);
+  seam::Calibration calibration;
+  try {
+    calibration = seam::CalibrateFromBody(BodyFrom(arguments), scans);
+  } catch (const base::InputError& error) {
+    throw base::InputError(arguments.scans + ": " + error.what());
+  }
+  seam::WriteCalibration(calibration, arguments.out);
+  spdlog::info(
+      "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} "
+      "columns a mm",
+      arguments.out, calibration.row_min_px, calibration.row_max_px,
+      calibration.HeightAt(calibration.row_min_px) * base::kMmPerM,
+      calibration.HeightAt(calibration.row_max_px) * base::kMmPerM,
+      1.0 / calibration.meters_per_column[0] / base::kMmPerM);
+}
+
+/// `seam generate`: simulated profiles, or scans of the calibration body.
+void AddSeamGenerate(CLI::App& seam) {
+  auto* command = seam.add_subcommand("generate", "Simulated profiles of one seam, with labels.");
+  auto arguments = std::make_shared<GenerateArguments>();
+  command->add_option("experiment", arguments->experiment, "seam experiment file")->required();
+  command->add_option("-o,--out", arguments->out, "profiles: .csv, or .png/.pgm with 16 bits")
+      ->required();
+  command->add_option("--seam", arguments->seam, "its number, from 0")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--seed", arguments->seed, "instead of the experiment's");
+  command->add_flag("--raw", arguments->raw, "camera rows, with the calibration beside them");
+  command->add_flag("--body", arguments->body, "scans of the calibration body instead of a seam");
+  command->footer(
+      "Example: rangegrasp seam generate experiments/seam_base.yaml --seam 3 -o results/seam3.csv");
+  command->callback([arguments] { Generate(*arguments); });
+}
+
+/// `seam calibrate`: scans of a calibration body to a calibration.
+void AddSeamCalibrate(CLI::App& seam) {
+  auto* command = seam.add_subcommand(
+      "calibrate", "Calibration of a stripe sensor from scans of a stepped body.");
+  auto arguments = std::make_shared<CalibrateArguments>();
+  command
+      ->add_option("scans", arguments->scans,
+                   "camera rows, one scan a row: CSV, or 16-bit PNG/PGM (64 grey levels a row)")
+      ->required();
+  command
+      ->add_option("--bases", arguments->bases,
+                   "CSV with a header and a line 'scan,base_mm' a scan: the height of the body's "
+                   "base in the sensor's frame")
+      ->required();
+  command
+      ->add_option("--step-heights-mm", arguments->step_heights_mm,
+                   "of the body's steps above its base (0,2,5,9,5,2,0)")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1000.0));
+  command->add_option("--step-width-mm", arguments->step_width_mm, "of every step (8)")
+      ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("-o,--out", arguments->out, "calibration, YAML")->required();
+  command->footer(
+      "Example: rangegrasp seam calibrate body.csv --bases body.bases.csv -o sensor.yaml");
+  command->callback([arguments] { Calibrate(*arguments); });
+}
 
 using nlohmann::ordered_json;
 
@@ -82,7 +235,7 @@ class Detection {
       PrintLine(reading, stop, read);
     }
     if (!arguments_.picture.empty() && row == static_cast<std::size_t>(arguments_.picture_row)) {
-      WriteResult(draw::PlotSvg(seam_task::ProfilePanels(*tracker_, reading, options_.line)),
+      WriteResult(draw::PlotSvg(seam::ProfilePanels(*tracker_, reading, options_.line)),
                   arguments_.picture);
       drawn_ = true;
     }
@@ -178,14 +331,14 @@ class Detection {
   }
 
   void PrintXml(const seam::EdgePacket& packet, std::optional<seam::StopReason> stop) const {
-    stitching::Correction correction;
+    seam::Correction correction;
     correction.time_s = packet.time_s;
     correction.valid = packet.column.has_value();
     correction.edge_x_m = packet.x_m + center_x_m_;
     correction.deviation_m = correction.edge_x_m;
     correction.sure = packet.sure;
     correction.stop = stop;
-    WriteResult(stitching::ToXml(correction));
+    WriteResult(seam::ToXml(correction));
   }
 
   DetectArguments arguments_;
@@ -199,7 +352,7 @@ class Detection {
   bool drawn_ = false;
 };
 
-// A damaged row of a stream is told and left out; the stream goes on.
+// A damaged row of a stream is reported and left out; the stream goes on.
 std::size_t DetectStream(std::istream& in, Detection& detection) {
   seam::ProfileStream stream(in, detection.FileOptions());
   std::size_t rows = 0;
@@ -294,8 +447,6 @@ void AddMoved(CLI::App& seam, const std::string& name, const std::string& now) {
   });
 }
 
-}  // namespace
-
 void AddSeamCommands(CLI::App& app) {
   auto* seam =
       app.add_subcommand("seam", "Edges of overlapping fibre mats in laser-stripe profiles.");
@@ -312,4 +463,16 @@ void AddSeamCommands(CLI::App& app) {
       "of them again, with its path, packets and picture");
 }
 
+}  // namespace
 }  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterSeam() {
+  experiment::AddKind(seam::SeamTask());
+  cli::AddCommand(cli::AddSeamCommands);
+  cli::AddListing({"formats", "every key of formats of profiles: the page docs/profile-formats.md",
+                   cli::ProfileKeysPage, false});
+}
+
+}  // namespace rangegrasp

@@ -2,17 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <string_view>
-
 #include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
-#include "base/yaml_map.h"
 #include "experiment/experiment.h"
-#include "seam/command/seam_calibration.h"
-#include "seam/profile_presets.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -38,7 +31,7 @@ constexpr std::array<std::string_view, 11> kHeightKeys = {
 
 constexpr const char* kPage = R"(# Formats of profiles
 
-`rangegrasp seam detect` reads profiles of other sensors as these keys say. They stand below `file` in the YAML of `--options`, or are told
+`rangegrasp seam detect` reads profiles of other sensors as these keys say. They stand below `file` in the YAML of `--options`, or are given
 by `--set file.KEY=VALUE`; the most used have an option of their own (`rangegrasp seam detect --help`). `--preset NAME` sets those of a sensor
 family first. Keys of texts do not go with images, nor the other way round: that is an error. The keys beside `file` are those of
 `tracker` and `monitor` in [experiment files](experiment-file.md).
@@ -86,7 +79,7 @@ void ReadPreset(const ProfileFileArguments& arguments, const YamlMap& file,
   CheckKeys(map, arguments);
   if (!needs.empty() && !file.Has(needs)) {
     throw InputError(
-        fmt::format("{}: {} differs from sensor to sensor and must be told, too, e.g. "
+        fmt::format("{}: {} differs from sensor to sensor and must be given, too, e.g. "
                     "--set file.{}=0.001",
                     name, needs, needs));
   }
@@ -145,6 +138,17 @@ void AddFlag(CLI::App& command, ProfileFileArguments& arguments, const Word& wor
 }
 
 }  // namespace
+
+seam::ProfileFileOptions RowFileOptions() {
+  ProfileFileOptions options;
+  options.text.scale.unit_m = 1.0;
+  options.grey = {1.0 / 64.0, 0.0, {0.0}};
+  options.signed_grey = {1.0 / 64.0, 0.0, {0.0}};
+  options.real = {1.0, 0.0, {}};
+  options.min_height_m = 0.0;
+  options.max_height_m = 65535.0;
+  return options;
+}
 
 CLI::Option* AddUnit(CLI::App& command, ProfileFileArguments& arguments) {
   return command
@@ -213,7 +217,7 @@ std::string ProfileKeysPage() {
   for (const auto& preset : seam::FormatPresets()) {
     page += fmt::format(
         "\n`{}`: {}.{}\n\n```yaml{}```\n", preset.name, preset.about,
-        preset.needs.empty() ? "" : fmt::format(" `{}` must be told, too.", preset.needs),
+        preset.needs.empty() ? "" : fmt::format(" `{}` must be given, too.", preset.needs),
         preset.yaml);
   }
   return page;

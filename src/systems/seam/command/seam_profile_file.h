@@ -7,9 +7,12 @@
 
 #include "seam/monitor.h"
 #include "seam/profile_format.h"
-#include "seam/tracker_options.h"
+#include "seam/tracker.h"
 
 namespace rangegrasp::cli {
+
+/// How a file of camera rows is read and written: no unit, any row; images: 64 grey levels a row.
+seam::ProfileFileOptions RowFileOptions();
 
 /// Where profiles come from, and what a user says of their format.
 struct ProfileFileArguments {

@@ -1,22 +1,89 @@
 #include "seam/stitching/closed_loop.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
+#include <charconv>
 #include <cmath>
-#include <deque>
+#include <limits>
+#include <pugixml.hpp>
+#include <sstream>
 #include <stdexcept>
 
-#include "base/rng.h"
-#include "seam/stitching/correction.h"
+#include "base/error.h"
+#include "base/words.h"
 #include "seam/stitching/internal/control_unit.h"
-#include "seam/stitching/internal/track_score.h"
+#include "seam/stitching/internal/seam_path.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
 namespace {
 
-using internal::ControlUnit;
-using internal::HeadState;
-using internal::kControlPeriod_s;
-using internal::Point;
+// ---- packets ----
+
+[[noreturn]] void Fail(const std::string& what) {
+  throw base::InputError("correction packet: " + what);
+}
+
+// The shortest text that reads back as the same number.
+std::string Text(double value) {
+  if (!std::isfinite(value))
+    throw std::invalid_argument("correction packet: numbers must be finite");
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.begin(), text.end(), value).ptr;
+  return {text.begin(), end};
+}
+
+void Append(pugi::xml_node root, const char* name, const std::string& text) {
+  root.append_child(name).text().set(text.c_str());
+}
+
+void CheckElements(const pugi::xml_node& root) {
+  constexpr std::array<std::string_view, 6> kNames = {"time_s",      "valid", "edge_x_m",
+                                                      "deviation_m", "sure",  "stop"};
+  std::array<int, kNames.size()> seen{};
+  for (const pugi::xml_node& child : root.children()) {
+    if (child.type() != pugi::node_element) Fail("<correction> holds text outside of its elements");
+    const auto known = std::find(kNames.begin(), kNames.end(), std::string_view(child.name()));
+    if (known == kNames.end()) Fail("unknown element <" + std::string(child.name()) + ">");
+    if (++seen[static_cast<std::size_t>(known - kNames.begin())] > 1) {
+      Fail("element <" + std::string(child.name()) + "> occurs twice");
+    }
+  }
+}
+
+std::string ReadText(const pugi::xml_node& root, const char* name) {
+  const pugi::xml_node element = root.child(name);
+  if (!element) Fail("element <" + std::string(name) + "> is missing");
+  const pugi::xml_node inside = element.first_child();
+  if (inside.next_sibling() || (inside && inside.type() != pugi::node_pcdata)) {
+    Fail("element <" + std::string(name) + "> must hold one plain text");
+  }
+  return element.child_value();
+}
+
+double ReadNumber(const pugi::xml_node& root, const char* name) {
+  const std::string text = ReadText(root, name);
+  const auto value = base::NumberFrom<double>(text);
+  if (!value || !std::isfinite(*value)) {
+    Fail("<" + std::string(name) + ">: '" + text + "' is not a finite number");
+  }
+  return *value;
+}
+
+bool ReadBool(const pugi::xml_node& root, const char* name) {
+  const std::string text = ReadText(root, name);
+  if (text != "true" && text != "false") {
+    Fail("<" + std::string(name) + ">: '" + text + "' is neither 'true' nor 'false'");
+  }
+  return text == "true";
+}
+
+std::optional<StopReason> ReadStop(const pugi::xml_node& root) {
+  if (!root.child("stop")) return std::nullopt;
+  const std::string text = ReadText(root, "stop");
+  return base::FromWord<StopReason>(text, "correction packet: <stop>");
+}
+
+// ---- the loop ----
 
 // A head that takes this much longer than its track would at full speed makes no way.
 constexpr double kMaxSlowness = 20.0;
@@ -51,37 +118,37 @@ double MovedAlong(const LinePose& before, const LinePose& now) {
 
 /// A line of the sensor with all that watches it.
 struct Line {
-  Line(double ahead, const seam::TrackerOptions& tracker_options,
-       const seam::Calibration& calibration, const seam::MonitorOptions& monitor_options)
+  Line(double ahead, const TrackerOptions& tracker_options, const Calibration& calibration,
+       const MonitorOptions& monitor_options)
       : ahead_m(ahead),
         tracker(tracker_options, calibration),
         monitor(tracker_options.line, monitor_options) {}
 
-  seam::Reading Take(const seam::Profile& profile) {
-    const seam::Reading reading = tracker.Update(profile);
+  Reading Take(const Profile& profile) {
+    const Reading reading = tracker.Update(profile);
     stop = monitor.Update(tracker.prepared(), reading);
     return reading;
   }
 
   double ahead_m;
   std::optional<LinePose> pose;  // of the last profile
-  seam::EdgeTracker tracker;
-  seam::SurfaceMonitor monitor;
-  std::optional<seam::StopReason> stop;
+  EdgeTracker tracker;
+  SurfaceMonitor monitor;
+  std::optional<StopReason> stop;
 };
 
 /// The sensor on the head with its evaluation: profiles in, packets out. The first line gives the
 /// edge; the others, of which one at a time is lit besides the first, only watch.
 class SensorUnit {
  public:
-  SensorUnit(const Mats& mats, const StripeSensor& sensor, const seam::Calibration& calibration,
+  SensorUnit(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
              const TrackOptions& options, std::uint64_t seed)
       : mats_(mats),
         sensor_(sensor),
         calibration_(calibration),
         period_s_(1.0 / sensor.Rate(mats.options().texture)),
         rng_(base::DeriveSeed(seed, "scan")) {
-    seam::TrackerOptions tracker = options.tracker;
+    TrackerOptions tracker = options.tracker;
     tracker.line = sensor.options().line;
     tracker.packet_period_s = options.head.correction_period_s;
     for (const double ahead : sensor.options().lines_ahead_m) {
@@ -92,11 +159,11 @@ class SensorUnit {
   double NextTime() const { return period_s_ * count_; }
 
   /// Measures at NextTime() from a pose. @return the first line's reading.
-  seam::Reading Measure(const HeadState& head) {
+  Reading Measure(const HeadState& head) {
     const double time_s = NextTime();
     const std::size_t others = lines_.size() - 1;
     const std::size_t number = static_cast<std::size_t>(count_++);
-    const seam::Reading reading = lines_.front().Take(Scan(head, lines_.front(), time_s));
+    const Reading reading = lines_.front().Take(Scan(head, lines_.front(), time_s));
     if (others > 0) {
       Line& other = lines_[1 + number % others];
       other.Take(Scan(head, other, time_s));
@@ -134,16 +201,16 @@ class SensorUnit {
   };
 
   // Where the first line still sees the edge the mats have not ended further behind.
-  std::optional<seam::StopReason> StopOf(const Line& line) const {
-    const bool end = line.stop == seam::StopReason::kMatEnd;
+  std::optional<StopReason> StopOf(const Line& line) const {
+    const bool end = line.stop == StopReason::kMatEnd;
     return end && lines_.front().monitor.SeesEdge() ? std::nullopt : line.stop;
   }
 
-  seam::Profile Scan(const HeadState& head, Line& line, double time_s) {
-    const seam::RawProfile* previous = previous_.row_px.empty() ? nullptr : &previous_;
+  Profile Scan(const HeadState& head, Line& line, double time_s) {
+    const RawProfile* previous = previous_.row_px.empty() ? nullptr : &previous_;
     const LinePose pose = head.Line(line.ahead_m);
     previous_ = sensor_.Scan(mats_, pose, time_s, previous, rng_);
-    seam::Profile profile = seam::Calibrate(previous_, calibration_);
+    Profile profile = Calibrate(previous_, calibration_);
     if (line.pose) profile.moved_m = MovedAlong(*line.pose, pose);
     line.pose = pose;
     return profile;
@@ -151,13 +218,13 @@ class SensorUnit {
 
   const Mats& mats_;
   const StripeSensor& sensor_;
-  const seam::Calibration& calibration_;
+  const Calibration& calibration_;
   double period_s_;
   base::Rng rng_;
   int count_ = 0;
   std::vector<Line> lines_;
   std::deque<Place> places_;  // of the last profiles
-  seam::RawProfile previous_;
+  RawProfile previous_;
 };
 
 TrackPoint PointOf(const HeadState& head, double time_s) {
@@ -178,11 +245,136 @@ bool AtRest(const HeadState& head) {
   return head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;
 }
 
+// ---- the score ----
+
+constexpr double kNoDistance = std::numeric_limits<double>::quiet_NaN();
+// Of the true edge as a polyline: its fray varies over millimetres, so that between points it is
+// off by micrometres.
+constexpr double kEdgeSpacing_m = 0.1e-3;
+// Beyond the wanted distance, along y: within it the nearest point of an edge is looked for.
+constexpr double kReach_m = 20e-3;
+constexpr double kErrorQuantile = 0.95;
+
+double ToSegment(const Point& p, const Point& a, const Point& b) {
+  const Point along = b - a;
+  const double square = along.squaredNorm();
+  const double t = square > 0.0 ? std::clamp((p - a).dot(along) / square, 0.0, 1.0) : 0.0;
+  return (p - a - t * along).norm();
+}
+
+// The true edge as a polyline that covers a path, ascending in y.
+std::vector<Point> TrueEdge(const Mats& mats, double from_y, double to_y) {
+  std::vector<Point> edge;
+  const int n = static_cast<int>(std::ceil((to_y - from_y) / kEdgeSpacing_m));
+  for (int i = 0; i <= n; ++i) {
+    const double y = from_y + i * kEdgeSpacing_m;
+    const double x = mats.EdgeX(y);
+    if (std::isfinite(x)) edge.emplace_back(x, y);
+  }
+  return edge;
+}
+
+// Positive on the low side.
+double Distance(const Mats& mats, const std::vector<Point>& edge, const Point& needle,
+                double reach) {
+  const double x = mats.EdgeX(needle.y());
+  if (!std::isfinite(x)) return kNoDistance;
+  const auto first = std::lower_bound(edge.begin(), edge.end(), needle.y() - reach,
+                                      [](const Point& p, double y) { return p.y() < y; });
+  double nearest = std::numeric_limits<double>::infinity();
+  for (auto p = first; p != edge.end() && p + 1 != edge.end(); ++p) {
+    if (p->y() > needle.y() + reach) break;
+    nearest = std::min(nearest, ToSegment(needle, *p, *(p + 1)));
+  }
+  return needle.x() > x ? -nearest : nearest;
+}
+
+bool Hits(const Mats& mats, const TrackPoint& p) {
+  if (p.y_m > mats.options().end_y_m) return true;
+  for (const MatOptions::Obstacle& o : mats.options().obstacles) {
+    if (std::abs(p.x_m - o.x_m) <= 0.5 * o.size_x_m && std::abs(p.y_m - o.y_m) <= 0.5 * o.size_y_m)
+      return true;
+  }
+  return false;
+}
+
+struct Piece {
+  double error_m, length_m;
+};
+
+std::vector<Piece> SettledPieces(const std::vector<TrackPoint>& path, double wanted_distance_m) {
+  std::vector<Piece> pieces;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double length = std::hypot(path[i].x_m - path[i - 1].x_m, path[i].y_m - path[i - 1].y_m);
+    const double error = std::abs(path[i].distance_m - wanted_distance_m);
+    if (path[i].y_m >= path.front().y_m + kSettle_m && std::isfinite(error) && length > 0.0) {
+      pieces.push_back({error, length});
+    }
+  }
+  return pieces;
+}
+
+void Summarise(std::vector<Piece> pieces, TrackResult& result) {
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const Piece& a, const Piece& b) { return a.error_m < b.error_m; });
+  double total = 0.0;
+  for (const Piece& piece : pieces) total += piece.length_m;
+  if (total <= 0.0) return;
+  double done = 0.0, sum = 0.0, good = 0.0;
+  for (const Piece& piece : pieces) {
+    if (done < kErrorQuantile * total) result.p95_error_m = piece.error_m;
+    done += piece.length_m;
+    sum += piece.error_m * piece.length_m;
+    if (piece.error_m <= kGood_m) good += piece.length_m;
+  }
+  result.mean_error_m = sum / total;
+  result.max_error_m = pieces.back().error_m;
+  result.share_within_1mm = good / total;
+}
+
 }  // namespace
 
-TrackResult Track(const Mats& mats, const StripeSensor& sensor,
-                  const seam::Calibration& calibration, const TrackOptions& options,
-                  std::uint64_t seed) {
+std::string ToXml(const Correction& correction) {
+  pugi::xml_document document;
+  pugi::xml_node root = document.append_child("correction");
+  Append(root, "time_s", Text(correction.time_s));
+  Append(root, "valid", correction.valid ? "true" : "false");
+  Append(root, "edge_x_m", Text(correction.edge_x_m));
+  Append(root, "deviation_m", Text(correction.deviation_m));
+  if (correction.sure) Append(root, "sure", *correction.sure ? "true" : "false");
+  if (correction.stop) Append(root, "stop", std::string(base::Word(*correction.stop)));
+  std::ostringstream out;
+  // One line a packet, so that a stream of packets can be cut at its line ends.
+  document.save(out, "", pugi::format_raw | pugi::format_no_declaration);
+  return out.str() + "\n";
+}
+
+Correction FromXml(const std::string& xml) {
+  pugi::xml_document document;
+  constexpr unsigned kOptions =
+      pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
+  const auto parsed = document.load_buffer(xml.data(), xml.size(), kOptions, pugi::encoding_utf8);
+  if (!parsed) {
+    Fail(fmt::format("{} at byte {}", parsed.description(), parsed.offset));
+  }
+  const pugi::xml_node root = document.first_child();
+  if (root.type() != pugi::node_element || std::string_view(root.name()) != "correction" ||
+      root.next_sibling()) {
+    Fail("must be one <correction> element and nothing else");
+  }
+  CheckElements(root);
+  Correction correction;
+  correction.time_s = ReadNumber(root, "time_s");
+  correction.valid = ReadBool(root, "valid");
+  correction.edge_x_m = ReadNumber(root, "edge_x_m");
+  correction.deviation_m = ReadNumber(root, "deviation_m");
+  if (root.child("sure")) correction.sure = ReadBool(root, "sure");
+  correction.stop = ReadStop(root);
+  return correction;
+}
+
+TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
+                  const TrackOptions& options, std::uint64_t seed) {
   Check(options);
   SensorUnit unit(mats, sensor, calibration, options, seed);
   ControlUnit control(options, sensor.options().lines_ahead_m.front(),
@@ -202,13 +394,26 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor,
       if (const auto edge = control.Receive(xml)) result.sensed.push_back(*edge);
       result.packets.push_back(std::move(xml));
     }
-    const internal::HeadCommand command = control.Command();
+    const HeadCommand command = control.Command();
     if ((control.end() && AtRest(head)) || time_s > max_s) break;
-    head = internal::Move(head, command, options.head);
+    head = Move(head, command, options.head);
   }
   result.end = control.end().value_or(TrackEnd::kLost);
-  internal::Score(mats, options.wanted_distance_m, result);
+  ScoreTrack(mats, options.wanted_distance_m, result);
   return result;
 }
 
-}  // namespace rangegrasp::stitching
+void ScoreTrack(const Mats& mats, double wanted_distance_m, TrackResult& result) {
+  const double reach = wanted_distance_m + kReach_m;
+  const auto [low, high] =
+      std::minmax_element(result.path.begin(), result.path.end(),
+                          [](const TrackPoint& a, const TrackPoint& b) { return a.y_m < b.y_m; });
+  const auto edge = TrueEdge(mats, low->y_m - reach, high->y_m + reach);
+  for (TrackPoint& p : result.path) {
+    p.distance_m = Distance(mats, edge, {p.x_m, p.y_m}, reach);
+    result.reached_hazard = result.reached_hazard || Hits(mats, p);
+  }
+  Summarise(SettledPieces(result.path, wanted_distance_m), result);
+}
+
+}  // namespace rangegrasp::seam

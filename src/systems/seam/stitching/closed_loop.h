@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,7 +12,20 @@
 #include "seam/stitching/stripe_sensor.h"
 #include "seam/tracker.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
+
+/// A correction as it is sent to the robot control unit, and its way back.
+struct Correction {
+  double time_s = 0.0;
+  bool valid = false;
+  double edge_x_m = 0.0;     ///< of the edge in the line's frame
+  double deviation_m = 0.0;  ///< of the edge from where CAD has it
+  std::optional<bool> sure;  ///< whether the edge is beyond doubt (Reading::sure)
+  std::optional<StopReason> stop;
+};
+std::string ToXml(const Correction& correction);
+/// @throws base::InputError saying what is wrong.
+Correction FromXml(const std::string& xml);
 
 /// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), not what
 /// it does with a sewing head; these are far below it. Higher ones take corners better.
@@ -31,8 +45,8 @@ struct HeadOptions {
 
 struct TrackOptions {
   HeadOptions head;
-  seam::TrackerOptions tracker;
-  seam::MonitorOptions monitor;
+  TrackerOptions tracker;
+  MonitorOptions monitor;
   double wanted_distance_m = 5e-3;  ///< seam to edge, on the low side of the edge
   double length_m = 0.4;            ///< of the CAD track along y, from y = 0
 };
@@ -51,7 +65,7 @@ constexpr std::array<std::string_view, 4> WordsOf(TrackEnd) {
 
 struct TrackResult {
   std::vector<TrackPoint> path;  ///< at every correction and every control step
-  std::vector<seam::Reading> readings;
+  std::vector<Reading> readings;
   std::vector<TrackPoint>
       sensed;  ///< the edge positions that were sent, in frame M (distance_m unused)
   std::vector<std::string> packets;  ///< XML, as sent
@@ -65,13 +79,17 @@ struct TrackResult {
 /// The part of a track that errors leave out: the line is 80 mm ahead, so that the needle comes to
 /// where the line began only then.
 constexpr double kSettle_m = 0.1;
+/// A seam within this of the wanted distance is good (section 3.7.1).
+constexpr double kGood_m = 1e-3;
 
 /// Drives a head with its sensor ahead over mats that deviate from the track: scans at the sensor's
 /// rate, hands profiles to the tracker, sends a correction every period, and moves within the
 /// head's limits until the track's end, the mats' end or an obstacle. Depends on its arguments and
 /// the seed alone.
-TrackResult Track(const Mats& mats, const StripeSensor& sensor,
-                  const seam::Calibration& calibration, const TrackOptions& options,
-                  std::uint64_t seed);
+TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
+                  const TrackOptions& options, std::uint64_t seed);
 
-}  // namespace rangegrasp::stitching
+/// Compares a track with the truth: fills distance_m of its path, reached_hazard and the errors.
+void ScoreTrack(const Mats& mats, double wanted_distance_m, TrackResult& result);
+
+}  // namespace rangegrasp::seam

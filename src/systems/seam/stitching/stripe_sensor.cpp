@@ -1,15 +1,130 @@
 #include "seam/stitching/stripe_sensor.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
-namespace rangegrasp::stitching {
+#include "base/units.h"
+#include "base/yaml_map.h"
+
+namespace rangegrasp::seam {
 namespace {
 
-constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
+using base::kMm;
+using Options = StripeSensorOptions;
+
+// ---- options ----
+
+// Columns or rows: what a camera's side can have.
+constexpr int kMaxPixels = 65'536;
+constexpr double kMaxLineAhead_mm = 1000.0;
+constexpr double kLineSlack_mm = 1e-6;  // of a bound that went to SI units and back
+// Nearer to the camera than this share of its standoff a spot's column would depend on the height
+// more than a calibration that is linear in it can tell.
+constexpr double kMinDepthShare = 0.5;
+
+// Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges keep out slips of
+// unit; what they let in may still be refused by RelationFault.
+template <typename Map>
+void ReadNumbers(Map& map, Options& o) {
+  map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
+           "columns of the camera, along the line");
+  map.ReadScaled("columns_per_mm", o.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+                 "columns a millimetre of the line at height 0");
+  map.Read("rows", o.rows, kMinColumns, kMaxPixels,
+           "rows of the camera; the middle one sees height 0");
+  map.ReadScaled("standoff_mm", o.standoff_m, kMm, 20.0, 2000.0,
+                 "distance of the camera from the point where its axis meets height 0");
+  map.Read("angle_rad", o.angle_rad, 0.1, 1.4, "between the laser plane and that axis");
+  map.ReadScaled("range_below_mm", o.range_below_m, kMm, 1.0, 1000.0,
+                 "heights below 0 that the calibration covers");
+  map.ReadScaled("range_above_mm", o.range_above_m, kMm, 1.0, 1000.0, "and those above 0");
+  map.Read("rate_min_hz", o.rate_min_hz, 1.0, 10'000.0, "profiles a second on black mats");
+  map.Read("rate_max_hz", o.rate_max_hz, 1.0, 10'000.0, "and on bright ones");
+  map.Read("row_sigma_px", o.row_sigma_px, 0.0, 50.0,
+           "noise of the row of a spot that returns all light, standard deviation");
+  map.Read("row_correlation_columns", o.row_correlation_columns, 0.0, 1000.0,
+           "columns over which that noise fades; 0: each column's is its own");
+  map.Read("row_quantum_px", o.row_quantum_px, 0.0, 50.0,
+           "rows are rounded to multiples of this; 0 does not round");
+  map.Read("speckle", o.speckle, 0.0, 1.0,
+           "contrast of the speckle: standard deviation of a spot's strength over its mean");
+  map.Read("lost_return", o.lost_return, 0.0, 1.0, "a weaker spot is not found");
+  map.Read("outlier_share", o.outlier_share, 0.0, 0.9,
+           "share of the found spots that are really reflections");
+  map.Read("outlier_run_columns", o.outlier_run_columns, 1.0, 1000.0,
+           "columns that a reflection covers, on average");
+  map.Read("outlier_sigma_px", o.outlier_sigma_px, 0.0, 10'000.0,
+           "rows by which a reflection is off, standard deviation");
+  map.Read("phantom_share", o.phantom_share, 0.0, 1.0,
+           "share of the lost spots that report the brightest pixel of elsewhere");
+  map.Read("phantom_previous_share", o.phantom_previous_share, 0.0, 1.0,
+           "share of those that show the previous line; the others are in any row");
+}
+
+double RowFromMiddle(const Options& options, double height_m) {
+  const double depth = options.standoff_m - height_m * std::cos(options.angle_rad);
+  const double focal = options.line.columns_per_m * options.standoff_m;
+  return focal * height_m * std::sin(options.angle_rad) / depth;
+}
+
+// A key and what is wrong with its value.
+struct Fault {
+  std::string key;
+  std::string what;
+};
+
+std::optional<Fault> RelationFault(const Options& options) {
+  if (options.lines_ahead_m.empty()) return Fault{"lines_ahead_mm", "must hold at least one line"};
+  for (const double ahead : options.lines_ahead_m) {
+    const double ahead_mm = ahead / kMm;
+    if (ahead_mm >= -kLineSlack_mm && ahead_mm <= kMaxLineAhead_mm + kLineSlack_mm) continue;
+    return Fault{"lines_ahead_mm", fmt::format("{:g} is out of range, must be from 0 to {:g}",
+                                               ahead_mm, kMaxLineAhead_mm)};
+  }
+  if (options.rate_min_hz > options.rate_max_hz) {
+    return Fault{"rate_min_hz", "must not be above rate_max_hz"};
+  }
+  if (options.range_above_m * std::cos(options.angle_rad) > kMinDepthShare * options.standoff_m) {
+    return Fault{"range_above_mm", "comes nearer to the camera than half of standoff_mm"};
+  }
+  const double half = 0.5 * (options.rows - 1);
+  if (RowFromMiddle(options, options.range_above_m) > half) {
+    return Fault{"range_above_mm", "is not seen: needs more rows or a smaller range"};
+  }
+  if (-RowFromMiddle(options, -options.range_below_m) > half) {
+    return Fault{"range_below_mm", "is not seen: needs more rows or a smaller range"};
+  }
+  return std::nullopt;
+}
+
+// The mapping reads lists of words only.
+void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
+  const std::string key = "lines_ahead_mm";
+  std::vector<std::string> words;
+  for (const double line : lines_m) words.push_back(fmt::format("{:g}", line / kMm));
+  const auto defaults = words;
+  map.Read(key, words,
+           "distance of each laser line ahead of the needle; the second line switches between "
+           "those after the first");
+  if (words == defaults) return;
+  lines_m.clear();
+  for (const std::string& word : words) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    if (word.empty() || *end != '\0') map.Fail(key, "'" + word + "' is no number");
+    lines_m.push_back(value * kMm);
+  }
+}
+
+// ---- a scan ----
+
+constexpr float kNoRow = std::numeric_limits<float>::quiet_NaN();
 // A spot's place along the line is known well enough when it moves by less than this, a tenth of
 // a column of the finer sensor.
 constexpr double kPlaceTolerance_m = 5e-6;
@@ -67,11 +182,11 @@ class CorrelatedNoise {
 };
 
 // What a lost spot reports: nothing, or the brightest pixel of elsewhere.
-double LostRow(const StripeSensorOptions& options, const seam::RawProfile* previous,
-               std::size_t column, base::Rng& rng) {
-  if (options.phantom_share <= 0.0) return kMissing;
+double LostRow(const StripeSensorOptions& options, const RawProfile* previous, std::size_t column,
+               base::Rng& rng) {
+  if (options.phantom_share <= 0.0) return kNoRow;
   const double u = rng.Uniform();
-  if (u >= options.phantom_share) return kMissing;
+  if (u >= options.phantom_share) return kNoRow;
   const bool from_previous = u < options.phantom_share * options.phantom_previous_share;
   if (from_previous && previous && std::isfinite(previous->row_px[column])) {
     return previous->row_px[column];
@@ -87,7 +202,7 @@ double Speckle(double contrast, base::Rng& rng) {
   return 1.0 - contrast - contrast * std::log1p(-u);
 }
 
-double BodyHeight(const seam::CalibrationBody& body, double base_m, double x_m) {
+double BodyHeight(const CalibrationBody& body, double base_m, double x_m) {
   const auto steps = static_cast<double>(body.step_heights_m.size());
   const double place = std::floor(x_m / body.step_width_m + 0.5 * steps);
   if (!(place >= 0.0 && place < steps)) return base_m;
@@ -95,14 +210,61 @@ double BodyHeight(const seam::CalibrationBody& body, double base_m, double x_m) 
 }
 
 // Heights at which the body has level faces, highest first.
-std::vector<double> BodyLevels(const seam::CalibrationBody& body, double base_m) {
+std::vector<double> BodyLevels(const CalibrationBody& body, double base_m) {
   std::vector<double> levels = {base_m};
   for (const double step : body.step_heights_m) levels.push_back(base_m + step);
   std::sort(levels.rbegin(), levels.rend());
   return levels;
 }
 
+// ---- recordings ----
+
+// The sensor keeps its height over the mats to within this: a head on a flat mould.
+constexpr double kHeightError_m = 2e-3;
+
+// The sensor's place over the first profile: the edge starts anywhere within the share of the line
+// that is asked for.
+LinePose FirstPose(const Mats& mats, const LineGeometry& line, double edge_within, base::Rng& rng) {
+  const double line_m = line.columns / line.columns_per_m;
+  const double across = rng.Uniform(-0.5, 0.5);
+  LinePose pose;
+  pose.height_m = rng.Uniform(-kHeightError_m, kHeightError_m);
+  const double edge = mats.EdgeX(0.0);
+  pose.x_m = (std::isfinite(edge) ? edge : 0.0) - across * edge_within * line_m;
+  return pose;
+}
+
+double LabelColumn(const Mats& mats, const StripeSensor& sensor, const LinePose& pose) {
+  const double edge = mats.EdgeX(pose.y_m);
+  if (!std::isfinite(edge)) return std::numeric_limits<double>::quiet_NaN();
+  const double height = mats.At(edge, pose.y_m).height_m - pose.height_m;
+  return sensor.ColumnOf(edge - pose.x_m, height);
+}
+
 }  // namespace
+
+void CheckOptions(const StripeSensorOptions& options) {
+  Options copy = options;
+  const base::RangeCheck check("stripe sensor");
+  ReadNumbers(check, copy);
+  if (const auto fault = RelationFault(options)) {
+    throw std::invalid_argument("stripe sensor: " + fault->key + ": " + fault->what);
+  }
+}
+
+StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
+  StripeSensorOptions options;
+  std::string type = "stripe_sensor";
+  map.Read("type", type, "the kind of sensor: stripe_sensor");
+  if (type != "stripe_sensor") map.Fail("type", "'" + type + "' must be stripe_sensor");
+  map.Read("name", options.name, "what the sensor is called");
+  ReadLines(map, options.lines_ahead_m);
+  ReadNumbers(map, options);
+  map.Finish();
+  if (const auto fault = RelationFault(options)) map.Fail(fault->key, fault->what);
+  return options;
+}
 
 StripeSensor::StripeSensor(const StripeSensorOptions& options) : options_(options) {
   CheckOptions(options);
@@ -129,8 +291,8 @@ double StripeSensor::LateralAt(double column, double height_m) const {
          focal_px_;
 }
 
-seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double time_s,
-                                    const seam::RawProfile* previous, base::Rng& rng) const {
+RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double time_s,
+                              const RawProfile* previous, base::Rng& rng) const {
   const auto columns = static_cast<std::size_t>(options_.line.columns);
   if (previous && previous->row_px.size() != columns) {
     throw std::invalid_argument(
@@ -138,7 +300,7 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
   }
   const double ahead_x = std::cos(pose.heading_rad);
   const double ahead_y = std::sin(pose.heading_rad);
-  seam::RawProfile profile{std::vector<float>(columns, kMissing), time_s};
+  RawProfile profile{std::vector<float>(columns, kNoRow), time_s};
   Reflections reflections(options_);
   CorrelatedNoise noise(options_.row_correlation_columns);
   double height = 0.0;
@@ -172,11 +334,11 @@ seam::RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, doub
 }
 
 // Follows each column's ray down to the first level face or riser that it meets.
-seam::CalibrationScan StripeSensor::ScanBodyAt(const seam::CalibrationBody& body, double base_m,
-                                               base::Rng& rng) const {
+CalibrationScan StripeSensor::ScanBodyAt(const CalibrationBody& body, double base_m,
+                                         base::Rng& rng) const {
   const auto columns = static_cast<std::size_t>(options_.line.columns);
   const std::vector<double> levels = BodyLevels(body, base_m);
-  seam::CalibrationScan scan{{std::vector<float>(columns, kMissing), 0.0}, base_m};
+  CalibrationScan scan{{std::vector<float>(columns, kNoRow), 0.0}, base_m};
   for (std::size_t c = 0; c < columns; ++c) {
     double height = base_m;
     for (const double level : levels) {
@@ -193,13 +355,13 @@ seam::CalibrationScan StripeSensor::ScanBodyAt(const seam::CalibrationBody& body
   return scan;
 }
 
-std::vector<seam::CalibrationScan> StripeSensor::ScanBody(const seam::CalibrationBody& body,
-                                                          int distances, base::Rng& rng) const {
+std::vector<CalibrationScan> StripeSensor::ScanBody(const CalibrationBody& body, int distances,
+                                                    base::Rng& rng) const {
   if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
   const double top = *std::max_element(body.step_heights_m.begin(), body.step_heights_m.end());
   const double low = -options_.range_below_m;
   const double high = std::max(low, options_.range_above_m - top);
-  std::vector<seam::CalibrationScan> scans;
+  std::vector<CalibrationScan> scans;
   for (int i = 0; i < distances; ++i) {
     const double base = low + (high - low) * i / (distances - 1);
     scans.push_back(ScanBodyAt(body, base, rng));
@@ -207,9 +369,19 @@ std::vector<seam::CalibrationScan> StripeSensor::ScanBody(const seam::Calibratio
   return scans;
 }
 
-seam::Calibration StripeSensor::Calibrate(int distances, base::Rng& rng) const {
-  const seam::CalibrationBody body;
-  return seam::CalibrateFromBody(body, ScanBody(body, distances, rng));
+Recording RecordProfiles(const Mats& mats, const StripeSensor& sensor, const RecordOptions& options,
+                         std::uint64_t seed) {
+  base::Rng rng(seed);
+  LinePose pose = FirstPose(mats, sensor.options().line, options.edge_within, rng);
+  const double period_s = 1.0 / sensor.Rate(mats.options().texture);
+  Recording recording;
+  for (int i = 0; i < options.profiles; ++i) {
+    pose.y_m = i * period_s * options.speed_m_s;
+    const RawProfile* previous = recording.raw.empty() ? nullptr : &recording.raw.back();
+    recording.raw.push_back(sensor.Scan(mats, pose, i * period_s, previous, rng));
+    recording.label_column.push_back(LabelColumn(mats, sensor, pose));
+  }
+  return recording;
 }
 
-}  // namespace rangegrasp::stitching
+}  // namespace rangegrasp::seam

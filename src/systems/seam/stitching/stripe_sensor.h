@@ -1,14 +1,50 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "base/rng.h"
-#include "seam/calibration_body.h"
+#include "seam/calibration.h"
 #include "seam/profile.h"
 #include "seam/stitching/mats.h"
-#include "seam/stitching/stripe_sensor_options.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
+
+/// A laser-stripe sensor: laser plane straight down, a camera that looks at it at an angle, for
+/// each column the row of the brightest pixel.
+struct StripeSensorOptions {
+  std::string name = "base";
+  LineGeometry line;
+  /// Fixed line first; more: those the second line switches between.
+  std::vector<double> lines_ahead_m = {0.080};
+  double standoff_m = 0.2;       ///< camera's distance from the point where it meets height 0
+  double angle_rad = 0.6;        ///< between laser plane and optical axis
+  int rows = 1024;               ///< height 0 is seen in the middle row; rows ascend with height
+  double range_below_m = 0.045;  ///< heights that calibration covers, below ...
+  double range_above_m = 0.03;   ///< ... and above height 0
+  double rate_min_hz = 30.0;     ///< dark mats need long exposures ...
+  double rate_max_hz = 100.0;    ///< ... bright ones short
+  // What disturbs a row. Frozen settings: docs/seam.md.
+  double row_sigma_px = 0.4;             ///< of a spot with full return
+  double row_correlation_columns = 0.0;  ///< over which that noise fades: neighbors share speckles
+  double row_quantum_px = 0.1;           ///< a row is found to within this; 0: no rounding
+  double speckle = 0.5;  ///< its contrast: standard deviation of return strength, relative, 0..1
+  double lost_return = 0.1;     ///< below this strength a spot is not found
+  double outlier_share = 0.01;  ///< found spots that are a reflection, in runs of a few columns
+  double outlier_run_columns = 4.0;
+  double outlier_sigma_px = 40.0;
+  double phantom_share = 0.0;           ///< lost spots that report the brightest pixel of elsewhere
+  double phantom_previous_share = 0.5;  ///< of them in the previous line; the others: in any row
+};
+
+/// @throws std::invalid_argument naming the key of the sensor file that is out of range.
+void CheckOptions(const StripeSensorOptions& options);
+
+/// Reads a file such as models/sensors/stripe_base.yaml.
+/// @throws base::InputError naming file, line and key.
+StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file);
 
 /// A line's pose in frame M: its middle, and the head's heading (0: line along x).
 struct LinePose {
@@ -27,25 +63,41 @@ class StripeSensor {
   double Rate(const MatTexture& texture) const;
   /// One line over the mats. `previous` is the line the brightest pixel of which a phantom may show
   /// (the three-lines sensor), or null.
-  seam::RawProfile Scan(const Mats& mats, const LinePose& pose, double time_s,
-                        const seam::RawProfile* previous, base::Rng& rng) const;
+  RawProfile Scan(const Mats& mats, const LinePose& pose, double time_s, const RawProfile* previous,
+                  base::Rng& rng) const;
   /// Row of a point of the laser plane (x, height) and its column; exact pinhole geometry.
   double RowOf(double height_m) const;
   double ColumnOf(double x_m, double height_m) const;
   /// x of a column at a height: the inverse of ColumnOf.
   double LateralAt(double column, double height_m) const;
   /// Scans of the calibration body at `distances` >= 2 heights over the range.
-  std::vector<seam::CalibrationScan> ScanBody(const seam::CalibrationBody& body, int distances,
-                                              base::Rng& rng) const;
-  /// The calibration from such scans of the usual body.
-  seam::Calibration Calibrate(int distances, base::Rng& rng) const;
+  std::vector<CalibrationScan> ScanBody(const CalibrationBody& body, int distances,
+                                        base::Rng& rng) const;
 
  private:
-  seam::CalibrationScan ScanBodyAt(const seam::CalibrationBody& body, double base_m,
-                                   base::Rng& rng) const;
+  CalibrationScan ScanBodyAt(const CalibrationBody& body, double base_m, base::Rng& rng) const;
 
   StripeSensorOptions options_;
   double focal_px_, cos_, sin_;
 };
 
-}  // namespace rangegrasp::stitching
+/// How a sensor is moved over mats along y, as one moves it to record profiles.
+struct RecordOptions {
+  int profiles = 520;        ///< >= 1
+  double edge_within = 0.6;  ///< share of the line, about its middle, that the edge starts in
+  double speed_m_s = 0.03;   ///< > 0
+};
+
+/// A sequence of profiles over a seam's mats, with the labelled column of each: where the camera
+/// sees the true edge; NaN without an edge.
+struct Recording {
+  std::vector<RawProfile> raw;
+  std::vector<double> label_column;
+};
+
+/// Scans along y from y = 0, at the sensor's rate for these mats, from a place that is drawn.
+/// Depends on its arguments alone.
+Recording RecordProfiles(const Mats& mats, const StripeSensor& sensor, const RecordOptions& options,
+                         std::uint64_t seed);
+
+}  // namespace rangegrasp::seam

@@ -2,22 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
-#include "base/rng.h"
 #include "base/units.h"
 #include "experiment/experiment.h"
-#include "seam/stitching/random_mats.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
 using base::kMm;
 using base::YamlMap;
-using stitching::MatOptions;
-using stitching::Mats;
-using stitching::StripeSensor;
 
 // Bounds of keys that count something: they keep out slips, not large experiments.
 constexpr int kMaxSeams = 1'000'000;
@@ -30,8 +24,8 @@ constexpr int kCalibrationDistances = 9;
 constexpr double kSeenAtStart = 0.7;
 
 // A course that leaves the line where it first lies is scaled down until it does not.
-void BeginOnLine(const SeamExperiment& experiment, stitching::EdgeCourse& course) {
-  const seam::LineGeometry& line = experiment.sensor.line;
+void BeginOnLine(const SeamExperiment& experiment, EdgeCourse& course) {
+  const LineGeometry& line = experiment.sensor.line;
   const double seen_m = kSeenAtStart * line.ToMeters(line.columns - 1);
   const double start_m = course.XAt(experiment.sensor.lines_ahead_m.front());
   // The needle begins at the wanted distance from x = 0, and the line's middle before it.
@@ -42,7 +36,7 @@ void BeginOnLine(const SeamExperiment& experiment, stitching::EdgeCourse& course
   for (auto& wave : course.waves) wave.amplitude_m *= scale;
 }
 
-void ReadTexture(YamlMap map, stitching::MatTexture& texture) {
+void ReadTexture(YamlMap map, MatTexture& texture) {
   map.ReadScaled("weave_period_mm", texture.weave_period_m, kMm, 0.2, 50.0, "width of a tow");
   map.ReadScaled("weave_relief_mm", texture.weave_relief_m, kMm, 0.0, 2.0,
                  "height of the woven relief");
@@ -73,8 +67,8 @@ void ReadTexture(YamlMap map, stitching::MatTexture& texture) {
   map.Finish();
 }
 
-void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
-  stitching::HeadOptions& head = options.head;
+void ReadTrack(YamlMap map, TrackOptions& options) {
+  HeadOptions& head = options.head;
   map.ReadScaled("wanted_distance_mm", options.wanted_distance_m, kMm, 0.0, 50.0,
                  "distance of the seam from the edge, on the low side");
   map.ReadScaled("length_mm", options.length_m, kMm, 50.0, 100'000.0,
@@ -95,7 +89,7 @@ void ReadTrack(YamlMap map, stitching::TrackOptions& options) {
 }
 
 // A way that stood there twice would have two cases of one name.
-void CheckOnce(const YamlMap& map, std::vector<seam::DecisionMethod> decisions) {
+void CheckOnce(const YamlMap& map, std::vector<DecisionMethod> decisions) {
   std::ranges::sort(decisions);
   const auto twice = std::ranges::adjacent_find(decisions);
   if (twice == decisions.end()) return;
@@ -142,11 +136,10 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
               experiment.texture);
   ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);
-  seam::ReadMonitorOptions(
-      map.Child("monitor", "what stops the head; also of seam detect --options"),
-      experiment.track.monitor);
+  ReadMonitorOptions(map.Child("monitor", "what stops the head; also of seam detect --options"),
+                     experiment.track.monitor);
   auto tracker = map.Child("tracker", "how an edge is found; also of seam detect --options");
-  seam::ReadTrackerOptions(tracker, experiment.track.tracker);
+  ReadTrackerOptions(tracker, experiment.track.tracker);
   tracker.Finish();
 }
 
@@ -156,7 +149,7 @@ SeamExperiment ReadSeamExperiment(YamlMap& map, const experiment::Common& common
   experiment.seed = common.seed;
   ReadKeys(map, experiment);
   map.Finish();
-  experiment.sensor = stitching::ReadStripeSensor(experiment.sensor_file);
+  experiment.sensor = ReadStripeSensor(experiment.sensor_file);
   experiment.track.tracker.line = experiment.sensor.line;
   experiment.track.head.speed_m_s = experiment.record.speed_m_s;
   return experiment;
@@ -179,14 +172,14 @@ std::uint64_t SeamSeed(const SeamExperiment& experiment, int number) {
                           static_cast<std::uint64_t>(number));
 }
 
-stitching::EdgeShape ShapeOf(const SeamExperiment& experiment, int number) {
+EdgeShape ShapeOf(const SeamExperiment& experiment, int number) {
   return experiment.shapes[static_cast<std::size_t>(number) % experiment.shapes.size()];
 }
 
 MatOptions MatsOf(const SeamExperiment& experiment, int number) {
   const bool curved = experiment.kind != SeamKind::kRates;
-  MatOptions options = stitching::RandomMats(ShapeOf(experiment, number), experiment.texture,
-                                             curved, SeamSeed(experiment, number));
+  MatOptions options = RandomMats(ShapeOf(experiment, number), experiment.texture, curved,
+                                  SeamSeed(experiment, number));
   if (experiment.half_circle_radius_m > 0.0) {
     options.course = {};
     options.course.half_circle_radius_m = experiment.half_circle_radius_m;
@@ -194,8 +187,8 @@ MatOptions MatsOf(const SeamExperiment& experiment, int number) {
   }
   if (curved) BeginOnLine(experiment, options.course);
   if (experiment.kind == SeamKind::kHazards) {
-    stitching::AddRandomHazard(options, experiment.track.wanted_distance_m,
-                               SeedOf(experiment, number, "hazard"));
+    AddRandomHazard(options, experiment.track.wanted_distance_m,
+                    SeedOf(experiment, number, "hazard"));
   }
   return options;
 }
@@ -205,36 +198,34 @@ Hazard HazardOf(const MatOptions& mats, double length_m) {
   return mats.end_y_m < length_m ? Hazard::kMatEnd : Hazard::kNone;
 }
 
-seam::TrackerOptions TrackerFor(const SeamExperiment& experiment, seam::DecisionMethod method) {
-  seam::TrackerOptions options = experiment.track.tracker;
+TrackerOptions TrackerFor(const SeamExperiment& experiment, DecisionMethod method) {
+  TrackerOptions options = experiment.track.tracker;
   options.line = experiment.sensor.line;
   options.method = method;
   return options;
 }
 
-std::vector<seam::CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
-                                                      const StripeSensor& sensor) {
+std::vector<CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
+                                                const StripeSensor& sensor) {
   base::Rng rng(base::DeriveSeed(experiment.seed, "calibration"));
   return sensor.ScanBody({}, kCalibrationDistances, rng);
 }
 
-seam::Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor) {
-  return seam::CalibrateFromBody({}, CalibrationScansOf(experiment, sensor));
+Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor) {
+  return CalibrateFromBody({}, CalibrationScansOf(experiment, sensor));
 }
 
-stitching::Recording RecordSeam(const SeamExperiment& experiment, const StripeSensor& sensor,
-                                int number) {
-  return stitching::Record(MatsAt(experiment, number), sensor, experiment.record,
-                           SeedOf(experiment, number, "scan"));
+Recording RecordSeam(const SeamExperiment& experiment, const StripeSensor& sensor, int number) {
+  return RecordProfiles(MatsAt(experiment, number), sensor, experiment.record,
+                        SeedOf(experiment, number, "scan"));
 }
 
 TrackedRun TrackRun(const SeamExperiment& experiment, const StripeSensor& sensor,
-                    const seam::Calibration& calibration, seam::DecisionMethod method, int run) {
+                    const Calibration& calibration, DecisionMethod method, int run) {
   const Mats mats = MatsAt(experiment, run);
-  stitching::TrackOptions options = experiment.track;
+  TrackOptions options = experiment.track;
   options.tracker = TrackerFor(experiment, method);
-  return {mats,
-          stitching::Track(mats, sensor, calibration, options, SeedOf(experiment, run, "track"))};
+  return {mats, Track(mats, sensor, calibration, options, SeedOf(experiment, run, "track"))};
 }
 
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

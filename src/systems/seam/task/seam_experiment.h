@@ -9,15 +9,14 @@
 
 #include "base/yaml_map.h"
 #include "experiment/task.h"
-#include "seam/calibration_body.h"
+#include "seam/calibration.h"
 #include "seam/stitching/closed_loop.h"
 #include "seam/stitching/mats.h"
-#include "seam/stitching/recording.h"
 #include "seam/stitching/stripe_sensor.h"
 
 /// Experiments of chapter 3: detection rates on recorded seams, and a stitching head in a closed
 /// loop (docs/seam.md).
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 
 /// What a seam experiment measures.
 enum class SeamKind {
@@ -40,21 +39,20 @@ struct SeamExperiment {
   std::uint64_t seed = 1;
   SeamKind kind = SeamKind::kRates;
   std::filesystem::path sensor_file;
-  stitching::StripeSensorOptions sensor;
-  stitching::MatTexture texture;  ///< typical; each seam's mats vary round it
+  StripeSensorOptions sensor;
+  MatTexture texture;  ///< typical; each seam's mats vary round it
   /// Of the seams, in turn.
-  std::vector<stitching::EdgeShape> shapes = {
-      stitching::EdgeShape::kStep,   stitching::EdgeShape::kDouble,  stitching::EdgeShape::kSlant,
-      stitching::EdgeShape::kConvex, stitching::EdgeShape::kConcave, stitching::EdgeShape::kNone};
+  std::vector<EdgeShape> shapes = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
+                                   EdgeShape::kConvex, EdgeShape::kConcave, EdgeShape::kNone};
   int seams = 60;  ///< closed loops: runs with each decision
   /// Closed loops: the ways to decide that steer. Accumulated weights are left out: they presume
   /// that the edge stays where it is on the line; before a head that turns it does not.
-  std::vector<seam::DecisionMethod> decisions = {
-      seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights, seam::DecisionMethod::kSteps};
-  stitching::RecordOptions record;  ///< its speed is the head's too
+  std::vector<DecisionMethod> decisions = {DecisionMethod::kVoting, DecisionMethod::kWeights,
+                                           DecisionMethod::kSteps};
+  RecordOptions record;  ///< its speed is the head's too
   /// kTracks: > 0 makes every seam straight but for a half circle in its middle (fig. 3.25).
   double half_circle_radius_m = 0.0;
-  stitching::TrackOptions track;       ///< its tracker also serves kRates
+  TrackOptions track;                  ///< its tracker also serves kRates
   std::filesystem::path reference;     ///< published rates, or empty
   std::filesystem::path improvements;  ///< published figures of table 3.5, or empty
   std::filesystem::path runtimes;      ///< published table 3.1, or empty
@@ -70,29 +68,27 @@ SeamExperiment ReadSeamExperiment(const std::filesystem::path& file);
 
 /// All that is drawn of one seam comes from this.
 std::uint64_t SeamSeed(const SeamExperiment& experiment, int number);
-stitching::EdgeShape ShapeOf(const SeamExperiment& experiment, int number);
+EdgeShape ShapeOf(const SeamExperiment& experiment, int number);
 /// The mats of a seam or run, from 0; depend on the experiment and the number alone.
-stitching::MatOptions MatsOf(const SeamExperiment& experiment, int number);
-Hazard HazardOf(const stitching::MatOptions& mats, double length_m);
-seam::TrackerOptions TrackerFor(const SeamExperiment& experiment, seam::DecisionMethod method);
+MatOptions MatsOf(const SeamExperiment& experiment, int number);
+Hazard HazardOf(const MatOptions& mats, double length_m);
+TrackerOptions TrackerFor(const SeamExperiment& experiment, DecisionMethod method);
 
 /// Scans of the calibration body, which every experiment's calibration is made of.
-std::vector<seam::CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
-                                                      const stitching::StripeSensor& sensor);
+std::vector<CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
+                                                const StripeSensor& sensor);
 /// The sensor's calibration from them.
-seam::Calibration CalibrationOf(const SeamExperiment& experiment,
-                                const stitching::StripeSensor& sensor);
+Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor);
 
 /// Profiles over a seam's mats with their labels.
-stitching::Recording RecordSeam(const SeamExperiment& experiment,
-                                const stitching::StripeSensor& sensor, int number);
+Recording RecordSeam(const SeamExperiment& experiment, const StripeSensor& sensor, int number);
 
 /// A closed-loop run with everything that happened on the way, and the mats it ran over.
 struct TrackedRun {
-  stitching::Mats mats;
-  stitching::TrackResult result;
+  Mats mats;
+  TrackResult result;
 };
-TrackedRun TrackRun(const SeamExperiment& experiment, const stitching::StripeSensor& sensor,
-                    const seam::Calibration& calibration, seam::DecisionMethod method, int run);
+TrackedRun TrackRun(const SeamExperiment& experiment, const StripeSensor& sensor,
+                    const Calibration& calibration, DecisionMethod method, int run);
 
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

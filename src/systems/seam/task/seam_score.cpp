@@ -1,16 +1,18 @@
 #include "seam/task/seam_score.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <nlohmann/json.hpp>
 
-namespace rangegrasp::seam_task {
+#include "base/error.h"
+#include "base/stopwatch.h"
+
+namespace rangegrasp::seam {
 namespace {
 
-using stitching::TrackPoint;
+using nlohmann::ordered_json;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotFound = std::numeric_limits<double>::quiet_NaN();
 // A label this near to the line's end has no edge to be seen: detectors leave out as many columns.
 constexpr double kMargin_columns = 20.0;
 // The middle half of the line is its center (section 3.5).
@@ -20,7 +22,7 @@ constexpr double kCenterHalf = 0.25;
 constexpr double kSeen_m = 0.002;
 
 double ErrorOf(const std::optional<double>& column, double label) {
-  return column ? std::abs(*column - label) : kNone;
+  return column ? std::abs(*column - label) : kNotFound;
 }
 
 void CountPositions(const std::array<double, kMethods>& errors, double label, int columns,
@@ -33,12 +35,9 @@ void CountPositions(const std::array<double, kMethods>& errors, double label, in
 }
 
 // Where a hazard begins for who comes along the track.
-double BeginOf(const stitching::MatOptions& mats) {
+double BeginOf(const MatOptions& mats) {
   return mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
 }
-
-// Of what counts as followed (section 3.7.1).
-constexpr double kGood_m = 1e-3;
 
 double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>& corners,
                   double wanted_m) {
@@ -46,7 +45,7 @@ double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>
   for (std::size_t i = 1; i < path.size(); ++i) {
     const TrackPoint& p = path[i];
     if (!(std::abs(p.distance_m - wanted_m) <= kGood_m)) continue;
-    const double from = std::max(path[i - 1].y_m, path.front().y_m + stitching::kSettle_m);
+    const double from = std::max(path[i - 1].y_m, path.front().y_m + kSettle_m);
     double length = std::max(0.0, p.y_m - from);
     for (const double corner : corners) {
       length -=
@@ -55,6 +54,35 @@ double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>
     good += std::max(0.0, length);
   }
   return good;
+}
+
+// Runs a function on the parsed text; what it cannot find there is a damaged store.
+template <typename F>
+auto From(const std::string& text, F read) {
+  try {
+    return read(ordered_json::parse(text));
+  } catch (const std::exception& error) {
+    throw base::RunError("a seam's record is damaged: " + std::string(error.what()));
+  }
+}
+
+template <typename Enum>
+Enum WordAt(const ordered_json& json, const char* key) {
+  return base::FromWord<Enum>(json.at(key).get<std::string>(), key);
+}
+
+// [profiles, within 3 px, ...]
+ordered_json TallyJson(const Tally& tally) {
+  ordered_json json = {tally.profiles};
+  for (const int within : tally.within) json.push_back(within);
+  return json;
+}
+
+Tally TallyFrom(const ordered_json& json) {
+  Tally tally;
+  tally.profiles = json.at(0);
+  for (std::size_t t = 0; t < tally.within.size(); ++t) tally.within[t] = json.at(t + 1);
+  return tally;
 }
 
 }  // namespace
@@ -69,7 +97,7 @@ std::vector<double> CornersOf(const SeamExperiment& experiment) {
   return {middle - apart, middle + apart};
 }
 
-std::string TitleOf(seam::DecisionMethod decision) {
+std::string TitleOf(DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
       "Combined Result", "Sum of weights + history", "Accumulated weights", "Tracked steps"};
   return kTitles[static_cast<std::size_t>(decision)];
@@ -78,7 +106,7 @@ std::string TitleOf(seam::DecisionMethod decision) {
 std::string MethodTitle(std::size_t method) {
   if (method >= kAlone) return TitleOf(kDecisions[method - kAlone]);
   if (method == kLocalStep) return "Local step";
-  return std::string(base::Word(static_cast<seam::Detector>(method)));
+  return std::string(base::Word(static_cast<Detector>(method)));
 }
 
 void Tally::Count(double error_px) {
@@ -93,23 +121,22 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
-void ReadSeam(
-    const SeamExperiment& experiment, const seam::Calibration& calibration,
-    const stitching::Recording& recording,
-    const std::function<void(std::size_t, const std::array<seam::Reading, kDecisions.size()>&,
-                             const std::vector<seam::EdgeTracker>&)>& told) {
-  std::vector<seam::EdgeTracker> trackers;
+void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
+              const Recording& recording,
+              const std::function<void(std::size_t, const std::array<Reading, kDecisions.size()>&,
+                                       const std::vector<EdgeTracker>&)>& take) {
+  std::vector<EdgeTracker> trackers;
   for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(experiment, decision));
   for (std::size_t i = 0; i < recording.raw.size(); ++i) {
-    const seam::Profile profile = seam::Calibrate(recording.raw[i], calibration);
-    std::array<seam::Reading, kDecisions.size()> readings;
+    const Profile profile = Calibrate(recording.raw[i], calibration);
+    std::array<Reading, kDecisions.size()> readings;
     for (std::size_t d = 0; d < trackers.size(); ++d) readings[d] = trackers[d].Update(profile);
-    told(i, readings, trackers);
+    take(i, readings, trackers);
   }
 }
 
-SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
-                     const stitching::Recording& recording, int number) {
+SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,
+                     const Recording& recording, int number) {
   SeamResult result;
   result.seam = number;
   result.shape = ShapeOf(experiment, number);
@@ -119,17 +146,17 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& 
            [&](std::size_t i, const auto& readings, const auto&) {
              const double label = recording.label_column[i];
              std::array<double, kMethods> errors;
-             errors.fill(kNone);
+             errors.fill(kNotFound);
              ++result.profiles;
              for (std::size_t d = 0; d < readings.size(); ++d) {
                const std::size_t m = kAlone + d;
-               result.no_edge[m] += readings[d].status == seam::ProfileStatus::kNoEdge ? 1 : 0;
+               result.no_edge[m] += readings[d].status == ProfileStatus::kNoEdge ? 1 : 0;
                errors[m] = ErrorOf(readings[d].column, label);
-               if (kDecisions[d] != seam::DecisionMethod::kSteps) continue;
+               if (kDecisions[d] != DecisionMethod::kSteps) continue;
                errors[kLocalStep] = ErrorOf(readings[d].local_step, label);
              }
              // All but the fourth decision run the same detectors.
-             for (std::size_t k = 0; k < seam::kDetectors; ++k) {
+             for (std::size_t k = 0; k < kDetectors; ++k) {
                errors[k] = ErrorOf(readings.front().detected[k], label);
              }
              if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
@@ -139,10 +166,10 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& 
   return result;
 }
 
-RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method, int run,
+RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int run,
                    const TrackedRun& tracked) {
-  const stitching::MatOptions& mats = tracked.mats.options();
-  const stitching::TrackResult& track = tracked.result;
+  const MatOptions& mats = tracked.mats.options();
+  const TrackResult& track = tracked.result;
   // Where the head came to rest, and whence.
   const TrackPoint& last = track.path.back();
   RunResult result;
@@ -153,9 +180,8 @@ RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method
   result.reached_hazard = track.reached_hazard;
   // A head that still was further from the hazard than its sensor sees stopped for nothing.
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
-  result.stopped_early =
-      track.end != stitching::TrackEnd::kDone && sees_to_m < BeginOf(mats) - kSeen_m;
-  result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - stitching::kSettle_m);
+  result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < BeginOf(mats) - kSeen_m;
+  result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - kSettle_m);
   result.mean_error_m = track.mean_error_m;
   result.p95_error_m = track.p95_error_m;
   result.max_error_m = track.max_error_m;
@@ -169,4 +195,117 @@ RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method
   return result;
 }
 
-}  // namespace rangegrasp::seam_task
+experiment::Params ParamsOf(const SeamParams& params) {
+  const std::string shape(base::Word(params.shape));
+  if (!params.method) return {{"seam", params.number}, {"shape", shape}};
+  return {{"run", params.number},
+          {"shape", shape},
+          {"method", std::string(base::Word(*params.method))},
+          {"hazard", std::string(base::Word(params.hazard))}};
+}
+
+SeamParams ParamsFrom(const experiment::Params& params) {
+  SeamParams seam;
+  seam.shape = base::FromWord<EdgeShape>(params.Text("shape"), "shape");
+  seam.number = params.Int(params.Has("seam") ? "seam" : "run");
+  if (params.Has("seam")) return seam;
+  seam.method = base::FromWord<DecisionMethod>(params.Text("method"), "method");
+  seam.hazard = base::FromWord<Hazard>(params.Text("hazard"), "hazard");
+  return seam;
+}
+
+std::string ToJson(const SeamResult& result) {
+  ordered_json json = {{"height_m", result.height_m}, {"profiles", result.profiles}};
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    json["methods"][MethodTitle(m)] = {{"all", TallyJson(result.all[m])},
+                                       {"center", TallyJson(result.center[m])},
+                                       {"boundary", TallyJson(result.boundary[m])},
+                                       {"no_edge", result.no_edge[m]}};
+  }
+  return json.dump();
+}
+
+SeamResult SeamResultFrom(const SeamParams& params, const std::string& text) {
+  return From(text, [&](const ordered_json& json) {
+    SeamResult result;
+    result.seam = params.number;
+    result.shape = params.shape;
+    result.height_m = json.at("height_m");
+    result.profiles = json.at("profiles");
+    for (std::size_t m = 0; m < kMethods; ++m) {
+      const ordered_json& method = json.at("methods").at(MethodTitle(m));
+      result.all[m] = TallyFrom(method.at("all"));
+      result.center[m] = TallyFrom(method.at("center"));
+      result.boundary[m] = TallyFrom(method.at("boundary"));
+      result.no_edge[m] = method.at("no_edge");
+    }
+    return result;
+  });
+}
+
+std::string ToJson(const RunResult& result) {
+  return ordered_json{{"end", base::Word(result.end)},
+                      {"reached_hazard", result.reached_hazard},
+                      {"stopped_early", result.stopped_early},
+                      {"settled_m", result.settled_m},
+                      {"mean_error_m", result.mean_error_m},
+                      {"p95_error_m", result.p95_error_m},
+                      {"max_error_m", result.max_error_m},
+                      {"share_within_1mm", result.share_within_1mm},
+                      {"rest_m", result.rest_m},
+                      {"beside_corners_m", result.good_beside_corners_m}}
+      .dump();
+}
+
+RunResult RunResultFrom(const SeamParams& params, const std::string& text) {
+  return From(text, [&](const ordered_json& json) {
+    RunResult result;
+    result.run = params.number;
+    result.method = params.method.value();
+    result.hazard = params.hazard;
+    result.end = WordAt<TrackEnd>(json, "end");
+    result.reached_hazard = json.at("reached_hazard");
+    result.stopped_early = json.at("stopped_early");
+    result.settled_m = json.at("settled_m");
+    result.mean_error_m = json.at("mean_error_m");
+    result.p95_error_m = json.at("p95_error_m");
+    result.max_error_m = json.at("max_error_m");
+    result.share_within_1mm = json.at("share_within_1mm");
+    // Runs of earlier versions have neither.
+    result.rest_m = json.value("rest_m", 0.0);
+    result.good_beside_corners_m = json.value("beside_corners_m", 0.0);
+    return result;
+  });
+}
+
+std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& experiment,
+                                                      const Calibration& calibration,
+                                                      const Recording& recording) {
+  std::vector<std::pair<std::string, double>> seconds;
+  base::Stopwatch watch;
+  const auto end_step = [&] { seconds.emplace_back(kTimedSteps[seconds.size()], watch.Restart()); };
+  const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVoting);
+  const DetectorOptions& detectors = options.detectors;
+  std::vector<PreparedProfile> prepared;
+  prepared.reserve(recording.raw.size());
+  watch.Restart();
+  for (const auto& raw : recording.raw) {
+    prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
+  }
+  end_step();
+  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, detectors.model_fitting);
+  end_step();
+  for (const auto& profile : prepared)
+    VoteLocally(profile.height_m, detectors.local_weighted_voting);
+  end_step();
+  for (const auto& profile : prepared)
+    AccumulateGradients(profile.height_m, detectors.gradient_accumulation);
+  end_step();
+  EdgeTracker tracker(options);
+  watch.Restart();
+  for (const auto& raw : recording.raw) tracker.Update(Calibrate(raw, calibration));
+  end_step();
+  return seconds;
+}
+
+}  // namespace rangegrasp::seam

@@ -2,22 +2,27 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/words.h"
+#include "experiment/task.h"
+#include "seam/calibration.h"
+#include "seam/stitching/stripe_sensor.h"
 #include "seam/task/seam_experiment.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 
 /// The ways to decide that are compared, after the detectors alone.
-inline constexpr auto kDecisions = base::ValuesOf<seam::DecisionMethod>();
+inline constexpr auto kDecisions = base::ValuesOf<DecisionMethod>();
 /// Detectors, with the fourth, and decisions: the rows of table 3.2.
-constexpr std::size_t kLocalStep = seam::kDetectors;
-constexpr std::size_t kAlone = seam::kDetectors + 1;
+constexpr std::size_t kLocalStep = kDetectors;
+constexpr std::size_t kAlone = kDetectors + 1;
 constexpr std::size_t kMethods = kAlone + kDecisions.size();
 /// As table 3.2 calls them, where it knows them.
-std::string TitleOf(seam::DecisionMethod decision);
+std::string TitleOf(DecisionMethod decision);
 std::string MethodTitle(std::size_t method);
 
 /// Of tables 3.2 and 3.3.
@@ -36,21 +41,21 @@ using Tallies = std::array<Tally, kMethods>;
 /// Counts of one seam. Edges beyond the line are not counted.
 struct SeamResult {
   int seam = 0;
-  stitching::EdgeShape shape = stitching::EdgeShape::kStep;
+  EdgeShape shape = EdgeShape::kStep;
   double height_m = 0.0;
   int profiles = 0;  ///< all that were scanned
   Tallies all;
   Tallies center;                       ///< label in the middle half of the line
   Tallies boundary;                     ///< label in an outer quarter
-  std::array<int, kMethods> no_edge{};  ///< profiles told to have none; 0 of detectors
+  std::array<int, kMethods> no_edge{};  ///< profiles reported to have none; 0 of detectors
 };
 
 /// One closed-loop run with one way to decide.
 struct RunResult {
   int run = 0;
-  seam::DecisionMethod method = seam::DecisionMethod::kVoting;
+  DecisionMethod method = DecisionMethod::kVoting;
   Hazard hazard = Hazard::kNone;
-  stitching::TrackEnd end = stitching::TrackEnd::kDone;
+  TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;
   bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
   double settled_m = 0.0;  ///< along the track, after the first kSettle_m: what the errors are of
@@ -69,19 +74,51 @@ inline constexpr double kCorner_m = 6e-3;
 std::vector<double> CornersOf(const SeamExperiment& experiment);
 
 /// Hands the profiles of a recorded seam to a tracker of each way to decide, in order.
-/// @param told  of each profile: its position, what each way to decide (kDecisions) made of it, and
+/// @param take  of each profile: its position, what each way to decide (kDecisions) made of it, and
 /// the trackers, which hold it until the next one
-void ReadSeam(
-    const SeamExperiment& experiment, const seam::Calibration& calibration,
-    const stitching::Recording& recording,
-    const std::function<void(std::size_t, const std::array<seam::Reading, kDecisions.size()>&,
-                             const std::vector<seam::EdgeTracker>&)>& told);
+void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
+              const Recording& recording,
+              const std::function<void(std::size_t, const std::array<Reading, kDecisions.size()>&,
+                                       const std::vector<EdgeTracker>&)>& take);
 
 /// Every method on a recorded seam, a number of the experiment from 0.
-SeamResult ScoreSeam(const SeamExperiment& experiment, const seam::Calibration& calibration,
-                     const stitching::Recording& recording, int number);
+SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,
+                     const Recording& recording, int number);
 /// A run, against the truth that its mats know.
-RunResult ScoreRun(const SeamExperiment& experiment, seam::DecisionMethod method, int run,
+RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int run,
                    const TrackedRun& tracked);
 
-}  // namespace rangegrasp::seam_task
+// Cases, and results as the store keeps them: JSON objects whose numbers are read back the same.
+
+/// What a case is. A seam of rates has no method and no hazard.
+struct SeamParams {
+  int number = 0;  ///< of the seam or run, from 0
+  EdgeShape shape = EdgeShape::kStep;
+  std::optional<DecisionMethod> method;
+  Hazard hazard = Hazard::kNone;
+};
+
+/// "seam" and "shape", or "run", "shape", "method" and "hazard".
+experiment::Params ParamsOf(const SeamParams& params);
+/// @throws base::InputError if they are none.
+SeamParams ParamsFrom(const experiment::Params& params);
+
+/// Without what the case itself states (number, shape).
+std::string ToJson(const SeamResult& result);
+std::string ToJson(const RunResult& result);
+/// @throws base::RunError if the text is no such result.
+SeamResult SeamResultFrom(const SeamParams& params, const std::string& json);
+RunResult RunResultFrom(const SeamParams& params, const std::string& json);
+
+/// The rows of table 3.1. The sum is of a profile from the camera's rows to the decided position,
+/// measured by itself.
+inline constexpr std::array kTimedSteps = {"Profile Pre-Processing", "Model-Fitting",
+                                           "Local Weighted-Voting", "Gradient-Accumulation",
+                                           "Sum including edge voting"};
+
+/// What each step takes for all profiles of a seam together [s], in the order of kTimedSteps.
+std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& experiment,
+                                                      const Calibration& calibration,
+                                                      const Recording& recording);
+
+}  // namespace rangegrasp::seam

@@ -2,26 +2,551 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include "base/file.h"
-#include "base/hash.h"
-#include "seam/task/internal/rate_tables.h"
-#include "seam/task/internal/run_tables.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "experiment/statistics.h"
+#include "seam/task/seam_score.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
+using experiment::Fixed;
+using experiment::PercentText;
+using experiment::PublishedFigure;
 using experiment::Record;
+using experiment::Section;
 using experiment::Stamp;
-using stitching::EdgeShape;
+using Cells = std::vector<std::string>;
 
-// The text of a published table; empty where there is none. Read once, so that a broken one shows.
-std::string PublishedText(const std::filesystem::path& file) {
-  if (file.empty()) return "";
-  std::string text = base::ReadFile(file);
-  internal::ReadPublished(text, file.string());
+// ---- what the tables of rates and those of runs have in common ----
+
+// Name -> numbers of a published table, whose first column names the row.
+using Published = std::map<std::string, std::vector<std::optional<double>>>;
+
+Published ReadPublished(const std::string& csv, const std::string& name) {
+  Published published;
+  if (csv.empty()) return published;
+  const auto table = base::CsvTable::Parse(csv, name);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    auto& numbers = published[table.Cell(row, 0)];
+    for (std::size_t c = 1; c < table.header().size(); ++c) {
+      numbers.push_back(table.OptionalNumber(row, c));
+    }
+  }
+  return published;
+}
+
+std::optional<double> NumberAt(const Published& published, const std::string& row, std::size_t i) {
+  const auto known = published.find(row);
+  if (known == published.end() || i >= known->second.size()) return std::nullopt;
+  return known->second[i];
+}
+
+// What the stamp says of the experiment.
+struct Facts {
+  SeamKind kind;
+  std::vector<EdgeShape> shapes;  // each once, in their order
+  int profiles_per_seam;
+  double columns_per_m;
+  double wanted_m;  // of a run's path: what is to be followed after the head has settled
+  double beside_corners_m = 0.0;  // of it, of a half circle
+  Published reference, improvements, runtimes;
+};
+
+Facts FactsOf(const Stamp& stamp) {
+  const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
+  const auto or_else = [&](const char* name, const char* otherwise) {  // of earlier versions
+    return experiment::ValueOr(stamp.data, name, otherwise);
+  };
+  Facts facts{base::FromWord<SeamKind>(at("kind"), "kind"),
+              {},
+              std::stoi(at("profiles_per_seam")),
+              std::stod(at("columns_per_m")),
+              std::stod(at("wanted_m")),
+              std::stod(or_else("beside_corners_m", "0")),
+              ReadPublished(at("reference"), at("reference_file")),
+              ReadPublished(at("improvements"), at("improvements_file")),
+              ReadPublished(or_else("runtimes", ""), or_else("runtimes_file", ""))};
+  for (const std::string& word : base::Split(at("shapes"), ',')) {
+    facts.shapes.push_back(base::FromWord<EdgeShape>(word, "shapes"));
+  }
+  return facts;
+}
+
+// Crashed or timed out.
+bool Failed(const Record& record) {
+  return record.result.outcome == experiment::kCrashed ||
+         record.result.outcome == experiment::kTimedOut;
+}
+
+std::string Text(int count) { return fmt::format("{}", count); }
+
+// Without rows; what is not a name stands to the right.
+Section NumberSection(const std::string& title, Cells header) {
+  Section section{title, {}};
+  section.grid.left.assign(header.size(), false);
+  section.grid.left[0] = true;
+  section.grid.header = std::move(header);
+  return section;
+}
+
+// A part of a whole, one of several that were drawn independently: of a seam's profiles those that
+// were found, of a run's wanted length what was followed.
+struct Part {
+  double part, whole;
+};
+
+// The standard error of sum(part) / sum(whole) in per cent, from how much the parts scatter about
+// it (Cochran 1977, eq. 6.9: the ratio estimator). Profiles of one seam resemble each other, seams
+// do not: counted as single profiles the error would come out far too small. "-" of fewer than two.
+std::string ErrorCell(const std::vector<Part>& parts) {
+  double part = 0.0;
+  double whole = 0.0;
+  for (const Part& p : parts) {
+    part += p.part;
+    whole += p.whole;
+  }
+  double squares = 0.0;
+  for (const Part& p : parts) squares += std::pow(p.part - part / whole * p.whole, 2);
+  const auto n = static_cast<double>(parts.size());
+  const double error = 100.0 * (std::sqrt(n / (n - 1.0) * squares) / whole);
+  return std::isfinite(error) ? Fixed(error, 2) : "-";
+}
+
+// ---- rates of seams ----
+
+// A seam that was not finished has an edge in every profile, found in none.
+std::vector<SeamResult> SeamsOf(const Facts& facts, const std::vector<Record>& records) {
+  std::vector<SeamResult> seams;
+  for (const Record& record : records) {
+    const SeamParams params = ParamsFrom(record.which.params);
+    if (!Failed(record)) {
+      seams.push_back(SeamResultFrom(params, record.result.data));
+      continue;
+    }
+    SeamResult& failed = seams.emplace_back();
+    failed.seam = params.number;
+    failed.shape = params.shape;
+    failed.height_m = std::nan("");
+    failed.profiles = facts.profiles_per_seam;
+    if (params.shape == EdgeShape::kNone) continue;
+    for (Tally& tally : failed.all) tally.profiles = failed.profiles;
+  }
+  return seams;
+}
+
+Tallies Sum(const std::vector<SeamResult>& seams, Tallies SeamResult::*member) {
+  Tallies sum{};
+  for (const SeamResult& seam : seams) {
+    for (std::size_t m = 0; m < kMethods; ++m) sum[m] += (seam.*member)[m];
+  }
+  return sum;
+}
+
+std::string ShareWithin(const Tally& tally, std::size_t tolerance) {
+  return PercentText(tally.within[tolerance], tally.profiles, 2);
+}
+
+Section RatesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
+  const Tallies sum = Sum(seams, &SeamResult::all);
+  Cells header = {"method"};
+  for (const double tolerance : kTolerances_px) {
+    header.push_back("+-" + Fixed(tolerance, 0) + " px");
+    header.push_back("published");
+  }
+  Section section = NumberSection(
+      fmt::format("Detection rate in % within a tolerance, {} profiles with an edge of {} seams",
+                  sum[0].profiles, seams.size()),
+      std::move(header));
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    Cells row = {MethodTitle(m)};
+    for (std::size_t t = 0; t < kTolerances_px.size(); ++t) {
+      const auto published = NumberAt(facts.reference, MethodTitle(m), t);
+      row.push_back(ShareWithin(sum[m], t));
+      row.push_back(published ? Fixed(*published, 1) : "-");
+    }
+    section.grid.rows.push_back(row);
+  }
+  return section;
+}
+
+// The tolerance that is nearest to 1 mm: 12 px or 18 px.
+std::size_t MillimeterTolerance(const Facts& facts) {
+  const double columns = base::kMm * facts.columns_per_m;
+  const auto distance = [&](double px) { return std::abs(px - columns); };
+  const auto best = std::ranges::min_element(kTolerances_px, {}, distance);
+  return static_cast<std::size_t>(best - kTolerances_px.begin());
+}
+
+Section PlacesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
+  const std::size_t t = MillimeterTolerance(facts);
+  Section section = NumberSection("Within 1 mm, in %: where on the line the edge lies",
+                                  {"method", "all", "centre", "boundary"});
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    Cells& row = section.grid.rows.emplace_back(Cells{MethodTitle(m)});
+    for (const auto member : {&SeamResult::all, &SeamResult::center, &SeamResult::boundary}) {
+      row.push_back(ShareWithin(Sum(seams, member)[m], t));
+    }
+  }
+  for (const auto& [name, numbers] : facts.improvements) {
+    const bool there = !numbers.empty() && numbers[0];
+    section.grid.rows.push_back(
+        {"published: " + name, there ? Fixed(*numbers[0], 2) : "-", "", ""});
+  }
+  return section;
+}
+
+Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
+  Cells header = {"shape", "seams", "profiles"};
+  for (std::size_t m = 0; m < kMethods; ++m) header.push_back(MethodTitle(m));
+  for (const auto decision : kDecisions) header.push_back("no edge: " + TitleOf(decision));
+  Section section = NumberSection(
+      "Every shape of edge: within 1 mm, in %; reported to have no edge, in %", std::move(header));
+  for (const EdgeShape shape : facts.shapes) {
+    std::vector<SeamResult> alike;
+    std::ranges::copy_if(seams, std::back_inserter(alike),
+                         [shape](const SeamResult& seam) { return seam.shape == shape; });
+    int profiles = 0;
+    std::array<int, kMethods> no_edge{};
+    for (const SeamResult& seam : alike) {
+      profiles += seam.profiles;
+      for (std::size_t m = 0; m < kMethods; ++m) no_edge[m] += seam.no_edge[m];
+    }
+    Cells row = {std::string(base::Word(shape)), fmt::format("{}", alike.size()), Text(profiles)};
+    for (const Tally& tally : Sum(alike, &SeamResult::all)) {
+      row.push_back(ShareWithin(tally, MillimeterTolerance(facts)));
+    }
+    for (std::size_t m = kAlone; m < kMethods; ++m) {
+      row.push_back(PercentText(no_edge[m], profiles, 2));
+    }
+    section.grid.rows.push_back(row);
+  }
+  return section;
+}
+
+Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) {
+  const std::size_t t = MillimeterTolerance(facts);
+  Section section = NumberSection("Within 1 mm, in %, with its standard error over seams",
+                                  {"method", "within 1 mm", "+-", "profiles", "seams"});
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    std::vector<Part> parts;
+    for (const SeamResult& seam : seams) {
+      const Tally& tally = seam.all[m];
+      if (tally.profiles == 0) continue;
+      parts.push_back({static_cast<double>(tally.within[t]), static_cast<double>(tally.profiles)});
+    }
+    const Tally sum = Sum(seams, &SeamResult::all)[m];
+    section.grid.rows.push_back({MethodTitle(m), ShareWithin(sum, t), ErrorCell(parts),
+                                 Text(sum.profiles), fmt::format("{}", parts.size())});
+  }
+  return section;
+}
+
+// ---- the published tables' figures ----
+
+PublishedFigure FigureOf(const std::string& row, double published,
+                         const std::vector<SeamResult>& seams, Tallies SeamResult::*member,
+                         std::size_t method, std::size_t tolerance) {
+  PublishedFigure figure{.row = row, .unit = "%", .digits = 2, .published = published};
+  const Tally sum = Sum(seams, member)[method];
+  if (sum.profiles > 0) figure.own = 100.0 * sum.within[tolerance] / sum.profiles;
+  experiment::ClustersEvidence evidence;
+  for (const SeamResult& seam : seams) {
+    const Tally& tally = (seam.*member)[method];
+    evidence.own.push_back({tally.within[tolerance], tally.profiles});
+  }
+  figure.evidence = evidence;
+  return figure;
+}
+
+// A row of table 3.5: what it is of.
+struct Improvement {
+  const char* name;  // in the published table
+  DecisionMethod decision;
+  Tallies SeamResult::*where;
+};
+// Fig. 3.35 (b) shows the places for the improved method.
+constexpr std::array<Improvement, 4> kImprovements = {
+    {{"three-lines combined result within 1 mm (original voting)", DecisionMethod::kVoting,
+      &SeamResult::all},
+     {"three-lines with sum of weights and historic edge positions", DecisionMethod::kWeights,
+      &SeamResult::all},
+     {"edge in the centre of the scan line", DecisionMethod::kWeights, &SeamResult::center},
+     {"edge at the boundary of the scan line", DecisionMethod::kWeights, &SeamResult::boundary}}};
+
+std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<SeamResult>& seams) {
+  std::vector<PublishedFigure> figures;
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    for (std::size_t t = 0; t < kTolerances_px.size(); ++t) {
+      const auto published = NumberAt(facts.reference, MethodTitle(m), t);
+      if (!published) continue;
+      figures.push_back(FigureOf(fmt::format("{}, +-{:.0f} px", MethodTitle(m), kTolerances_px[t]),
+                                 *published, seams, &SeamResult::all, m, t));
+    }
+  }
+  for (const Improvement& one : kImprovements) {
+    const auto published = NumberAt(facts.improvements, one.name, 0);
+    if (!published) continue;
+    figures.push_back(FigureOf(one.name, *published, seams, one.where,
+                               kAlone + static_cast<std::size_t>(one.decision),
+                               MillimeterTolerance(facts)));
+    figures.back().key = "improvements";
+  }
+  return figures;
+}
+
+// Table 3.1: what a step takes for one profile, on average over all.
+std::vector<PublishedFigure> TimesOf(const Facts& facts, const std::vector<Record>& records,
+                                     const std::vector<SeamResult>& seams) {
+  constexpr std::size_t kAverage = 1;  // of the columns behind the step's name
+  std::vector<PublishedFigure> figures;
+  for (const char* step : kTimedSteps) {
+    const auto known = facts.runtimes.find(step);
+    if (known == facts.runtimes.end() || known->second.size() <= kAverage) continue;
+    double seconds = 0.0;
+    int profiles = 0;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      for (const auto& [name, s] : records[i].result.seconds) {
+        if (name != step) continue;
+        seconds += s;
+        profiles += seams[i].profiles;
+      }
+    }
+    PublishedFigure& figure =
+        figures.emplace_back(PublishedFigure{.row = fmt::format("{}, average", step),
+                                             .unit = "ms",
+                                             .digits = 4,
+                                             .lower_is_better = true,
+                                             .published = known->second[kAverage].value_or(0.0)});
+    if (profiles > 0) figure.own = 1e3 * seconds / profiles;
+    figure.evidence = experiment::TimesEvidence{profiles};
+    figure.key = "runtimes";
+  }
+  return figures;
+}
+
+std::string SeamRows(const std::vector<SeamResult>& seams) {
+  std::string text =
+      "seam,shape,height_mm,profiles,method,no_edge,labelled,within_3px,within_10px,within_12px,"
+      "within_18px\n";
+  for (const SeamResult& seam : seams) {
+    const std::string height =
+        std::isfinite(seam.height_m) ? Fixed(seam.height_m * base::kMmPerM, 3) : "";
+    for (std::size_t m = 0; m < kMethods; ++m) {
+      Cells row = {Text(seam.seam),
+                   std::string(base::Word(seam.shape)),
+                   height,
+                   Text(seam.profiles),
+                   MethodTitle(m),
+                   m >= kAlone ? Text(seam.no_edge[m]) : "",
+                   Text(seam.all[m].profiles)};
+      for (const int within : seam.all[m].within) row.push_back(Text(within));
+      text += base::CsvLine(row);
+    }
+  }
   return text;
+}
+
+experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& records) {
+  const auto seams = SeamsOf(facts, records);
+  experiment::Report report;
+  report.sections = {RatesSection(facts, seams), PlacesSection(facts, seams),
+                     ShapesSection(facts, seams), ErrorsSection(facts, seams)};
+  report.files.emplace_back("rows.csv", SeamRows(seams));
+  report.published = FiguresOf(facts, seams);
+  std::ranges::move(TimesOf(facts, records, seams), std::back_inserter(report.published));
+  return report;
+}
+
+// ---- closed loops and hazards ----
+
+// A run that was not finished: nothing followed, or a hazard that was not stopped for.
+RunResult FailedRun(const SeamParams& params) {
+  RunResult result;
+  result.run = params.number;
+  result.method = params.method.value();
+  result.hazard = params.hazard;
+  result.end = TrackEnd::kLost;
+  result.reached_hazard = params.hazard != Hazard::kNone;
+  result.stopped_early = params.hazard == Hazard::kNone;
+  return result;
+}
+
+std::vector<RunResult> RunsOf(const std::vector<Record>& records) {
+  std::vector<RunResult> runs;
+  for (const Record& record : records) {
+    const SeamParams params = ParamsFrom(record.which.params);
+    runs.push_back(Failed(record) ? FailedRun(params) : RunResultFrom(params, record.result.data));
+  }
+  return runs;
+}
+
+// The ways to decide that steered any of the runs.
+std::vector<DecisionMethod> DecisionsOf(const std::vector<RunResult>& runs) {
+  std::vector<DecisionMethod> decisions;
+  std::ranges::copy_if(kDecisions, std::back_inserter(decisions), [&](DecisionMethod method) {
+    return std::ranges::any_of(runs, [&](const RunResult& run) { return run.method == method; });
+  });
+  return decisions;
+}
+
+// Means over the length of all runs; the largest error of all.
+Cells TracksRow(const Facts& facts, const std::vector<RunResult>& all, DecisionMethod method) {
+  int runs = 0;
+  int done = 0;
+  int early = 0;
+  double mean = 0.0;
+  double p95 = 0.0;
+  double max = 0.0;
+  double within = 0.0;
+  double length = 0.0;
+  std::vector<Part> parts;
+  for (const RunResult& run : all) {
+    if (run.method != method) continue;
+    ++runs;
+    done += run.end == TrackEnd::kDone ? 1 : 0;
+    early += run.stopped_early ? 1 : 0;
+    length += run.settled_m;
+    mean += run.settled_m * run.mean_error_m;
+    p95 += run.settled_m * run.p95_error_m;
+    max = std::max(max, run.max_error_m);
+    within += run.settled_m * run.share_within_1mm;
+    parts.push_back({run.settled_m * run.share_within_1mm, facts.wanted_m});
+  }
+  const double n = std::max(1e-9, length);  // so that no length at all gives 0
+  const double wanted = runs * facts.wanted_m;
+  return {TitleOf(method),
+          Text(runs),
+          Text(done),
+          Text(early),
+          Fixed(mean / n * base::kMmPerM, 3),
+          Fixed(p95 / n * base::kMmPerM, 3),
+          Fixed(max * base::kMmPerM, 3),
+          Fixed(within / n * 100.0, 2),
+          runs > 0 ? Fixed(within / wanted * 100.0, 2) : "-",
+          ErrorCell(parts)};
+}
+
+Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
+  Section section = NumberSection(
+      "Closed loop after the first 100 mm: error of the seam's distance to the edge",
+      {"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm", "max mm",
+       "within 1 mm, % of the length", "within 1 mm, % of the wanted length", "+-"});
+  for (const auto method : DecisionsOf(runs)) {
+    section.grid.rows.push_back(TracksRow(facts, runs, method));
+  }
+  return section;
+}
+
+// A half circle without its corners, where the edge turns by 90 degrees.
+Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
+  Section section = NumberSection(
+      fmt::format("Half circle: not within {:.0f} mm of its corners", kCorner_m * base::kMmPerM),
+      {"method", "runs", "within 1 mm, % of the wanted length", "+-"});
+  for (const auto method : DecisionsOf(runs)) {
+    std::vector<Part> parts;
+    double good = 0.0;
+    for (const RunResult& run : runs) {
+      if (run.method != method) continue;
+      good += run.good_beside_corners_m;
+      parts.push_back({run.good_beside_corners_m, facts.beside_corners_m});
+    }
+    const double wanted = static_cast<double>(parts.size()) * facts.beside_corners_m;
+    section.grid.rows.push_back({TitleOf(method), fmt::format("{}", parts.size()),
+                                 parts.empty() ? "-" : Fixed(good / wanted * 100.0, 2),
+                                 ErrorCell(parts)});
+  }
+  return section;
+}
+
+Section EarlySection(const std::vector<RunResult>& runs) {
+  Section section = NumberSection(
+      "Runs that stopped early", {"run", "method", "hazard", "end", "at rest, mm along the track"});
+  for (const RunResult& run : runs) {
+    if (!run.stopped_early) continue;
+    section.grid.rows.push_back(
+        {Text(run.run), TitleOf(run.method), std::string(base::Word(run.hazard)),
+         std::string(base::Word(run.end)), Fixed(run.rest_m * base::kMmPerM, 1)});
+  }
+  return section;
+}
+
+Cells HazardsRow(const std::vector<RunResult>& all, Hazard hazard, DecisionMethod method) {
+  int runs = 0;
+  int found = 0;
+  int other = 0;
+  int early = 0;
+  for (const RunResult& run : all) {
+    if (run.method != method || run.hazard != hazard) continue;
+    ++runs;
+    early += run.stopped_early ? 1 : 0;
+    if (run.reached_hazard || run.end == TrackEnd::kDone || run.stopped_early) continue;
+    ++found;
+    other += base::Word(hazard) != base::Word(run.end) ? 1 : 0;
+  }
+  const int seen = runs - early;
+  Cells row = {std::string(base::Word(hazard)), TitleOf(method)};
+  for (const int count : {runs, early, seen, found, seen - found}) row.push_back(Text(count));
+  row.push_back(PercentText(found, seen, 2));
+  row.push_back(Text(other));
+  return row;
+}
+
+Section HazardsSection(const std::vector<RunResult>& runs) {
+  Section section =
+      NumberSection("Hazards: found, and the head at rest, before the needle is there",
+                    {"hazard", "method", "runs", "at rest before it was in view", "came into view",
+                     "found in time", "reached", "in time %", "found as the other"});
+  for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {
+    for (const auto method : DecisionsOf(runs)) {
+      section.grid.rows.push_back(HazardsRow(runs, hazard, method));
+    }
+  }
+  return section;
+}
+
+std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record>& records) {
+  std::string text =
+      "run,method,hazard,end,reached_hazard,stopped_early,settled_mm,mean_error_mm,p95_error_mm,"
+      "max_error_mm,share_within_1mm\n";
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const RunResult& run = runs[i];
+    text += base::CsvLine(
+        {Text(run.run), TitleOf(run.method), std::string(base::Word(run.hazard)),
+         Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
+         run.reached_hazard ? "1" : "0", run.stopped_early ? "1" : "0",
+         Fixed(run.settled_m * base::kMmPerM, 1), Fixed(run.mean_error_m * base::kMmPerM, 4),
+         Fixed(run.p95_error_m * base::kMmPerM, 4), Fixed(run.max_error_m * base::kMmPerM, 4),
+         Fixed(run.share_within_1mm, 5)});
+  }
+  return text;
+}
+
+experiment::Report RunsReport(const Facts& facts, const std::vector<Record>& records) {
+  const auto runs = RunsOf(records);
+  experiment::Report report;
+  report.sections = {facts.kind == SeamKind::kTracks ? TracksSection(facts, runs)
+                                                     : HazardsSection(runs)};
+  if (facts.beside_corners_m > 0.0) report.sections.push_back(CornersSection(facts, runs));
+  if (std::ranges::any_of(runs, &RunResult::stopped_early)) {
+    report.sections.push_back(EarlySection(runs));
+  }
+  report.files.emplace_back("rows.csv", RunRows(runs, records));
+  return report;
+}
+
+// ---- the stamp ----
+
+// A published table is parsed here too, so that a broken one shows before the run.
+void AddPublished(const std::string& name, const std::filesystem::path& file, Stamp& stamp) {
+  const std::string text = file.empty() ? "" : base::ReadFile(file);
+  ReadPublished(text, file.string());
+  stamp.data[name] = text;
+  stamp.data[name + "_file"] = file.filename().string();
 }
 
 std::string ShapeWords(std::vector<EdgeShape> shapes) {
@@ -35,31 +560,28 @@ std::string ShapeWords(std::vector<EdgeShape> shapes) {
 }  // namespace
 
 void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
+  const double wanted_m = experiment.track.length_m - kSettle_m;
   stamp.identity["sensor_hash"] = base::Hex(base::Fnv1a(base::ReadFile(experiment.sensor_file)));
   stamp.data["kind"] = base::Word(experiment.kind);
   stamp.data["shapes"] = ShapeWords(experiment.shapes);
-  stamp.data["profiles_per_seam"] = fmt::format("{}", experiment.record.profiles);
+  stamp.data["profiles_per_seam"] = Text(experiment.record.profiles);
   stamp.data["columns_per_m"] = fmt::format("{}", experiment.sensor.line.columns_per_m);
-  stamp.data["wanted_m"] = fmt::format("{}", experiment.track.length_m - stitching::kSettle_m);
+  stamp.data["wanted_m"] = fmt::format("{}", wanted_m);
   const auto corners = CornersOf(experiment);
   if (!corners.empty()) {
     stamp.data["beside_corners_m"] =
-        fmt::format("{}", experiment.track.length_m - stitching::kSettle_m -
-                              2.0 * kCorner_m * static_cast<double>(corners.size()));
+        fmt::format("{}", wanted_m - 2.0 * kCorner_m * static_cast<double>(corners.size()));
   }
-  stamp.data["reference"] = PublishedText(experiment.reference);
-  stamp.data["reference_file"] = experiment.reference.filename().string();
-  stamp.data["improvements"] = PublishedText(experiment.improvements);
-  stamp.data["improvements_file"] = experiment.improvements.filename().string();
-  stamp.data["runtimes"] = PublishedText(experiment.runtimes);
-  stamp.data["runtimes_file"] = experiment.runtimes.filename().string();
+  AddPublished("reference", experiment.reference, stamp);
+  AddPublished("improvements", experiment.improvements, stamp);
+  AddPublished("runtimes", experiment.runtimes, stamp);
 }
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
-  const internal::Facts facts = internal::FactsOf(stamp);
-  experiment::Report report = facts.kind == SeamKind::kRates ? internal::RatesReport(facts, records)
-                                                             : internal::RunsReport(facts, records);
-  const auto failed = std::ranges::count_if(records, internal::Failed);
+  const Facts facts = FactsOf(stamp);
+  experiment::Report report =
+      facts.kind == SeamKind::kRates ? RatesReport(facts, records) : RunsReport(facts, records);
+  const auto failed = std::ranges::count_if(records, Failed);
   if (failed > 0) {
     report.notes.push_back(fmt::format(
         "{} of {} cases crashed or timed out; they count as not found, not followed or not stopped "
@@ -69,4 +591,4 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   return report;
 }
 
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

@@ -2,23 +2,244 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+#include <set>
+
 #include "base/error.h"
 #include "base/file.h"
 #include "base/stopwatch.h"
 #include "base/units.h"
+#include "base/words.h"
+#include "experiment/view.h"
 #include "seam/profile_io.h"
-#include "seam/task/seam_files.h"
-#include "seam/task/seam_json.h"
-#include "seam/task/seam_pictures.h"
+#include "seam/task/seam_score.h"
 #include "seam/task/seam_tables.h"
-#include "seam/task/seam_times.h"
-#include "seam/task/seam_view.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
+using base::kMmPerM;
+using draw::Panel;
+using draw::Series;
 using experiment::Case;
 using experiment::Result;
+using experiment::View;
+
+// ---- pictures ----
+
+// The dissertation's colors of the three detectors (fig. 3.17): green, blue, red.
+constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
+constexpr const char* kTruthColor = "#444444";
+constexpr std::array<const char*, kDecisions.size()> kDecisionColors = {"#9467bd", "#e08000",
+                                                                        "#8c564b", "#d62728"};
+constexpr const char* kLocalStepColor = "#17becf";
+// Pages of a view: so many from end to end, and so many that went most wrong. Their number is the
+// view's size, 25 kB a page.
+constexpr std::size_t kEvenPages = 8;
+constexpr std::size_t kWorstPages = 8;
+// The decision that pages show: unlike voting it has a weight function to look at.
+constexpr auto kShown = static_cast<std::size_t>(DecisionMethod::kWeights);
+// Between points of the true edge beyond the needle's path.
+constexpr double kEdgeStep_m = 1e-3;
+
+const char* ColorOf(std::size_t method) {
+  if (method >= kAlone) return kDecisionColors[method - kAlone];
+  return method == kLocalStep ? kLocalStepColor : kDetectorColors[method];
+}
+
+Panel PanelOf(const std::string& title, const std::string& x_label, const std::string& y_label) {
+  return {title, x_label, y_label, {}, {}, {}};
+}
+
+Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
+                    const std::string& color) {
+  Series series{label, {}, {}, color};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    series.x.push_back(static_cast<double>(i));
+    series.y.push_back(static_cast<double>(values[i]) * unit);
+  }
+  return series;
+}
+
+void Add(Series& series, double along_m, double across_m) {
+  series.x.push_back(along_m * kMmPerM);
+  series.y.push_back(across_m * kMmPerM);
+}
+
+// A closed-loop run: needle, edge and the positions that were sent; below, the error along the
+// path.
+std::vector<Panel> TrackPanels(const TrackedRun& tracked, double wanted_distance_m) {
+  const TrackResult& track = tracked.result;
+  Panel map = PanelOf("Closed loop, seen from above", "along the track [mm]", "across [mm]");
+  map.equal_axes = true;
+  Series edge{"edge", {}, {}, kTruthColor};
+  Series needle{"needle", {}, {}, "#d62728", false, 1.8};
+  Series sensed{"positions sent", {}, {}, "#1f77b4", true};
+  Panel errors =
+      PanelOf("Error of the distance between seam and edge", "along the track [mm]", "[mm]");
+  Series error{"", {}, {}, "#d62728"};
+  for (const auto& point : track.path) {
+    Add(needle, point.y_m, -point.x_m);
+    Add(error, point.y_m, point.distance_m - wanted_distance_m);
+    Add(edge, point.y_m, -tracked.mats.EdgeX(point.y_m));
+  }
+  for (const auto& point : track.sensed) Add(sensed, point.y_m, -point.x_m);
+  // The line runs ahead of the needle: what it reports of the last stretch has its truth, too.
+  const double end_m = track.sensed.empty() ? 0.0 : track.sensed.back().y_m;
+  for (double y_m = track.path.back().y_m; y_m < end_m; y_m += kEdgeStep_m) {
+    Add(edge, y_m, -tracked.mats.EdgeX(y_m));
+  }
+  map.series = {edge, sensed, needle};
+  errors.series = {error};
+  return {map, errors};
+}
+
+double Value(const std::optional<double>& column) {
+  return column.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+double Value(const std::optional<int>& column) {
+  return Value(column ? std::optional<double>(*column) : std::nullopt);
+}
+
+// What all methods reported of a seam's profiles.
+struct Reported {
+  std::vector<double> along_mm, truth;                // [column]
+  std::array<std::vector<double>, kMethods> columns;  // of each method
+  std::vector<double> wrong;                          // of the shown decision; not found: infinite
+};
+
+Reported ReportedOf(const SeamExperiment& experiment, const Calibration& calibration,
+                    const Recording& recording) {
+  Reported reported;
+  reported.truth = recording.label_column;
+  for (const RawProfile& raw : recording.raw) {
+    reported.along_mm.push_back((raw.time_s - recording.raw.front().time_s) *
+                                experiment.record.speed_m_s * kMmPerM);
+  }
+  ReadSeam(experiment, calibration, recording,
+           [&](std::size_t i, const auto& readings, const auto&) {
+             for (std::size_t k = 0; k < kDetectors; ++k) {
+               reported.columns[k].push_back(Value(readings.front().detected[k]));
+             }
+             for (std::size_t d = 0; d < readings.size(); ++d) {
+               reported.columns[kAlone + d].push_back(Value(readings[d].column));
+               if (kDecisions[d] != DecisionMethod::kSteps) continue;
+               reported.columns[kLocalStep].push_back(Value(readings[d].local_step));
+             }
+             const double error = std::abs(Value(readings[kShown].column) - reported.truth[i]);
+             const bool none = std::isnan(reported.truth[i]) && !readings[kShown].column;
+             reported.wrong.push_back(none ? 0.0 : std::isnan(error) ? INFINITY : error);
+           });
+  return reported;
+}
+
+Panel PathPanel(const LineGeometry& line, const Reported& reported) {
+  Panel panel = PanelOf("The edge along the seam: the truth and what was found",
+                        "along the seam [mm]", "across, on the line [mm]");
+  const auto add = [&](const std::string& name, const std::vector<double>& columns,
+                       const char* color, bool dots) {
+    Series& series = panel.series.emplace_back(Series{name, reported.along_mm, {}, color, dots});
+    for (const double column : columns) series.y.push_back(line.ToMeters(column) * kMmPerM);
+  };
+  add("truth", reported.truth, kTruthColor, false);
+  for (std::size_t m = 0; m < kMethods; ++m) {
+    add(MethodTitle(m), reported.columns[m], ColorOf(m), m < kAlone);
+  }
+  return panel;
+}
+
+Panel ErrorPanel(const LineGeometry& line, const Reported& reported) {
+  Panel panel = PanelOf("How far each decision is off the truth", "along the seam [mm]", "[mm]");
+  for (std::size_t d = 0; d < kDecisions.size(); ++d) {
+    Series series{TitleOf(kDecisions[d]), reported.along_mm, {}, kDecisionColors[d]};
+    for (std::size_t i = 0; i < reported.truth.size(); ++i) {
+      const double columns = reported.columns[kAlone + d][i] - reported.truth[i];
+      series.y.push_back(columns / line.columns_per_m * kMmPerM);
+    }
+    panel.series.push_back(std::move(series));
+  }
+  return panel;
+}
+
+// Positions of the profiles that pages show.
+std::set<std::size_t> Shown(const std::vector<double>& wrong) {
+  std::vector<std::size_t> order(wrong.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return wrong[a] > wrong[b]; });
+  order.resize(std::min(order.size(), kWorstPages));
+  std::set<std::size_t> shown(order.begin(), order.end());
+  const std::size_t even = std::min(kEvenPages, wrong.size());
+  for (std::size_t i = 0; i < even; ++i) shown.insert(i * wrong.size() / even);
+  return shown;
+}
+
+View::Page PageOf(const LineGeometry& line, const Reported& reported, std::size_t i,
+                  const Reading& reading, const EdgeTracker& tracker) {
+  View::Page page;
+  const double truth = reported.truth[i];
+  const double error_mm = (Value(reading.column) - truth) / line.columns_per_m * kMmPerM;
+  page.name = fmt::format("profile {} of {}, {:.1f} mm along the seam: {}", i + 1,
+                          reported.truth.size(), reported.along_mm[i], base::Word(reading.status));
+  if (std::isfinite(error_mm)) page.name += fmt::format(", {:.2f} mm off the truth", error_mm);
+  page.panels = ProfilePanels(tracker, reading, line);
+  if (!std::isfinite(truth)) return page;
+  for (Panel& panel : page.panels) {
+    panel.markers.insert(panel.markers.begin(), {truth, "truth", kTruthColor});
+  }
+  return page;
+}
+
+// A recorded seam: the true edge along it and what each detector and each way to decide reported,
+// and pages of profiles: some from its begin to its end, and those that went most wrong.
+View SeamView(const SeamExperiment& experiment, const Calibration& calibration,
+              const Recording& recording) {
+  const LineGeometry& line = experiment.sensor.line;
+  const Reported reported = ReportedOf(experiment, calibration, recording);
+  View view;
+  view.panels = {PathPanel(line, reported), ErrorPanel(line, reported)};
+  const auto shown = Shown(reported.wrong);
+  ReadSeam(experiment, calibration, recording,
+           [&](std::size_t i, const auto& readings, const auto& trackers) {
+             if (!shown.contains(i)) return;
+             view.pages.push_back(PageOf(line, reported, i, readings[kShown], trackers[kShown]));
+           });
+  return view;
+}
+
+// A closed-loop run, and what each detector reported on the way.
+View TrackView(const SeamExperiment& experiment, const TrackedRun& tracked) {
+  View view;
+  view.panels = TrackPanels(tracked, experiment.track.wanted_distance_m);
+  Panel reported = PanelOf("What each detector reported, on the sensor's line", "time [s]",
+                           "across, on the line [mm]");
+  const auto add = [&](Series series, const auto& column_of) {
+    for (const Reading& reading : tracked.result.readings) {
+      series.x.push_back(reading.time_s);
+      series.y.push_back(experiment.sensor.line.ToMeters(Value(column_of(reading))) * kMmPerM);
+    }
+    reported.series.push_back(std::move(series));
+  };
+  for (std::size_t k = 0; k < kDetectors; ++k) {
+    add({MethodTitle(k), {}, {}, kDetectorColors[k], true},
+        [k](const Reading& reading) { return reading.detected[k]; });
+  }
+  add({"decided", {}, {}, kTruthColor}, [](const Reading& reading) { return reading.column; });
+  view.panels.push_back(std::move(reported));
+  return view;
+}
+
+std::string PathCsv(const TrackResult& track) {
+  std::string text = "time_s,x_mm,y_mm,heading_deg,distance_mm\n";
+  for (const TrackPoint& p : track.path) {
+    text += fmt::format("{:.3f},{:.4f},{:.4f},{:.4f},{:.4f}\n", p.time_s, p.x_m * kMmPerM,
+                        p.y_m * kMmPerM, base::ToDeg(p.heading_rad), p.distance_m * kMmPerM);
+  }
+  return text;
+}
+
+// ---- the task ----
 
 std::string OutcomeOf(const RunResult& run) {
   if (run.reached_hazard) return "hazard_reached";
@@ -41,8 +262,8 @@ std::string DetailOf(const RunResult& run) {
   return fmt::format(
       "end: {}; error after 100 mm: mean {:.3f} mm, 95 % {:.3f} mm, max {:.3f} mm; within 1 mm: "
       "{:.2f} % of the length",
-      base::Word(run.end), run.mean_error_m * base::kMmPerM, run.p95_error_m * base::kMmPerM,
-      run.max_error_m * base::kMmPerM, run.share_within_1mm * 100.0);
+      base::Word(run.end), run.mean_error_m * kMmPerM, run.p95_error_m * kMmPerM,
+      run.max_error_m * kMmPerM, run.share_within_1mm * 100.0);
 }
 
 class SeamRunner final : public experiment::Task {
@@ -103,15 +324,15 @@ class SeamRunner final : public experiment::Task {
       return Driven(params, tracked, watch);
     }
     base::WriteFile(folder / "path.csv", PathCsv(tracked.result));
-    base::WriteFile(folder / "packets.xml", PacketsXml(tracked.result));
-    base::WriteFile(folder / "path.svg",
-                    draw::PlotSvg(TrackPanels(tracked.result, tracked.mats,
-                                              experiment_.track.wanted_distance_m),
-                                  900, 320));
+    std::string packets;
+    for (const std::string& packet : tracked.result.packets) packets += packet;
+    base::WriteFile(folder / "packets.xml", packets);
+    const auto panels = TrackPanels(tracked, experiment_.track.wanted_distance_m);
+    base::WriteFile(folder / "path.svg", draw::PlotSvg(panels, 900, 320));
     return Driven(params, tracked, watch);
   }
 
-  void AddTo(experiment::Stamp& stamp) const override { seam_task::AddTo(stamp, experiment_); }
+  void AddTo(experiment::Stamp& stamp) const override { seam::AddTo(stamp, experiment_); }
 
  private:
   Case CaseOf(const SeamParams& params) const {
@@ -123,7 +344,7 @@ class SeamRunner final : public experiment::Task {
     if (experiment_.kind == SeamKind::kTracks) which.group = method;
     if (experiment_.kind == SeamKind::kHazards) which.group = base::Word(params.hazard);
     which.seed = SeamSeed(experiment_, params.number);
-    which.params = ToJson(params);
+    which.params = ParamsOf(params);
     return which;
   }
 
@@ -132,7 +353,7 @@ class SeamRunner final : public experiment::Task {
   }
 
   Result Measured(const SeamParams& params, const base::Stopwatch& watch) const {
-    const stitching::Recording recording = RecordSeam(experiment_, sensor_, params.number);
+    const Recording recording = RecordSeam(experiment_, sensor_, params.number);
     const SeamResult seam = ScoreSeam(experiment_, calibration_, recording, params.number);
     Result result{"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
     for (auto& step : TimeSteps(experiment_, calibration_, recording)) {
@@ -149,22 +370,22 @@ class SeamRunner final : public experiment::Task {
 
   // The recorded profiles with their labels, and a picture of the first one.
   void ShowSeam(int number, const std::filesystem::path& folder) const {
-    const stitching::Recording recording = RecordSeam(experiment_, sensor_, number);
-    std::vector<seam::Profile> profiles;
-    for (const seam::RawProfile& raw : recording.raw) {
-      profiles.push_back(seam::Calibrate(raw, calibration_));
+    const Recording recording = RecordSeam(experiment_, sensor_, number);
+    std::vector<Profile> profiles;
+    for (const RawProfile& raw : recording.raw) {
+      profiles.push_back(Calibrate(raw, calibration_));
     }
     base::WriteFile(folder / "labels.csv", LabelsCsv(recording));
-    seam::WriteProfiles(profiles, folder / "profiles.csv", {});
-    seam::EdgeTracker tracker(TrackerFor(experiment_, seam::DecisionMethod::kWeights));
-    const seam::Reading reading = tracker.Update(profiles.front());
+    WriteProfiles(profiles, folder / "profiles.csv", {});
+    EdgeTracker tracker(TrackerFor(experiment_, DecisionMethod::kWeights));
+    const Reading reading = tracker.Update(profiles.front());
     base::WriteFile(folder / "profile.svg",
                     draw::PlotSvg(ProfilePanels(tracker, reading, experiment_.sensor.line)));
   }
 
   SeamExperiment experiment_;
-  stitching::StripeSensor sensor_;
-  seam::Calibration calibration_;
+  StripeSensor sensor_;
+  Calibration calibration_;
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
@@ -193,4 +414,38 @@ const experiment::TaskKind& SeamTask() {
   return kind;
 }
 
-}  // namespace rangegrasp::seam_task
+std::string LabelsCsv(const Recording& recording) {
+  std::string text = "profile,column\n";
+  for (std::size_t i = 0; i < recording.label_column.size(); ++i) {
+    const double label = recording.label_column[i];
+    text += fmt::format("{},{}\n", i + 1, std::isfinite(label) ? fmt::format("{:.2f}", label) : "");
+  }
+  return text;
+}
+
+std::vector<Panel> ProfilePanels(const EdgeTracker& tracker, const Reading& reading,
+                                 const LineGeometry& line) {
+  const auto& prepared = tracker.prepared();
+  Panel measured = PanelOf("Profile as measured", "", "height [mm]");
+  measured.series.push_back(ColumnSeries(prepared.original_m, kMmPerM, "", "#444444"));
+  Panel flat = PanelOf(fmt::format("Prepared: {}", base::Word(reading.status)), "", "height [mm]");
+  flat.series.push_back(ColumnSeries(prepared.height_m, kMmPerM, "", "#444444"));
+  if (reading.column) flat.markers.push_back({*reading.column, "edge", "#d62728"});
+  Panel weights =
+      PanelOf("Weight functions and positions of the three detectors",
+              fmt::format("column ({} a mm)", std::lround(line.columns_per_m / kMmPerM)), "weight");
+  for (std::size_t d = 0; d < kDetectors; ++d) {
+    const std::string name(base::Word(static_cast<Detector>(d)));
+    weights.series.push_back(
+        ColumnSeries(tracker.results()[d].weight, 1.0, name, kDetectorColors[d]));
+    const auto& column = reading.detected[d];
+    if (column) weights.markers.push_back({static_cast<double>(*column), "", kDetectorColors[d]});
+  }
+  if (!tracker.weight().empty()) {
+    weights.series.push_back(
+        ColumnSeries(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
+  }
+  return {measured, flat, weights};
+}
+
+}  // namespace rangegrasp::seam

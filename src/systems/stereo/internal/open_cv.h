@@ -21,6 +21,12 @@ class SingleThread {
   int before_;
 };
 
+/// Of a pixel among those of a picture, row after row.
+inline std::size_t IndexAt(int x, int y, int width) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+         static_cast<std::size_t>(x);
+}
+
 /// A picture's pixels as OpenCV sees them: not a copy, and not to be written to.
 inline cv::Mat View(const image::Image& picture) {
   return cv::Mat(
@@ -32,7 +38,7 @@ inline cv::Mat View(const image::Image& picture) {
 inline cv::Mat Room(int width, int height, image::Image& picture) {
   picture.width = width;
   picture.height = height;
-  picture.rgb.assign(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+  picture.rgb.assign(3 * IndexAt(0, height, width), 0);
   return cv::Mat(height, width, CV_8UC3, picture.rgb.data());
 }
 

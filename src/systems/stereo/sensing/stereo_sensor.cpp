@@ -4,20 +4,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include "base/image/image.h"
 #include "base/image/offscreen_context.h"
-#include "base/image/png.h"
+#include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "geometry/cloud_file.h"
-#include "stereo/command/stereo_files.h"
-#include "trial/cloud_fields.h"
+#include "geometry/kd_tree.h"
+#include "perception/preprocess.h"
+#include "stereo/pictures.h"
+#include "stereo/sensing/internal/simulated_calibration.h"
 
-namespace rangegrasp::trial {
+namespace rangegrasp::stereo {
 namespace {
+
+using geometry::Points;
+using geometry::RangeImage;
+
+/// A stereo sample within so many gaps of a laser's ray that came back, as the laser sees it, adds
+/// nothing: it is measured already, or the laser saw through it, or it lies behind what the laser
+/// saw. Less: single lost rays are filled too; more: what is absorbed loses a wider border.
+constexpr double kGaps = 1.0;
+/// Of the geometrical filter, in spacings of the stereo samples, as in PreprocessOptions: the unit
+/// of length of eq. 4.8, and the distance of a neighbor that no outlier has. Samples that are
+/// evenly spaced would nearly all be outliers without.
+constexpr double kUnitSpacings = 0.34;
+constexpr double kKeepSpacings = 1.3;
+
+/// The keys below `stereo` of grasping experiments, and the name under which they stand in
+/// trial::Options.
+struct Keys {
+  ReconstructOptions reconstruct;
+  std::filesystem::path calibration;  ///< of the camera; empty: calibrated before the first trial
+};
+constexpr const char* kKeys = "stereo";
 
 // What the pixels show that samples come from: for the judge.
 sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& lens,
-                           const stereo::Reconstruction& made) {
+                           const Reconstruction& made) {
   std::vector<Eigen::Vector2d> pixels;
   pixels.reserve(made.left_pixel.size());
   for (const auto& pixel : made.left_pixel) pixels.push_back(pixel.cast<double>());
@@ -29,8 +55,7 @@ sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& 
     truth.state.push_back(measured ? sensing::SampleState::kMeasured
                                    : sensing::SampleState::kDropout);
     truth.label.push_back(pixel_truth[i].label);
-    truth.true_range_m.push_back(pixel_truth[i].depth_m *
-                                 stereo::RayOf(lens.lens, pixels[i]).norm());
+    truth.true_range_m.push_back(pixel_truth[i].depth_m * RayOf(lens.lens, pixels[i]).norm());
   }
   return truth;
 }
@@ -47,6 +72,98 @@ std::vector<geometry::Rgb> ColorsAt(const std::vector<Eigen::Vector2f>& pixels,
   }
   return colors;
 }
+
+// Unit, from the sensor; NaN where nothing was measured.
+Points Directions(const RangeImage& image) {
+  Points directions;
+  directions.reserve(image.points_C.size());
+  for (std::size_t i = 0; i < image.points_C.size(); ++i) {
+    directions.push_back((image.points_C[i] - image.OriginOf(i)).normalized());
+  }
+  return directions;
+}
+
+// The median chord of unit directions a number of samples apart; 0 if there is none.
+double MedianStep(const Points& directions, std::size_t apart) {
+  std::vector<double> steps;
+  for (std::size_t i = 0; i + apart < directions.size(); ++i) {
+    const double step = (directions[i + apart] - directions[i]).norm();
+    if (std::isfinite(step)) steps.push_back(step);
+  }
+  return steps.empty() ? 0.0 : base::MedianOf(std::move(steps));
+}
+
+// Leaves what no ray of the laser that came back passes by.
+void ForgetSeen(const geometry::View& laser, const RangeImage& stereo, std::vector<bool>& kept) {
+  const Points all = Directions(laser.image);
+  Points returned;
+  std::ranges::copy_if(all, std::back_inserter(returned),
+                       [](const Eigen::Vector3d& d) { return d.allFinite(); });
+  if (returned.empty()) return;
+  const double reach =
+      kGaps * std::max(MedianStep(all, 1),
+                       MedianStep(all, static_cast<std::size_t>(std::max(1, laser.image.samples))));
+  const geometry::KdTree tree(returned);
+  // A laser turns about its exit point, so that there is one origin for all of its rays.
+  const Eigen::Vector3d origin = laser.image.OriginOf(0);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (!kept[i]) continue;
+    const Eigen::Vector3d direction = (stereo.points_C[i] - origin).normalized();
+    kept[i] = tree.CountWithin(direction, reach, 1) == 0;
+  }
+}
+
+void ForgetOutliers(const RangeImage& stereo, std::vector<bool>& kept) {
+  geometry::Indices index;
+  Points points;
+  for (std::uint32_t i = 0; i < kept.size(); ++i) {
+    if (!kept[i]) continue;
+    index.push_back(i);
+    points.push_back(stereo.points_C[i]);
+  }
+  if (points.size() < 2) return;
+  std::fill(kept.begin(), kept.end(), false);
+  perception::OutlierFilterOptions filter;
+  const double spacing_m = geometry::MedianSpacing(stereo);
+  filter.unit_m = std::max(filter.unit_m, kUnitSpacings * spacing_m);
+  filter.keep_m = kKeepSpacings * spacing_m;
+  for (const std::uint32_t k : perception::CompressionRateFilter(points, filter))
+    kept[index[k]] = true;
+}
+
+// What is left out was not measured, for the judge too.
+void LeaveOut(const std::vector<bool>& kept, geometry::View& view, sensing::ScanTruth& truth) {
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (kept[i]) continue;
+    view.image.points_C[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (!view.noise_m.empty()) view.noise_m[i] = std::numeric_limits<float>::quiet_NaN();
+    truth.state[i] = sensing::SampleState::kDropout;
+  }
+}
+
+class LaserAndStereo : public trial::Sensor {
+ public:
+  LaserAndStereo(std::unique_ptr<trial::Sensor> laser, std::unique_ptr<trial::Sensor> stereo)
+      : laser_(std::move(laser)), stereo_(std::move(stereo)) {}
+
+  void Prepare() const override { stereo_->Prepare(); }
+  void Rehearse(const sim::World& world) const override { stereo_->Rehearse(world); }
+  bool Rehearses() const override { return true; }
+
+  trial::Sensed Sense(const sim::World& world, base::Rng& rng) const override {
+    base::Rng same = rng;
+    trial::Sensed sensed = laser_->Sense(world, rng);
+    trial::Sensed filling = stereo_->Sense(world, same);
+    geometry::View& view = filling.observation.views.front();
+    LeaveOut(FillsAbsorbed(sensed.observation.views.front(), view), view, filling.truth.front());
+    sensed.observation.views.push_back(std::move(view));
+    sensed.truth.push_back(std::move(filling.truth.front()));
+    return sensed;
+  }
+
+ private:
+  std::unique_ptr<trial::Sensor> laser_, stereo_;
+};
 
 }  // namespace
 
@@ -67,7 +184,7 @@ void StereoSensor::Rehearse(const sim::World& world) const {
   camera_.Photograph(world, X_WScanner_, rng);
 }
 
-const stereo::Rectifier& StereoSensor::rectifier() const {
+const Rectifier& StereoSensor::rectifier() const {
   Prepare();
   return *rectifier_;
 }
@@ -77,14 +194,12 @@ const StereoSetup& StereoSensor::setup() const {
   return setup_;
 }
 
-StereoSensor::~StereoSensor() = default;
-
 StereoLook StereoSensor::Look(const sim::World& world, base::Rng& rng) const {
   Prepare();  // before the first picture: it forks, and the renderer has threads from then on
   StereoLook look;
   look.shot = camera_.Photograph(world, X_WScanner_, rng);
-  look.made = stereo::Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(),
-                                  setup_.reconstruct);
+  look.made =
+      Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(), setup_.reconstruct);
   if (setup_.color) {
     look.made.view.colors = ColorsAt(look.made.left_pixel, look.shot.photos.left);
   }
@@ -97,24 +212,88 @@ std::string StereoSensor::WriteLook(const sim::World& world, base::Rng& rng,
   base::Stopwatch watch;
   const StereoLook look = Look(world, rng);
   const double seconds = watch.Seconds();
-  geometry::WriteCloud(cloud, look.made.view.image, TruthFields(look.made.view, look.truth));
+  geometry::WriteCloud(cloud, look.made.view.image, trial::TruthFields(look.made.view, look.truth));
   const auto folder = std::filesystem::path(cloud).replace_extension();
   image::WritePng(folder / "left.png", look.shot.photos.left);
   image::WritePng(folder / "right.png", look.shot.photos.right);
-  stereo::WriteStereoCalibration(setup().calibration, folder / "calibration.yaml");
-  cli::WriteStereoPictures(look.made, folder);
+  WriteStereoCalibration(setup().calibration, folder / "calibration.yaml");
+  WriteStereoPictures(look.made, folder);
   return fmt::format(
       "{} points, {:.0f} ms; pictures, disparities and calibration in {}",
       std::count(look.truth.state.begin(), look.truth.state.end(), sensing::SampleState::kMeasured),
       seconds * 1e3, folder.string());
 }
 
-Sensed StereoSensor::Sense(const sim::World& world, base::Rng& rng) const {
+trial::Sensed StereoSensor::Sense(const sim::World& world, base::Rng& rng) const {
   StereoLook look = Look(world, rng);
-  Sensed sensed;
+  trial::Sensed sensed;
   sensed.observation.views.push_back(std::move(look.made.view));
   sensed.truth.push_back(std::move(look.truth));
   return sensed;
 }
 
-}  // namespace rangegrasp::trial
+void ReadKeys(base::YamlMap& map, trial::Options& options) {
+  auto own = map.Child("stereo", "from a pair of pictures to a cloud");
+  Keys& keys = trial::Of<Keys>(options, kKeys);
+  own.ReadPath("calibration", keys.calibration,
+               "of the camera; without it, it is calibrated before the first trial");
+  ReadReconstructOptions(own, keys.reconstruct);
+}
+
+BothFiles ReadBoth(const std::filesystem::path& sensor_file) {
+  BothFiles files;
+  auto map = base::YamlMap::FromFile(sensor_file);
+  std::string type;
+  map.Read("type", type);
+  for (const char* key : {"laser", "stereo"}) map.Require(key);
+  map.ReadPath("laser", files.laser, "file of the line scanner");
+  map.ReadPath("stereo", files.stereo, "file of the stereo camera");
+  map.Finish();
+  return files;
+}
+
+std::filesystem::path CameraFileOf(const trial::Options& options) {
+  if (options.sensor_type == kStereoCamera) return options.sensor;
+  return options.sensor_type == kLaserAndStereo ? ReadBoth(options.sensor).stereo
+                                                : std::filesystem::path();
+}
+
+std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell,
+                                       const std::filesystem::path& camera) {
+  const trial::Options& options = cell.options;
+  const Keys keys = trial::Of<Keys>(options, kKeys);
+  StereoSetup setup;
+  setup.camera = sensing::ReadStereoCamera(camera);
+  if (keys.calibration.empty()) {
+    const CalibrationSetup calibration{.scene = options.scene,
+                                       .camera = setup.camera,
+                                       .scanner = cell.scanner,
+                                       .seed = base::DeriveSeed(options.seed, "calibration")};
+    setup.calibrate = [calibration] { return CalibrateApart(calibration); };
+  } else {
+    setup.calibration = ReadStereoCalibration(keys.calibration);
+  }
+  setup.reconstruct = keys.reconstruct;
+  setup.color = options.color;
+  setup.reconstruct.table_W = cell.TablePlane();
+  setup.reconstruct.volume = {
+      .X_WV = cell.robot.X_WWorkspace,
+      .radius_m = cell.robot.workspace_radius_m + options.workspace_margin_m,
+      .height_m = keys.reconstruct.volume_height_m};
+  return std::make_unique<StereoSensor>(std::move(setup), cell.robot.X_WScanner);
+}
+
+std::vector<bool> FillsAbsorbed(const geometry::View& laser, const geometry::View& stereo) {
+  std::vector<bool> kept;
+  for (const Eigen::Vector3d& p : stereo.image.points_C) kept.push_back(p.allFinite());
+  ForgetSeen(laser, stereo.image, kept);
+  ForgetOutliers(stereo.image, kept);
+  return kept;
+}
+
+std::unique_ptr<trial::Sensor> MakeLaserAndStereo(std::unique_ptr<trial::Sensor> laser,
+                                                  std::unique_ptr<trial::Sensor> stereo) {
+  return std::make_unique<LaserAndStereo>(std::move(laser), std::move(stereo));
+}
+
+}  // namespace rangegrasp::stereo

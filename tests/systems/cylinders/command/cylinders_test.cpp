@@ -14,7 +14,7 @@
 namespace rangegrasp::testing_support {
 namespace {
 
-namespace scans = cylinders::testing_support;
+namespace scans = cylinders::samples;
 using testing::HasSubstr;
 using testing::Not;
 

@@ -5,7 +5,7 @@
 
 #include "base/file.h"
 
-namespace rangegrasp::cylinder_task {
+namespace rangegrasp::cylinders {
 namespace {
 
 using testing::ElementsAre;
@@ -21,8 +21,7 @@ experiment::Stamp StampOf(const std::string& shown, const std::string& rows,
 
 experiment::Record RecordOf(int repetition, const std::string& fits) {
   experiment::Record record;
-  record.which.params =
-      R"({"source": "noisy", "row": 0, "repetition": )" + std::to_string(repetition) + "}";
+  record.which.params = {{"source", "noisy"}, {"row", 0}, {"repetition", repetition}};
   record.result = {"fitted",
                    "fit",
                    "",
@@ -34,14 +33,14 @@ experiment::Record RecordOf(int repetition, const std::string& fits) {
 TEST(CylindersReport, MeansStandBesideThePublishedRowAndFailedFitsCount) {
   auto crashed = RecordOf(3, "[]");
   crashed.result.data = "{}";
-  const auto report =
-      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
-                       "4.3_cylinder_resolution.csv"),
-               {RecordOf(0, R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
+  const auto report = ComparisonReport(
+      StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+              "4.3_cylinder_resolution.csv"),
+      {RecordOf(0, R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
                         "radius_error_mm": 0.1, "axis_error_deg": 0.02}])"),
-                RecordOf(1, R"([{"method": "rcf", "iterations": 100, "radius_mm": 10.7,
+       RecordOf(1, R"([{"method": "rcf", "iterations": 100, "radius_mm": 10.7,
                         "radius_error_mm": 0.7, "axis_error_deg": 0.04}])"),
-                RecordOf(2, R"([{"method": "rcf", "iterations": 100, "failed": true}])"), crashed});
+       RecordOf(2, R"([{"method": "rcf", "iterations": 100, "failed": true}])"), crashed});
   ASSERT_EQ(report.sections.size(), 1u);
   // SE of two values: half their difference. Good: one of four.
   EXPECT_THAT(report.sections[0].grid.rows,
@@ -56,11 +55,12 @@ TEST(CylindersReport, OnlyPerfectImagesStandBesideThePublishedFigures) {
   const std::string fit = R"([{"method": "rcf", "iterations": 100, "radius_mm": 9.9,
                               "radius_error_mm": 0.1, "axis_error_deg": 0.02}])";
   auto perfect = RecordOf(0, fit);
-  perfect.which.params = R"({"source": "perfect", "row": 0, "repetition": 0})";
+  perfect.which.params = {{"source", "perfect"}, {"row", 0}, {"repetition", 0}};
   const auto figures =
-      ReportOf(StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
-                       "4.3_cylinder_resolution.csv"),
-               {RecordOf(0, fit), perfect})
+      ComparisonReport(
+          StampOf("resolution", R"([{"radius_mm": 10.0, "height_mm": 100.0, "points": 4000}])",
+                  "4.3_cylinder_resolution.csv"),
+          {RecordOf(0, fit), perfect})
           .published;
   ASSERT_EQ(figures.size(), 3u);
   EXPECT_EQ(figures[0].row, "RCF, 4000 points, radius error");
@@ -71,11 +71,11 @@ TEST(CylindersReport, OnlyPerfectImagesStandBesideThePublishedFigures) {
 
 TEST(CylindersReport, IterationsMakeSixFigures) {
   const auto report =
-      ReportOf(StampOf("iterations",
-                       R"([{"radius_mm": 25.75, "height_mm": 173.0, "points": 29953},
+      ComparisonReport(StampOf("iterations",
+                               R"([{"radius_mm": 25.75, "height_mm": 173.0, "points": 29953},
                   {"radius_mm": 26.25, "height_mm": 134.0, "points": 34981}])",
-                       "4.4_cylinder_synthetic.csv"),
-               {RecordOf(0, R"([{"method": "rcf", "iterations": 50, "radius_mm": 25.0,
+                               "4.4_cylinder_synthetic.csv"),
+                       {RecordOf(0, R"([{"method": "rcf", "iterations": 50, "radius_mm": 25.0,
                         "radius_error_mm": 0.75, "axis_error_deg": 0.02},
                        {"method": "rcf", "iterations": 100, "radius_mm": 25.75,
                         "radius_error_mm": 0.0, "axis_error_deg": 0.01},
@@ -93,4 +93,4 @@ TEST(CylindersReport, IterationsMakeSixFigures) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::cylinder_task
+}  // namespace rangegrasp::cylinders

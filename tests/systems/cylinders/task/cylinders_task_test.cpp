@@ -6,14 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "cylinders/task/compare_fits.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "experiment/runner.h"
 #include "experiment/store.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::cylinder_task {
+namespace rangegrasp::cylinders {
 namespace {
 
 using testing::HasSubstr;
@@ -93,4 +91,4 @@ TEST(CylindersTask, SaysWhatIsWrongWithARow) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::cylinder_task
+}  // namespace rangegrasp::cylinders

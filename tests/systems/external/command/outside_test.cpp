@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "base/process/sandbox.h"
+#include "base/process/program.h"
 #include "cli/command.h"
 #include "experiment/store.h"
 

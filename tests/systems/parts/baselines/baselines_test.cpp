@@ -1,3 +1,5 @@
+#include "parts/baselines/baselines.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,11 +9,7 @@
 
 #include "base/error.h"
 #include "base/rng.h"
-#include "parts/baselines/core_extraction.h"
-#include "parts/baselines/kmeans.h"
-#include "parts/baselines/sdf.h"
-#include "parts/metrics/cut_discrepancy.h"
-#include "parts/metrics/rand_error.h"
+#include "parts/metrics/human_score.h"
 #include "parts/solids.h"
 
 namespace rangegrasp::parts {
@@ -30,16 +28,11 @@ Shape Dumbbell() {
       });
 }
 
-Eigen::Vector3d CenterOf(const Shape& shape, std::size_t f) {
-  const auto& [a, b, c] = shape.faces[f];
-  return (shape.points[a] + shape.points[b] + shape.points[c]) / 3.0;
-}
-
 // Halves, at the middle of the neck.
 Labels Halves(const Shape& dumbbell) {
   Labels labels;
   for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
-    labels.push_back(CenterOf(dumbbell, f).x() < 5.0 ? 0 : 1);
+    labels.push_back(samples::FaceCenter(dumbbell, f).x() < 5.0 ? 0 : 1);
   }
   return labels;
 }
@@ -94,7 +87,9 @@ TEST(KMeans, HalvesADumbbellAtItsNeck) {
 Eigen::MatrixXd DualDistances(const Shape& shape) {
   const auto n = static_cast<Eigen::Index>(shape.faces.size());
   Eigen::MatrixXd distance = Eigen::MatrixXd::Constant(n, n, 1e30);
-  const auto at = [&](Eigen::Index f) { return CenterOf(shape, static_cast<std::size_t>(f)); };
+  const auto at = [&](Eigen::Index f) {
+    return samples::FaceCenter(shape, static_cast<std::size_t>(f));
+  };
   for (Eigen::Index f = 0; f < n; ++f) {
     for (Eigen::Index g = 0; g < n; ++g) {
       int shared = 0;
@@ -131,12 +126,14 @@ TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
     const auto& [a, b, c] = ball.faces[f];
     const double one =
         (ball.points[b] - ball.points[a]).cross(ball.points[c] - ball.points[a]).norm();
-    centroid += one * CenterOf(ball, f);
+    centroid += one * samples::FaceCenter(ball, f);
     area += one;
   }
   std::vector<Eigen::Index> seeds{0};
   for (std::size_t f = 0; f < ball.faces.size(); ++f) {
-    const auto far = [&](std::size_t g) { return (CenterOf(ball, g) - centroid / area).norm(); };
+    const auto far = [&](std::size_t g) {
+      return (samples::FaceCenter(ball, g) - centroid / area).norm();
+    };
     if (far(f) > far(static_cast<std::size_t>(seeds[0]))) seeds[0] = static_cast<Eigen::Index>(f);
   }
   const auto nearest = [&](Eigen::Index f) {
@@ -207,7 +204,7 @@ TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
   // Faces in the middle of a ball and in the middle of the neck.
   std::set<std::int32_t> left, neck, right;
   for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
-    const double x = CenterOf(dumbbell, f).x();
+    const double x = samples::FaceCenter(dumbbell, f).x();
     if (std::abs(x - 2.0) < 0.5) left.insert(found.label[f]);
     if (std::abs(x - 5.0) < 0.5) neck.insert(found.label[f]);
     if (std::abs(x - 8.0) < 0.5) right.insert(found.label[f]);

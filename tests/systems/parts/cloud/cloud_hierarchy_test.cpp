@@ -11,7 +11,7 @@
 
 #include "parts/cloud/cloud_samples.h"
 #include "parts/hierarchy/hierarchy.h"
-#include "parts/metrics/rand_error.h"
+#include "parts/metrics/human_score.h"
 
 namespace rangegrasp::parts {
 namespace {

@@ -1,38 +1,118 @@
-#include "parts/cloud/seen_side.h"
+#include "parts/cloud/internal/seen_side.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "parts/cloud/cloud_mesh.h"
 #include "parts/cloud/cloud_samples.h"
 #include "parts/hierarchy/hierarchy.h"
+#include "parts/solids.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInner = 0.8, kOuter = 0.9, kFloor = 0.15, kTall = 2.0;
+/// Even faces of a cone about z, of slope 1 in 4, seen over half a turn, and a fin that stands off
+/// it in a plane beside the axis with a sixth of the area, all moved.
+FaceFrames HalfConeWithFin(const Eigen::Isometry3d& move, double noise) {
+  base::Rng rng(5);
+  FaceFrames frames;
+  for (int k = 0; k < 1200; ++k) {
+    Vector3d p, n;
+    if (k % 6 == 0) {
+      p = {0.3, rng.Uniform(1.0, 2.0), rng.Uniform(-1.0, 1.0)};
+      n = Vector3d::UnitX();
+    } else {
+      const double angle = rng.Uniform(0.0, std::numbers::pi);
+      const double z = rng.Uniform(-2.0, 2.0);
+      const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
+      p = (1.0 - 0.25 * z) * out + z * Vector3d::UnitZ();
+      n = (out + 0.25 * Vector3d::UnitZ()).normalized();
+    }
+    frames.center.push_back(move * p);
+    frames.normal.push_back((move.linear() * samples::Noisy(n, noise, rng)).normalized());
+    frames.area.push_back(1.0);
+    frames.total_area += 1.0;
+  }
+  return frames;
+}
 
-/// Distances to a cup about z, and to half a ring of a handle at its side.
-double ToCup(const Vector3d& p) {
-  const double r = p.head<2>().norm();
-  const double solid = std::max({r - kOuter, -p.z(), p.z() - kTall});
-  return std::max(solid, -std::max(r - kInner, kFloor - p.z()));
+TEST(Revolution, TheAxisOfAHalfSeenConeIsFoundBesideAFin) {
+  const Eigen::Isometry3d move = Eigen::Translation3d(3.0, -2.0, 5.0) *
+                                 Eigen::AngleAxisd(0.7, Vector3d(1.0, 2.0, 3.0).normalized());
+  for (const double noise : {0.0, 0.1}) {
+    const auto axis = FindRevolution(HalfConeWithFin(move, noise));
+    ASSERT_TRUE(axis);
+    // 1000 normals tilted by 0.1 rad tell the axis to some 0.1 / sqrt(1000); ten times that.
+    EXPECT_GT(std::abs(axis->direction.dot(move.linear().col(2))), std::cos(0.03));
+    EXPECT_LT(axis->direction.cross(move.translation() - axis->point).norm(), 0.03);
+    // The cone's share; the fin's normals meet the axis nowhere.
+    EXPECT_NEAR(axis->share, 5.0 / 6.0, 0.02);
+  }
 }
-double ToHandle(const Vector3d& p) {
-  const Vector3d q = p - Vector3d(kOuter - 0.05, 0.0, 1.0);
-  return std::max(std::hypot(std::hypot(q.x(), q.z()) - 0.55, q.y()) - 0.1, -q.x());
+
+TEST(Revolution, TwistIsTheSineOfANormalsWayPastTheAxis) {
+  const RevolutionAxis axis{{1.0, 0.0, 0.0}, Vector3d::UnitZ(), 1.0};
+  const Vector3d p(3.0, 0.0, 7.0);
+  EXPECT_NEAR(axis.Twist(p, Vector3d::UnitX()), 0.0, 1e-12);
+  EXPECT_NEAR(axis.Twist(p, Vector3d::UnitZ()), 0.0, 1e-12);
+  EXPECT_NEAR(axis.Twist(p, Vector3d(std::cos(0.3), std::sin(0.3), 0.0)), std::sin(0.3), 1e-12);
+  EXPECT_NEAR(axis.ProfileOf(p).x(), 2.0, 1e-12);
+  EXPECT_NEAR(axis.ProfileOf(p).y(), 7.0, 1e-12);
 }
+
+/// Two squares of 20 x 20 cells of side 1, of two triangles each, one over the other; the lower one
+/// is of two parts, halves, the upper one is the third.
+Shape TwoSheets(double apart, Segmentation& labels) {
+  constexpr std::uint32_t kCells = 20;
+  Shape mesh;
+  for (const double z : {0.0, apart}) {
+    const auto first = static_cast<std::uint32_t>(mesh.points.size());
+    for (std::uint32_t i = 0; i <= kCells; ++i) {
+      for (std::uint32_t j = 0; j <= kCells; ++j) mesh.points.emplace_back(i, j, z);
+    }
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      for (std::uint32_t j = 0; j < kCells; ++j) {
+        const std::uint32_t a = first + i * (kCells + 1) + j;
+        const std::uint32_t b = a + kCells + 1;
+        mesh.faces.push_back({a, b, a + 1});
+        mesh.faces.push_back({b, b + 1, a + 1});
+        for (int k = 0; k < 2; ++k) labels.label.push_back(z > 0.0 ? 2 : (i < kCells / 2 ? 0 : 1));
+      }
+    }
+  }
+  labels.parts = 3;
+  labels.tree = {{-1, 0, -1, 0.1}, {0, 1, 0, 1.0}, {0, 1, 1, 1.0}, {0, 1, 2, 1.0}};
+  return mesh;
+}
+
+TEST(Walls, BothSidesOfAThinWallAreOnePart) {
+  Segmentation labels;
+  const Shape mesh = TwoSheets(2.0, labels);
+  const Segmentation joined = JoinWalls(mesh, labels);
+  EXPECT_EQ(joined.parts, 1);
+  EXPECT_EQ(AtLevel(joined, 0).parts, 1);
+}
+
+TEST(Walls, SheetsApartAndPartsBesideEachOtherStayApart) {
+  Segmentation labels;
+  const Shape mesh = TwoSheets(8.0, labels);
+  EXPECT_EQ(JoinWalls(mesh, labels).label, labels.label);
+  EXPECT_EQ(JoinWalls(mesh, labels).tree.size(), labels.tree.size());
+}
+
+constexpr double kGirthRadius = 0.1;  // of the handle
 
 /// The first point at which a ray comes to the mug: steps as long as the distance are safe.
 std::optional<Vector3d> FirstHit(Vector3d p, const Vector3d& ray) {
   for (double way = 0.0; way < 12.0;) {
-    const double step = std::min(ToCup(p), ToHandle(p));
+    const double step = std::min(samples::ToCup(p), samples::ToHandle(p, kGirthRadius));
     if (step < 1e-4) return p;
     p += step * ray;
     way += step;
@@ -54,10 +134,10 @@ View LookFrom(double azimuth, double elevation, std::uint64_t seed) {
   View view;
   for (double x = -2.5; x < 2.5; x += 0.06) {
     for (double y = -2.5; y < 2.5; y += 0.06) {
-      const auto hit =
-          FirstHit(Vector3d(0.0, 0.0, 0.5 * kTall) - 6.0 * ray + x * right + y * up, ray);
+      const auto hit = FirstHit(
+          Vector3d(0.0, 0.0, 0.5 * samples::kMugTall) - 6.0 * ray + x * right + y * up, ray);
       if (!hit) continue;
-      view.is_handle.push_back(ToHandle(*hit) < ToCup(*hit));
+      view.is_handle.push_back(samples::ToHandle(*hit, kGirthRadius) < samples::ToCup(*hit));
       view.cloud.points.push_back(*hit + 0.006 * rng.Normal() * ray);
     }
   }
@@ -117,4 +197,5 @@ TEST(SeenSide, AClosedSurfaceHasTwoLayersAndWhatOneViewShowsOne) {
 }
 
 }  // namespace
+
 }  // namespace rangegrasp::parts

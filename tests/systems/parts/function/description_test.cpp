@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "parts/function/held_water.h"
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/solids.h"
 
@@ -14,25 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDescriptionInner = 0.8, kDescriptionOuter = 0.9, kDescriptionFloor = 0.15,
-                 kDescriptionTall = 2.0;
-
-/// A cup about z, and half a ring of a handle at its side.
-double DescriptionToCup(const Vector3d& p) {
-  const double r = p.head<2>().norm();
-  const double solid = std::max({r - kDescriptionOuter, -p.z(), p.z() - kDescriptionTall});
-  const double hollow = std::max(r - kDescriptionInner, kDescriptionFloor - p.z());
-  return std::max(solid, -hollow);
-}
-double DescriptionToHandle(const Vector3d& p) {
-  const Vector3d q = p - Vector3d(kDescriptionOuter - 0.05, 0.0, 1.0);
-  const double ring = std::hypot(std::hypot(q.x(), q.z()) - 0.55, q.y()) - 0.12;
-  return std::max(ring, -q.x());
-}
 Shape DescriptionMug() {
   return samples::Isosurface(
       Vector3d(-1.1, -1.1, -0.2), Vector3d(1.8, 1.1, 2.2), 0.06,
-      [](const Vector3d& p) { return std::min(DescriptionToCup(p), DescriptionToHandle(p)); });
+      [](const Vector3d& p) { return std::min(samples::ToCup(p), samples::ToHandle(p, 0.12)); });
 }
 /// The true parts: 0 the cup, 1 the handle.
 Segmentation CupAndHandle(const Shape& mug) {
@@ -42,7 +26,7 @@ Segmentation CupAndHandle(const Shape& mug) {
     if (mug.IsMesh()) {
       for (const std::uint32_t v : mug.faces[i]) center += mug.points[v] / 3.0;
     }
-    found.label.push_back(center.head<2>().norm() > kDescriptionOuter + 0.05 ? 1 : 0);
+    found.label.push_back(center.head<2>().norm() > samples::kMugOuter + 0.05 ? 1 : 0);
   }
   found.parts = 2;
   found.has_core = true;
@@ -51,12 +35,12 @@ Segmentation CupAndHandle(const Shape& mug) {
 
 TEST(HeldWater, ACupHoldsItsHollowUprightAndNothingUpsideDown) {
   const Shape cup = samples::Isosurface(Vector3d(-1.1, -1.1, -0.2), Vector3d(1.1, 1.1, 2.2), 0.05,
-                                        DescriptionToCup);
-  const double hollow = std::numbers::pi * kDescriptionInner * kDescriptionInner *
-                        (kDescriptionTall - kDescriptionFloor);
+                                        samples::ToCup);
+  const double hollow = std::numbers::pi * samples::kMugInner * samples::kMugInner *
+                        (samples::kMugTall - samples::kMugFloor);
   // A cell that the wall touches counts as wall: up to a cell of 1.8 / 24 less all round.
-  const double wall_cells = 2.0 * std::numbers::pi * kDescriptionInner *
-                            (kDescriptionTall - kDescriptionFloor) * 1.8 / 24.0;
+  const double wall_cells = 2.0 * std::numbers::pi * samples::kMugInner *
+                            (samples::kMugTall - samples::kMugFloor) * 1.8 / 24.0;
   EXPECT_NEAR(HeldWater(cup.points, Vector3d::UnitZ()), hollow, wall_cells);
   EXPECT_LT(HeldWater(cup.points, -Vector3d::UnitZ()), 0.01 * hollow);
   EXPECT_LT(HeldWater(cup.points, Vector3d::UnitX()), 0.05 * hollow);

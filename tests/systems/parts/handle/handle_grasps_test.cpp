@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 #include "trial/grasping_task.h"
 #include "trial/trial.h"
 

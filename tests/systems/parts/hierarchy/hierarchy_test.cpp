@@ -17,13 +17,9 @@
 #include "base/error.h"
 #include "base/rng.h"
 #include "geometry/mesh_file.h"
-#include "parts/hierarchy/internal/best_split.h"
 #include "parts/hierarchy/internal/cells.h"
-#include "parts/hierarchy/internal/mirror_candidates.h"
-#include "parts/hierarchy/internal/move_borders.h"
-#include "parts/hierarchy/internal/surface_bend.h"
-#include "parts/metrics/cut_discrepancy.h"
-#include "parts/metrics/rand_error.h"
+#include "parts/hierarchy/internal/cuts.h"
+#include "parts/metrics/human_score.h"
 #include "parts/rewritten.h"
 #include "parts/shape/segmentation.h"
 #include "parts/shape/shape_file.h"
@@ -33,11 +29,7 @@ namespace rangegrasp::parts {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d FaceCenter(const Shape& shape, std::uint32_t f) {
-  const auto& [a, b, c] = shape.faces[f];
-  return (shape.points[a] + shape.points[b] + shape.points[c]) / 3.0;
-}
+using samples::FaceCenter;
 
 std::uint32_t FaceNear(const Shape& shape, const Vector3d& p) {
   std::uint32_t best = 0;

@@ -3,13 +3,292 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "base/error.h"
-#include "parts/metrics/rand_error.h"
+#include "base/rng.h"
+#include "parts/shape/segmentation.h"
 #include "parts/shape/shape_file.h"
+#include "parts/solids.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::parts {
 namespace {
+
+using MetricsLabels = std::vector<std::int32_t>;
+
+MetricsLabels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
+  MetricsLabels labels(n);
+  for (auto& label : labels) {
+    label = static_cast<std::int32_t>(rng.Index(static_cast<std::size_t>(kinds)));
+  }
+  return labels;
+}
+
+// ---- 1 - Rand index ----
+
+// The definition itself: the share of pairs of elements about which the two do not agree.
+double RandErrorOfPairs(const MetricsLabels& a, const MetricsLabels& b) {
+  std::size_t differ = 0;
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = i + 1; j < a.size(); ++j, ++pairs) {
+      differ += (a[i] == a[j]) != (b[i] == b[j]) ? 1 : 0;
+    }
+  }
+  return static_cast<double>(differ) / static_cast<double>(pairs);
+}
+
+TEST(RandError, IsTheShareOfPairsThatDoNotAgree) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    base::Rng rng(seed);
+    const std::size_t n = 2 + rng.Index(40);
+    const MetricsLabels a = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    const MetricsLabels b = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    EXPECT_NEAR(RandError(a, b), RandErrorOfPairs(a, b), 1e-12) << seed;
+    EXPECT_EQ(RandError(a, b), RandError(b, a)) << seed;
+  }
+}
+
+TEST(RandError, DependsOnTheSegmentsAndNotOnTheirNames) {
+  const MetricsLabels a = {0, 0, 1, 1, 2};
+  const MetricsLabels renamed = {7, 7, -3, -3, 1 << 30};
+  EXPECT_EQ(RandError(a, renamed), 0.0);
+  EXPECT_EQ(RandError(a, MetricsLabels(5, 0)), RandError(renamed, MetricsLabels(5, 4)));
+}
+
+TEST(RandError, OneSegmentAgainstOneEachIsEveryPair) {
+  MetricsLabels each(1000);
+  for (std::size_t i = 0; i < each.size(); ++i) each[i] = static_cast<std::int32_t>(i);
+  EXPECT_EQ(RandError(MetricsLabels(1000, 5), each), 1.0);
+}
+
+TEST(RandError, CountsOfLargeMeshesDoNotOverflow) {
+  // Halves against one whole: of N (N - 1) / 2 pairs N^2 / 4 stand apart.
+  const std::size_t n = 200000;
+  MetricsLabels halves(n, 0);
+  std::fill(halves.begin() + n / 2, halves.end(), 1);
+  const double expected = 0.5 * static_cast<double>(n) / static_cast<double>(n - 1);
+  EXPECT_NEAR(RandError(MetricsLabels(n, 0), halves), expected, 1e-12);
+}
+
+TEST(RandError, RefusesOtherLengthsAndSinglePoints) {
+  EXPECT_THROW(RandError(MetricsLabels{0, 1}, MetricsLabels{0, 1, 2}), std::invalid_argument);
+  EXPECT_THROW(RandError(MetricsLabels{0}, MetricsLabels{0}), std::invalid_argument);
+}
+
+// ---- cut discrepancy ----
+
+constexpr std::uint32_t kColumns = 12;
+constexpr std::uint32_t kRows = 4;
+
+// A flat strip of unit squares, each cut in two; square (x, y) holds faces 2 (y * columns + x) and
+// the next.
+Shape Strip(double unit = 1.0) {
+  Shape shape;
+  for (std::uint32_t y = 0; y <= kRows; ++y) {
+    for (std::uint32_t x = 0; x <= kColumns; ++x) shape.points.emplace_back(unit * x, unit * y, 0);
+  }
+  const auto at = [](std::uint32_t x, std::uint32_t y) { return y * (kColumns + 1) + x; };
+  for (std::uint32_t y = 0; y < kRows; ++y) {
+    for (std::uint32_t x = 0; x < kColumns; ++x) {
+      shape.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      shape.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  }
+  for (std::size_t f = 0; f < shape.faces.size(); ++f) {
+    shape.element_of_input.push_back(static_cast<std::int32_t>(f));
+  }
+  return shape;
+}
+
+// Cut across at column `x`.
+MetricsLabels CutAt(std::uint32_t x) {
+  MetricsLabels labels;
+  for (std::uint32_t f = 0; f < 2 * kRows * kColumns; ++f) {
+    labels.push_back((f / 2) % kColumns < x ? 0 : 1);
+  }
+  return labels;
+}
+
+// Area-weighted mean distance of the faces' centers to the center of the strip.
+double StripRadius() {
+  double sum = 0.0;
+  const Shape strip = Strip();
+  for (const auto& [a, b, c] : strip.faces) {
+    const Eigen::Vector3d center = (strip.points[a] + strip.points[b] + strip.points[c]) / 3.0;
+    sum += (center - Eigen::Vector3d(0.5 * kColumns, 0.5 * kRows, 0.0)).norm();
+  }
+  return sum / static_cast<double>(strip.faces.size());
+}
+
+TEST(CutDiscrepancy, OfParallelCutsIsTheirDistanceOverTheRadius) {
+  // Every vertex of one cut has the other cut three edges away, along its own row.
+  const auto value = CutMeasure(Strip()).Discrepancy(CutAt(4), CutAt(7));
+  ASSERT_TRUE(value);
+  EXPECT_NEAR(*value, 3.0 / StripRadius(), 1e-12);
+}
+
+TEST(CutDiscrepancy, IsZeroOfEqualCutsHoweverTheyAreNamed) {
+  MetricsLabels other = CutAt(4);
+  for (auto& label : other) label = 9 - label;
+  EXPECT_EQ(CutMeasure(Strip()).Discrepancy(CutAt(4), other).value(), 0.0);
+}
+
+TEST(CutDiscrepancy, DoesNotDependOnScale) {
+  const double one = CutMeasure(Strip()).Discrepancy(CutAt(2), CutAt(9)).value();
+  EXPECT_NEAR(CutMeasure(Strip(1e-3)).Discrepancy(CutAt(2), CutAt(9)).value(), one, 1e-12 * one);
+}
+
+TEST(CutDiscrepancy, IsUndefinedWithoutACut) {
+  const MetricsLabels whole(2 * kRows * kColumns, 0);
+  EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(whole, CutAt(4)));
+  EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(CutAt(4), whole));
+  EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(whole, whole));
+}
+
+TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
+  // Two strips one above the other, no edge between them: each is cut in one labelling only.
+  Shape both = Strip();
+  const auto n = static_cast<std::uint32_t>(both.points.size());
+  const Shape one = Strip();
+  for (const auto& p : one.points) both.points.emplace_back(p + Eigen::Vector3d(0, 0, 5));
+  for (const auto& [a, b, c] : one.faces) both.faces.push_back({a + n, b + n, c + n});
+  MetricsLabels below = CutAt(4), above(CutAt(4).size(), 0);
+  const MetricsLabels cut = CutAt(4);
+  below.insert(below.end(), cut.size(), 0);
+  above.insert(above.end(), cut.begin(), cut.end());
+  double sum = 0.0;
+  for (const auto& [a, b, c] : both.faces) {
+    sum += ((both.points[a] + both.points[b] + both.points[c]) / 3.0 - Eigen::Vector3d(6, 2, 2.5))
+               .norm();
+  }
+  const double radius = sum / static_cast<double>(both.faces.size());
+  EXPECT_NEAR(CutMeasure(both).Discrepancy(below, above).value(), 5.0 / radius, 1e-12);
+}
+
+// The definition with all distances between all vertices (Floyd and Warshall).
+std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const MetricsLabels& a,
+                                            const MetricsLabels& b) {
+  const std::size_t n = mesh.points.size();
+  Eigen::MatrixXd distance =
+      Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n), 1e30);
+  std::set<std::uint32_t> cut[2];
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t u = mesh.faces[f][static_cast<std::size_t>(i)];
+      const std::uint32_t v = mesh.faces[f][static_cast<std::size_t>((i + 1) % 3)];
+      distance(u, v) = distance(v, u) = (mesh.points[u] - mesh.points[v]).norm();
+      distance(u, u) = distance(v, v) = 0.0;
+      for (std::size_t g = 0; g < mesh.faces.size(); ++g) {
+        const auto& other = mesh.faces[g];
+        if (std::count(other.begin(), other.end(), u) + std::count(other.begin(), other.end(), v) <
+            2) {
+          continue;
+        }
+        if (a[f] != a[g]) cut[0].insert({u, v});
+        if (b[f] != b[g]) cut[1].insert({u, v});
+      }
+    }
+  }
+  for (Eigen::Index k = 0; k < distance.rows(); ++k) {
+    for (Eigen::Index i = 0; i < distance.rows(); ++i) {
+      for (Eigen::Index j = 0; j < distance.rows(); ++j) {
+        distance(i, j) = std::min(distance(i, j), distance(i, k) + distance(k, j));
+      }
+    }
+  }
+  if (cut[0].empty() || cut[1].empty()) return std::nullopt;
+  double sum = 0.0;
+  for (const int way : {0, 1}) {
+    for (const std::uint32_t from : cut[way]) {
+      double nearest = 1e30;
+      for (const std::uint32_t to : cut[1 - way]) nearest = std::min(nearest, distance(from, to));
+      sum += nearest;
+    }
+  }
+  double area = 0.0, moment = 0.0;
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (const bool second : {false, true}) {
+    for (const auto& [i, j, k] : mesh.faces) {
+      const auto& p = mesh.points;
+      const double one = 0.5 * (p[j] - p[i]).cross(p[k] - p[i]).norm();
+      const Eigen::Vector3d center = (p[i] + p[j] + p[k]) / 3.0;
+      if (second) {
+        moment += one * (center - centroid / area).norm();
+      } else {
+        area += one;
+        centroid += one * center;
+      }
+    }
+  }
+  return sum / static_cast<double>(cut[0].size() + cut[1].size()) / (moment / area);
+}
+
+TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
+  const Shape ball = samples::Ball(3, [](const Eigen::Vector3d& p) { return 1.0 + 0.5 * p.x(); });
+  const CutMeasure measure(ball);
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    base::Rng rng(seed);
+    // Few labels in stripes, so that cuts are sometimes far apart and sometimes missing.
+    const auto Stripes = [&] {
+      MetricsLabels labels(ball.faces.size(), 0);
+      const std::size_t first = rng.Index(labels.size());
+      const std::size_t length = rng.Index(12);
+      for (std::size_t f = first; f < std::min(first + length, labels.size()); ++f) labels[f] = 1;
+      return labels;
+    };
+    const MetricsLabels a = Stripes();
+    const MetricsLabels b = Stripes();
+    const auto fast = measure.Discrepancy(a, b);
+    const auto slow = DiscrepancyOfAllPairs(ball, a, b);
+    ASSERT_EQ(fast.has_value(), slow.has_value()) << seed;
+    if (!fast) continue;
+    EXPECT_NEAR(*fast, *slow, 1e-9) << seed;
+  }
+}
+
+TEST(CutDiscrepancy, RefusesOtherLengths) {
+  const CutMeasure measure(Strip());
+  EXPECT_THROW(measure.Discrepancy(CutAt(3), MetricsLabels(5, 0)), std::invalid_argument);
+}
+
+// ---- the benchmark's own numbers ----
+
+struct Published {
+  int id;
+  double rand_error, cut_discrepancy;
+};
+
+TEST(Metrics, AreThoseOfTheBenchmarksEvaluator) {
+  const std::filesystem::path folder =
+      std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
+  if (!std::filesystem::exists(folder / "off")) {
+    GTEST_SKIP() << "no benchmark data in " << folder.lexically_normal();
+  }
+  for (const auto& [id, rand_error, cut_discrepancy] :
+       {Published{61, 0.165133, 0.100326}, Published{21, 0.033997, 0.219850},
+        Published{361, 0.103395, 0.102497}}) {
+    const std::string name = std::to_string(id);
+    const Shape shape = ReadShape(folder / "off" / (name + ".off"));
+    const CutMeasure measure(shape);
+    const auto seg = folder / "seg" / name;
+    const MetricsLabels first = ReadLabels(seg / (name + "_0.seg"), shape.Elements());
+    double rand = 0.0;
+    double cut = 0.0;
+    for (int k = 1; k <= 4; ++k) {
+      const auto file = seg / (name + "_" + std::to_string(k) + ".seg");
+      const MetricsLabels other = ReadLabels(file, shape.Elements());
+      rand += 0.25 * RandError(first, other);
+      cut += 0.25 * measure.Discrepancy(first, other).value();
+    }
+    // The numbers were printed with six digits.
+    EXPECT_NEAR(rand, rand_error, 1e-6) << id;
+    EXPECT_NEAR(cut, cut_discrepancy, 1e-6) << id;
+  }
+}
 
 using testing_support::TempFolder;
 
@@ -52,7 +331,7 @@ TEST_F(HumanScoreTest, IsTheMeanOverTheHumansWhereItIsDefined) {
   // The second sees no cut between the faces that were kept.
   ASSERT_TRUE(score.cut_discrepancy);
   EXPECT_DOUBLE_EQ(*score.cut_discrepancy,
-                   *CutDiscrepancy(model.shape, found.label, model.humans_of_shape[0]));
+                   *CutMeasure(model.shape).Discrepancy(found.label, model.humans_of_shape[0]));
   found.label.assign(6, 0);
   EXPECT_FALSE(ScoreAgainstHumans(model, found).cut_discrepancy);
 }
@@ -66,4 +345,5 @@ TEST_F(HumanScoreTest, TheMeanNumberOfSegmentsLeavesOutWhatCannotBeRead) {
 }
 
 }  // namespace
+
 }  // namespace rangegrasp::parts

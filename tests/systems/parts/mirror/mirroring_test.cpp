@@ -7,33 +7,79 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "base/error.h"
 #include "base/rng.h"
-#include "geometry/hull.h"
-#include "parts/mirror/inside.h"
-#include "parts/mirror/internal/hull_side.h"
-#include "parts/mirror/spherical_mirror.h"
+#include "geometry/mesh.h"
+#include "geometry/random_points.h"
+#include "parts/mirror/internal/spherical_mirror.h"
 #include "parts/solids.h"
 
 namespace rangegrasp::parts {
 namespace {
 
+using Eigen::Vector3d;
+
+// The cell knows its direction: the face of the cube that it leaves through, and where on it.
+TEST(CubeCell, HoldsDirectionsThatLeaveTheCubeCloseTogether) {
+  constexpr int kSide = 5;
+  base::Rng rng(1);
+  std::set<std::size_t> cells;
+  std::vector<Vector3d> first(6 * kSide * kSide, Vector3d::Zero());
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d d(rng.Normal(), rng.Normal(), rng.Normal());
+    const std::size_t cell = CubeCell(d, kSide);
+    ASSERT_LT(cell, first.size());
+    EXPECT_EQ(CubeCell(rng.Uniform(0.1, 10.0) * d, kSide), cell);
+    const Vector3d on_cube = d / d.cwiseAbs().maxCoeff();
+    if (!cells.insert(cell).second) {
+      // A cell is 2 / side wide and lies in one face.
+      EXPECT_LE((on_cube - first[cell]).cwiseAbs().maxCoeff(), 2.0 / kSide + 1e-12);
+    } else {
+      first[cell] = on_cube;
+    }
+  }
+  EXPECT_EQ(cells.size(), first.size());
+  EXPECT_EQ(CubeCell(Vector3d::Zero(), kSide), 0U);
+}
+
+// Reference: of two points that comes first whose coordinates differ at the higher bit, in the
+// order z, y, x, looked at bit by bit.
+TEST(SpatialOrder, IsThatOfInterleavedBits) {
+  base::Rng rng(2);
+  geometry::Points points = {Vector3d(0, 0, 0), Vector3d(1, 1, 1)};  // the box of all
+  for (int i = 0; i < 500; ++i) points.emplace_back(rng.Uniform(), rng.Uniform(), rng.Uniform());
+  const auto order = SpatialOrder(points);
+  std::vector<std::uint32_t> all(points.size());
+  std::iota(all.begin(), all.end(), 0U);
+  const auto before = [&](std::uint32_t a, std::uint32_t b) {
+    for (int bit = 20; bit >= 0; --bit) {
+      for (const int axis : {2, 1, 0}) {
+        const auto digit = [&](std::uint32_t i) {
+          return static_cast<std::uint64_t>(points[i][axis] * 2097151.0) >> bit & 1U;
+        };
+        if (digit(a) != digit(b)) return digit(a) < digit(b);
+      }
+    }
+    return a < b;
+  };
+  std::sort(all.begin(), all.end(), before);
+  EXPECT_EQ(order, all);
+  EXPECT_TRUE(SpatialOrder({}).empty());
+  EXPECT_EQ(SpatialOrder(geometry::Points(3, Vector3d(1, 2, 3))),
+            (std::vector<std::uint32_t>{0, 1, 2}));
+}
+
 using base::Rng;
 using geometry::Points;
-
-Eigen::Vector3d Direction(Rng& rng) {
-  Eigen::Vector3d d;
-  do {
-    d = Eigen::Vector3d(rng.Normal(), rng.Normal(), rng.Normal());
-  } while (!(d.norm() > 1e-3));
-  return d.normalized();
-}
+using geometry::samples::RandomDirection;
 
 Points RandomPoints(std::size_t n, Rng& rng) {
   Points points;
-  for (std::size_t i = 0; i < n; ++i) points.push_back(rng.Uniform(0.2, 3.0) * Direction(rng));
+  for (std::size_t i = 0; i < n; ++i)
+    points.push_back(rng.Uniform(0.2, 3.0) * RandomDirection(rng));
   return points;
 }
 
@@ -48,7 +94,7 @@ TEST(SmallestEnclosingSphere, HoldsAllPointsAndNoSphereThroughFourIsSmaller) {
     EXPECT_NEAR(SphereRound(sphere.center, points).radius, sphere.radius, 1e-9);
     // Moving the center anywhere makes the radius larger: the problem is convex.
     for (int k = 0; k < 50; ++k) {
-      const Eigen::Vector3d other = sphere.center + rng.Uniform(1e-4, 0.3) * Direction(rng);
+      const Eigen::Vector3d other = sphere.center + rng.Uniform(1e-4, 0.3) * RandomDirection(rng);
       EXPECT_GT(SphereRound(other, points).radius, sphere.radius);
     }
   }
@@ -69,9 +115,9 @@ TEST(SmallestEnclosingSphere, IsThatOfKnownSolids) {
 TEST(MirrorOut, IsEquation62) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Rng rng(seed);
-    const Sphere sphere{rng.Uniform(0.0, 5.0) * Direction(rng), rng.Uniform(1.0, 3.0)};
+    const Sphere sphere{rng.Uniform(0.0, 5.0) * RandomDirection(rng), rng.Uniform(1.0, 3.0)};
     const Eigen::Vector3d p =
-        sphere.center + rng.Uniform(1e-6, 1.0) * sphere.radius * Direction(rng);
+        sphere.center + rng.Uniform(1e-6, 1.0) * sphere.radius * RandomDirection(rng);
     const Eigen::Vector3d d = p - sphere.center;
     const Eigen::Vector3d expected =
         p + 2.0 * (sphere.radius - d.norm()) * d / d.norm();  // as printed
@@ -85,9 +131,9 @@ TEST(MirrorOut, IsEquation62) {
 TEST(MirrorIn, BringsAnImageBackToItsOwnRadiusPlusTwiceTheOffset) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Rng rng(seed);
-    const Sphere sphere{rng.Uniform(0.0, 5.0) * Direction(rng), rng.Uniform(1.0, 3.0)};
+    const Sphere sphere{rng.Uniform(0.0, 5.0) * RandomDirection(rng), rng.Uniform(1.0, 3.0)};
     const Eigen::Vector3d p =
-        sphere.center + rng.Uniform(0.1, 1.0) * sphere.radius * Direction(rng);
+        sphere.center + rng.Uniform(0.1, 1.0) * sphere.radius * RandomDirection(rng);
     EXPECT_LT((MirrorIn(MirrorOut(p, sphere), sphere, 0.0) - p).norm(), 1e-12);
     const double offset = rng.Uniform(0.0, 0.2);
     const Eigen::Vector3d d = p - sphere.center;
@@ -100,8 +146,8 @@ TEST(Offset, IsTheMeanDifferenceOfRadii) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Rng rng(seed);
     const Points neighbors = RandomPoints(rng.Index(9), rng);
-    const Eigen::Vector3d center = Direction(rng);
-    const Eigen::Vector3d p = 2.0 * Direction(rng);
+    const Eigen::Vector3d center = RandomDirection(rng);
+    const Eigen::Vector3d p = 2.0 * RandomDirection(rng);
     double sum = 0.0;
     for (const auto& n : neighbors) {
       sum += std::abs((n - center).norm() - (p - center).norm());
@@ -131,7 +177,7 @@ TEST(IsInside, AgreesWithTheRadiusOfAStarShapedMesh) {
       ball.faces.resize(ball.faces.size() - ball.faces.size() / 20);
     }
     for (int k = 0; k < 60; ++k) {
-      const Eigen::Vector3d d = Direction(rng);
+      const Eigen::Vector3d d = RandomDirection(rng);
       const double edge = variant == 2 ? 0.7 : 0.95;  // less is certain near a hole
       EXPECT_TRUE(IsInside(ball, edge * rng.Uniform() * radius(d) * d)) << variant;
       EXPECT_FALSE(IsInside(ball, (2.0 - edge) * radius(d) * d)) << variant;
@@ -143,9 +189,9 @@ TEST(IsInside, ACloudsMiddleIsAndWhatIsBesideItIsNot) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     Shape cloud;
-    for (int i = 0; i < 2000; ++i) cloud.points.push_back(Direction(rng));
-    EXPECT_TRUE(IsInside(cloud, 0.5 * Direction(rng)));
-    EXPECT_FALSE(IsInside(cloud, 1.5 * Direction(rng)));
+    for (int i = 0; i < 2000; ++i) cloud.points.push_back(RandomDirection(rng));
+    EXPECT_TRUE(IsInside(cloud, 0.5 * RandomDirection(rng)));
+    EXPECT_FALSE(IsInside(cloud, 1.5 * RandomDirection(rng)));
   }
 }
 
@@ -163,7 +209,7 @@ TEST(HullSide, AgreesWithAllHalfSpaces) {
     const HullSide side(hull, center);
     HullSide::Hint hint;
     for (int k = 0; k < 400; ++k) {
-      const Eigen::Vector3d p = rng.Uniform(0.0, 3.5) * Direction(rng);
+      const Eigen::Vector3d p = rng.Uniform(0.0, 3.5) * RandomDirection(rng);
       double farthest = -1e9;
       for (const auto& t : hull.triangles) {
         const Eigen::Vector3d a = hull.vertices[t[0]];
@@ -193,7 +239,7 @@ Shape ArmedCloud(std::size_t n, std::uint64_t seed) {
   Shape cloud;
   while (cloud.points.size() < n) {
     if (rng.Uniform() < 0.6) {
-      const Eigen::Vector3d d = Direction(rng);
+      const Eigen::Vector3d d = RandomDirection(rng);
       if (std::max(std::abs(d.x()), std::abs(d.y())) < 0.96) cloud.points.push_back(d);
       continue;
     }
@@ -285,9 +331,9 @@ TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
     const auto labels = SegmentByMirroring(shape, {}).label;
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
       Rng rng(seed);
-      const Eigen::AngleAxisd turn(rng.Uniform(0.0, 3.0), Direction(rng));
+      const Eigen::AngleAxisd turn(rng.Uniform(0.0, 3.0), RandomDirection(rng));
       const double scale = std::pow(10.0, rng.Uniform(-4.0, 4.0));
-      const Eigen::Vector3d shift = scale * rng.Uniform(0.0, 5.0) * Direction(rng);
+      const Eigen::Vector3d shift = scale * rng.Uniform(0.0, 5.0) * RandomDirection(rng);
       Shape moved = shape;
       for (auto& p : moved.points) p = scale * (turn * p) + shift;
       const auto other = SegmentByMirroring(moved, {}).label;
@@ -353,4 +399,5 @@ TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
 }
 
 }  // namespace
+
 }  // namespace rangegrasp::parts

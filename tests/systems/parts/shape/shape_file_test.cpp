@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <set>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -12,6 +13,7 @@
 #include "error_of.h"
 #include "parts/shape/segmentation.h"
 #include "parts/shape/shape_graph.h"
+#include "parts/solids.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::parts {
@@ -78,20 +80,15 @@ TEST(PartColor, TheCoreIsRedAndTheFirstPartsAreFarApart) {
   EXPECT_EQ(PartColor(-1), PartColor(-7));
 }
 
-geometry::TriangleMesh ShapeFileTetrahedron() {
-  return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-          {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-}
-
 TEST(ColoredShape, IsReadBackWithTheSameFaces) {
   const TempFolder folder;
-  WriteColoredShape(folder / "a.ply", ShapeFileTetrahedron(), ShapeFileLabels{0, 1, 2, 3});
-  const auto mesh = ReadInput(folder / "a.ply");
+  WriteColoredShape(folder / "a.ply", samples::Tetrahedron(), ShapeFileLabels{0, 1, 2, 3});
+  const auto mesh = ReadPolygons(folder / "a.ply").mesh;
   ASSERT_EQ(mesh.triangles.size(), 4U);
   for (std::size_t f = 0; f < 4; ++f) {
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_EQ(mesh.vertices[mesh.triangles[f][k]],
-                ShapeFileTetrahedron().vertices[ShapeFileTetrahedron().triangles[f][k]]);
+                samples::Tetrahedron().vertices[samples::Tetrahedron().triangles[f][k]]);
     }
   }
 }
@@ -99,7 +96,7 @@ TEST(ColoredShape, IsReadBackWithTheSameFaces) {
 TEST(ColoredShape, EveryFaceEndsWithTheColorOfItsLabel) {
   const TempFolder folder;
   const ShapeFileLabels labels = {0, 4, -1, 2};
-  WriteColoredShape(folder / "a.ply", ShapeFileTetrahedron(), labels);
+  WriteColoredShape(folder / "a.ply", samples::Tetrahedron(), labels);
   const std::string bytes = base::ReadFile(folder / "a.ply");
   constexpr std::size_t kFaceBytes = 1 + 3 * 4 + 3;
   for (std::size_t f = 0; f < labels.size(); ++f) {
@@ -112,10 +109,10 @@ TEST(ColoredShape, EveryFaceEndsWithTheColorOfItsLabel) {
 
 TEST(ColoredShape, OfACloudIsReadBackAsACloud) {
   const TempFolder folder;
-  geometry::TriangleMesh cloud = ShapeFileTetrahedron();
+  geometry::TriangleMesh cloud = samples::Tetrahedron();
   cloud.triangles.clear();
   WriteColoredShape(folder / "a.ply", cloud, ShapeFileLabels{0, 1, 2, 3});
-  const auto read = ReadInput(folder / "a.ply");
+  const auto read = ReadPolygons(folder / "a.ply").mesh;
   EXPECT_TRUE(read.triangles.empty());
   EXPECT_EQ(read.vertices, cloud.vertices);
 }
@@ -136,14 +133,98 @@ TEST(PolygonLabels, StandOneALineOfTheFile) {
 }
 
 TEST(PolygonLabels, OfACloudAreThoseOfItsPoints) {
-  const geometry::PolygonMesh cloud{{ShapeFileTetrahedron().vertices, {}}, {}, 0};
+  const geometry::PolygonMesh cloud{{samples::Tetrahedron().vertices, {}}, {}, 0};
   EXPECT_EQ(LabelsOfPolygons(cloud, ShapeFileLabels{1, 0, 2, 0}), (ShapeFileLabels{1, 0, 2, 0}));
 }
 
 TEST(ColoredShape, NeedsOneLabelAnElement) {
-  EXPECT_THROW(WriteColoredShape("never.ply", ShapeFileTetrahedron(), ShapeFileLabels{0, 1}),
+  EXPECT_THROW(WriteColoredShape("never.ply", samples::Tetrahedron(), ShapeFileLabels{0, 1}),
                std::invalid_argument);
 }
 
+// How many pixels are more red (label 0), and more blue (label 1), than anything else.
+std::pair<int, int> Count(const image::Image& image) {
+  int red = 0, blue = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    red += image.rgb[i] > image.rgb[i + 2] + 50 ? 1 : 0;
+    blue += image.rgb[i + 2] > image.rgb[i] + 50 ? 1 : 0;
+  }
+  return {red, blue};
+}
+
+TEST(ShapePicture, ShowsFacesInTheColoursOfTheirLabels) {
+  const auto mesh = samples::Tetrahedron();
+  for (const int label : {0, 1}) {
+    const std::vector<std::int32_t> labels(4, label);
+    const auto image =
+        draw::Render(DrawLabels(mesh, labels), LookAtShape(mesh.vertices, 2), 160, 120);
+    const auto [red, blue] = Count(image);
+    EXPECT_GT(label == 0 ? red : blue, 500);
+    EXPECT_EQ(label == 0 ? blue : red, 0);
+  }
+}
+
+TEST(ShapePicture, TheFaceInFrontHidesTheOnesBehind) {
+  // Seen from the front right above, of a tetrahedron's faces the slanted one (3) is in front.
+  const auto mesh = samples::Tetrahedron();
+  auto view = LookAtShape(mesh.vertices, 2);
+  view.eye = Eigen::Vector3d(3, 3, 3);
+  const std::vector<std::int32_t> labels = {0, 0, 0, 1};
+  const auto [red, blue] = Count(draw::Render(DrawLabels(mesh, labels), view, 160, 120));
+  EXPECT_GT(blue, 500);
+  EXPECT_LT(red, blue / 20);
+}
+
+TEST(ShapePicture, TheWholeShapeIsInView) {
+  // Corners of a box must fall within the view's cone, for every axis that points up and any scale.
+  for (const int up : {0, 1, 2}) {
+    for (const Eigen::Vector3d& sides :
+         {Eigen::Vector3d(5e-3, 1e-3, 2e-3), Eigen::Vector3d(5, 1, 2),
+          Eigen::Vector3d(5e4, 1e4, 2e4), Eigen::Vector3d(5, 0.2, 0.2),
+          Eigen::Vector3d(0.2, 5, 0.2), Eigen::Vector3d(0.2, 0.2, 5)}) {
+      geometry::Points corners;
+      for (int i = 0; i < 8; ++i) {
+        corners.push_back(
+            sides.cwiseProduct(Eigen::Vector3d(i & 1 ? 1 : 0, i & 2 ? 1 : 0, i & 4 ? 1 : 0)));
+      }
+      const draw::View view = LookAtShape(corners, up);
+      const Eigen::Vector3d ahead = (view.target - view.eye).normalized();
+      EXPECT_GT(view.eye[up], view.target[up]) << "from above";
+      for (const auto& p : corners) {
+        const double angle = std::acos(std::min(1.0, ahead.dot((p - view.eye).normalized())));
+        EXPECT_LE(angle, 0.5 * view.field_of_view_rad + 1e-9);
+      }
+    }
+  }
+}
+
+TEST(ShapePicture, PointsThatAreNotFiniteAreLeftOut) {
+  auto mesh = samples::Tetrahedron();
+  mesh.vertices[3].x() = NAN;
+  const draw::Canvas canvas = DrawLabels(mesh, std::vector<std::int32_t>(4, 0));
+  ASSERT_EQ(canvas.surfaces.size(), 1U);
+  EXPECT_EQ(canvas.surfaces[0].mesh.triangles.size(), 1U);
+  EXPECT_TRUE(LookAtShape(mesh.vertices, 2).eye.allFinite());
+  mesh.vertices[3].x() = INFINITY;
+  EXPECT_TRUE(LookAtShape(mesh.vertices, 2).eye.allFinite());
+}
+
+TEST(ShapePicture, ACloudIsDots) {
+  auto cloud = samples::Tetrahedron();
+  cloud.triangles.clear();
+  const std::vector<std::int32_t> labels = {0, 1, 1, 1};
+  const draw::Canvas canvas = DrawLabels(cloud, labels);
+  ASSERT_EQ(canvas.dots.size(), 2U);
+  EXPECT_EQ(canvas.dots[1].points.size(), 3U);
+}
+
+TEST(ShapePicture, RefusesLabelsThatDoNotFitAndNothingToSee) {
+  EXPECT_THROW(DrawLabels(samples::Tetrahedron(), std::vector<std::int32_t>(3, 0)),
+               std::invalid_argument);
+  EXPECT_THROW(LookAtShape({}, 2), std::invalid_argument);
+  EXPECT_THROW(LookAtShape(samples::Tetrahedron().vertices, 3), std::invalid_argument);
+}
+
 }  // namespace
+
 }  // namespace rangegrasp::parts

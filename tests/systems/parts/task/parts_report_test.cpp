@@ -8,17 +8,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/csv.h"
 #include "base/error.h"
-#include "parts/task/parts_means.h"
+#include "base/file.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 namespace {
 
 using experiment::Record;
 using experiment::Report;
 using nlohmann::json;
-using parts::Method;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -39,15 +37,14 @@ class PartsReportTest : public testing::Test {
   // The cut discrepancy is twice the Rand error, the time as many seconds as the id.
   void Add(const std::string& name, int id, Split split, const std::vector<double>& errors) {
     for (std::size_t m = 0; m < errors.size(); ++m) {
-      const json params = {{"class", name},
-                           {"model", id},
-                           {"method", base::Word(setup_.methods[m])},
-                           {"split", base::Word(split)}};
       const json data = {
           {"parts", 4}, {"rand_error", errors[m]}, {"cut_discrepancy", 2.0 * errors[m]}};
       experiment::Case which;
       which.id = fmt::format("{}-{}", id, base::Word(setup_.methods[m]));
-      which.params = params.dump();
+      which.params = {{"class", name},
+                      {"model", id},
+                      {"method", std::string(base::Word(setup_.methods[m]))},
+                      {"split", std::string(base::Word(split))}};
       records_.push_back({which, {"scored", "score", "", data.dump(), {{"method", id}}}});
     }
   }
@@ -237,4 +234,4 @@ TEST_F(PartsReportTest, TheFilesAreTheRowsAndFigures619To622) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

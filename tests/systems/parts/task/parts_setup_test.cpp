@@ -10,10 +10,9 @@
 #include "error_of.h"
 #include "parts/task/peanuts.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 namespace {
 
-using parts::Method;
 using testing::HasSubstr;
 using testing_support::Peanuts;
 
@@ -169,4 +168,4 @@ TEST_F(PartsSetupTest, EveryKeyHasItsLineOfDocumentation) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

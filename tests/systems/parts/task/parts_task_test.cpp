@@ -10,10 +10,9 @@
 #include "base/file.h"
 #include "parts/method.h"
 #include "parts/metrics/human_score.h"
-#include "parts/task/parts_view.h"
 #include "parts/task/peanuts.h"
 
-namespace rangegrasp::parts_task {
+namespace rangegrasp::parts {
 namespace {
 
 using experiment::Case;
@@ -47,9 +46,8 @@ TEST_F(PartsTaskTest, ACaseIsOneMethodOnOneModelInTheOrderOfTheFile) {
                                    "other-0011-kmeans", "other-0011-sdf"));
   EXPECT_EQ(groups.front(), "peanut");
   EXPECT_EQ(groups.back(), "other");
-  const json params = json::parse(task_->Cases()[1].params);
-  EXPECT_EQ(params,
-            json({{"class", "peanut"}, {"model", 1}, {"method", "sdf"}, {"split", "tune"}}));
+  EXPECT_EQ(ToJson(task_->Cases()[1].params),
+            R"({"class":"peanut","model":1,"method":"sdf","split":"tune"})");
   EXPECT_FALSE(PartsTask().uses_seed);
 }
 
@@ -96,9 +94,9 @@ TEST_F(PartsTaskTest, CloudsOfEveryGradeStandBesideTheirMesh) {
 
 // The figures of a record are the doubles that were found, bit for bit.
 TEST_F(PartsTaskTest, FiguresAreReadBackAsTheyWereFound) {
-  const auto model = parts::ReadHumanModel(peanuts_.folder.path(), 3);
-  const auto found = parts::SegmentBy(parts::Method::kSdf, model.shape, {});
-  const auto score = parts::ScoreAgainstHumans(model, found);
+  const auto model = ReadHumanModel(peanuts_.folder.path(), 3);
+  const auto found = SegmentBy(Method::kSdf, model.shape, {});
+  const auto score = ScoreAgainstHumans(model, found);
   const json data = json::parse(Run("peanut-0003-sdf").data);
   EXPECT_EQ(data.at("rand_error").get<double>(), score.rand_error);
   ASSERT_EQ(data.at("cut_discrepancy").is_null(), !score.cut_discrepancy);
@@ -109,7 +107,7 @@ TEST_F(PartsTaskTest, FiguresAreReadBackAsTheyWereFound) {
 
 TEST_F(PartsTaskTest, KMeansTakesTheMeanNumberOfHumanSegments) {
   // Two and three segments: 2.5, rounded up.
-  EXPECT_EQ(parts::MeanHumanSegments(peanuts_.folder.path(), std::vector{1, 2, 3}), 3);
+  EXPECT_EQ(MeanHumanSegments(peanuts_.folder.path(), std::vector{1, 2, 3}), 3);
   for (const Case& which : task_->Cases()) {
     if (!which.id.ends_with("kmeans")) continue;
     EXPECT_EQ(json::parse(task_->Run(which).data).at("parts"), 3);
@@ -141,8 +139,8 @@ TEST_F(PartsTaskTest, AReplayLeavesLabelsColoursAndAPicture) {
   const Case which = CaseOf("peanut-0002-kmeans");
   const Result result = task_->Replay(which, {.folder = folder, .video = {}, .camera = {}});
   EXPECT_EQ(result.data, Run("peanut-0002-kmeans").data);
-  const auto labels = parts::ReadLabels(folder / "peanut-0002-kmeans.seg");
-  EXPECT_EQ(labels.size(), parts::ReadInput(peanuts_.folder / "off/2.off").triangles.size());
+  const auto labels = ReadLabels(folder / "peanut-0002-kmeans.seg");
+  EXPECT_EQ(labels.size(), ReadPolygons(peanuts_.folder / "off/2.off").mesh.triangles.size());
   EXPECT_THAT(base::ReadFile(folder / "peanut-0002-kmeans.ply"), testing::StartsWith("ply\n"));
   EXPECT_THAT(base::ReadFile(folder / "peanut-0002-kmeans.png"), testing::StartsWith("\x89PNG"));
 }
@@ -154,7 +152,7 @@ TEST_F(PartsTaskTest, AViewStandsBesideThoseOfPeople) {
   options.view = &view;
   const Case which = CaseOf("peanut-0002-kmeans");
   EXPECT_EQ(task_->Replay(which, options).data, Run(which.id).data);
-  const auto input = parts::ReadInput(peanuts_.folder / "off/2.off");
+  const auto input = ReadPolygons(peanuts_.folder / "off/2.off").mesh;
   ASSERT_EQ(view.painted.size(), 3U);
   EXPECT_EQ(view.painted[0].layer, "kmeans: 3 parts");
   EXPECT_EQ(view.painted[1].layer, "person 1: 2 parts");
@@ -203,4 +201,4 @@ TEST_F(PartsTaskTest, AReplayThatCannotBeWrittenIsNoResultOfTheMethod) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::parts_task
+}  // namespace rangegrasp::parts

@@ -33,7 +33,7 @@ class Peanuts {
     experiment::Common common;
     common.file = folder / "parts.yaml";
     auto map = base::YamlMap::FromText(text, common.file);
-    return parts_task::PartsTask().read(map, common);
+    return parts::PartsTask().read(map, common);
   }
 
   static constexpr const char* kGood =

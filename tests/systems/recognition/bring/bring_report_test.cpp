@@ -1,13 +1,17 @@
-#include "recognition/bring/bring_report.h"
-
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/units.h"
+#include "error_of.h"
+#include "experiment/experiment.h"
+#include "recognition/task/bring_task.h"
 
 namespace rangegrasp::bring {
 namespace {
+
+using testing::HasSubstr;
 
 Step StepWith(const std::string& grasp, double lean_rad, bool upright) {
   Step step;
@@ -25,7 +29,7 @@ experiment::Record RecordOf(const std::string& group, const std::string& outcome
   Bring run;
   run.outcome = outcome;
   run.steps = std::move(steps);
-  return {{group, group, 1, "{}", 0}, ResultOf(run, group, outcome != kSaidAbsent)};
+  return {{group, group, 1, {}, 0}, ResultOf(run, group, outcome != kSaidAbsent)};
 }
 
 std::vector<std::string> RowNamed(const experiment::Grid& grid, const std::string& name) {
@@ -42,7 +46,7 @@ TEST(BringReport, EveryRunCounts) {
                     RecordOf("cup", "wrong_object", {StepWith("", 0.0, false)}),
                     RecordOf("can", kSaidAbsent, {}),
                     RecordOf("can", kNotFound, {}),
-                    {{"can", "can", 1, "{}", 0}, {"timed_out", "", "", "", {}}}});
+                    {{"can", "can", 1, {}, 0}, {"timed_out", "", "", "", {}}}});
   const auto cup = RowNamed(report.csv, "cup");
   ASSERT_EQ(cup.size(), 12u);
   EXPECT_EQ(cup[1], "3");
@@ -61,6 +65,23 @@ TEST(BringReport, WhatThePersonTakesItByIsFreeOrNot) {
   const auto report = ReportOf({}, {RecordOf("cup", "handed_over", {touched}),
                                     RecordOf("cup", "handed_over", {StepWith("", 0.0, false)})});
   EXPECT_EQ(RowNamed(report.csv, "cup")[9], "1/2");
+}
+
+std::string ErrorOf(const std::vector<std::string>& set) {
+  return testing_support::ErrorOf([&] {
+    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml",
+                               experiment::AllKinds(), {.set = set});
+  });
+}
+
+TEST(BringOptions, KeysOfOtherTasksAreSentToTheirOwn) {
+  EXPECT_THAT(ErrorOf({"trials_per_object=3"}), HasSubstr("runs_per_object"));
+  EXPECT_THAT(ErrorOf({"views=2"}), HasSubstr("bring.max_looks"));
+  EXPECT_THAT(ErrorOf({"grasp.take=handle"}), HasSubstr("task: grasping"));
+}
+
+TEST(BringOptions, WhatIsWantedMustBeKnown) {
+  EXPECT_THAT(ErrorOf({"known=[spread, cleaner]"}), HasSubstr("salt_cylinder"));
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
-#include "recognition/bring/bring_task.h"
+#include "recognition/task/bring_task.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
 
 namespace rangegrasp::bring {
 namespace {

@@ -1,14 +1,12 @@
-#include "recognition/views/looker.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "base/quantile.h"
+#include "base/statistics.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
+#include "recognition/views/wrist_scanner.h"
 #include "sensing/hand_eye.h"
 #include "temp_folder.h"
 #include "trial/grasping_task.h"
@@ -25,7 +23,7 @@ LookedAround LookTwice() {
   const Cell& cell = CellOf(*experiment.task);
   const TrialSpec spec{"coffee_cup", 0, TrialSeed(11, "coffee_cup", 0)};
   Arrangement arranged = *ArrangeTrial(cell, spec);
-  return views::LookAround(cell, Look(cell, arranged.world, spec.seed), arranged.world, spec.seed);
+  return views::AddWristViews(cell, Look(cell, arranged.world, spec.seed), arranged.world, spec.seed);
 }
 
 const LookedAround& Twice() {
@@ -93,7 +91,7 @@ TEST(Looker, ItsRangesAreTrueButForTheNoise) {
 Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesystem::path& file) {
   sensing::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
   Options options = cell.options;
-  Of<views::LookOptions>(options, views::kLooks).hand_eye = file;
+  Of<views::WristViewOptions>(options, views::kWristViews).hand_eye = file;
   return options;
 }
 
@@ -107,8 +105,8 @@ TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
   const base::Pose X_WS = arranged.world.SitePose("wrist_scanner");
   const auto stands = [&](const base::Pose& X_HSBelieved, std::uint64_t seed) {
     const Options options = WithHandEye(cell, X_HSBelieved, folder / "hand_eye.yaml");
-    return views::Looker(options, cell.robot, seed)
-        .SenseHere(arranged.world)
+    return views::WristScanner(options, cell.robot, seed)
+        .Scan(arranged.world)
         .observation.views.front()
         .X_CV.translation();
   };

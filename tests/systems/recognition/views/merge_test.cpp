@@ -3,13 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "base/units.h"
-#include "box_scan.h"
+#include "geometry/box_scan.h"
 
 namespace rangegrasp::views {
 namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
+using geometry::samples::LookFrom;
+using geometry::samples::ScanBox;
 
 const AlignedBox3d kBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
 const AlignedBox3d kNothing(Vector3d(9.0, 9.0, 9.0), Vector3d(9.1, 9.1, 9.1));

@@ -3,13 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "base/units.h"
-#include "box_scan.h"
+#include "geometry/box_scan.h"
 
 namespace rangegrasp::views {
 namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
+using geometry::samples::LookFrom;
+using geometry::samples::ScanBox;
 
 const AlignedBox3d kNextViewBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
 const Vector3d kNextViewMiddle(0.0, 0.0, 0.06);
@@ -80,7 +82,7 @@ TEST(NextView, StopsWhereThereIsLittleToSee) {
 TEST(NextView, TheSameArgumentsGiveTheSameWay) {
   const auto& robot = Wrist();
   const auto so_far = SeenFrom({0.55, 0.0, 0.45});
-  std::vector<Look> looks;
+  std::vector<PlannedView> looks;
   for (int i = 0; i < 2; ++i) {
     base::Rng rng(7);
     auto look = NextBestView(robot, so_far, RequestFor(robot), {}, {}, rng);

@@ -6,7 +6,7 @@
 
 #include "base/file.h"
 #include "base/units.h"
-#include "robot/collision/solid.h"
+#include "robot/collision/collider.h"
 #include "robot/robot.h"
 
 namespace rangegrasp::views {

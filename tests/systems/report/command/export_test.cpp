@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "base/csv.h"
+#include "base/file.h"
 #include "cli/command.h"
 #include "experiment/store.h"
 #include "geometry/cloud_file.h"

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "base/process/ask.h"
+#include "base/process/program.h"
 #include "cli/command.h"
 
 namespace rangegrasp {

@@ -1,13 +1,12 @@
-#include "report/film/recorder.h"
+#include "report/film/internal/recorder.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "base/image/png.h"
+#include "base/image/image.h"
 #include "experiment/experiment.h"
-#include "experiment/kinds.h"
-#include "sim/framing.h"
+#include "sim/render.h"
 #include "temp_folder.h"
 #include "trial/grasping_task.h"
 #include "trial/trial.h"
@@ -49,9 +48,9 @@ TEST_P(RecordedTrial, ObjectAndHandAreWholeInEachPictureAndAllStandOnOneSheet) {
   options.folder = folder.path();
   options.snapshots = true;
   const TrialSpec spec{GetParam().object, 0, TrialSeed(GetParam().seed, GetParam().object, 0)};
-  report::Recorder recorder(cell, "trial", options);
+  const auto recorder = report::MakeRecorder(cell, "trial", options);
   std::set<std::string> moments;
-  recorder.OnView(
+  recorder->OnView(
       [&](const std::string& moment, const sim::World& world, const sim::PinholeView& view) {
         std::vector<Eigen::Vector3d> corners_W;
         AddObjectCorners(world, 0, corners_W);
@@ -60,8 +59,8 @@ TEST_P(RecordedTrial, ObjectAndHandAreWholeInEachPictureAndAllStandOnOneSheet) {
         EXPECT_TRUE(IsInPicture(corners_W, view)) << moment << ": the hand";
         moments.insert(moment);
       });
-  RunTrial(cell, spec, &recorder.detector(), recorder.Observer());
-  recorder.Finish();
+  RunTrial(cell, spec, &recorder->detector(), recorder->Observer());
+  recorder->Finish();
   for (const char* moment : {"start", "closed", "lifted", "end"}) {
     EXPECT_TRUE(moments.contains(moment)) << moment;
   }

@@ -1,11 +1,9 @@
-#include "report/film/sheet.h"
+#include "report/film/internal/sheet.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <stdexcept>
-
-#include "report/film/strip_chart.h"
 
 namespace rangegrasp::draw {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "cli/command.h"
-#include "seam/stitching/correction.h"
+#include "seam/stitching/closed_loop.h"
 
 namespace rangegrasp {
 namespace {
@@ -188,7 +188,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   EXPECT_EQ(reading["column"], 200.0);
   EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of 0.4 mm
   const Ran xml = with("--xml");
-  const auto packet = stitching::FromXml(Lines(xml.out).back());
+  const auto packet = seam::FromXml(Lines(xml.out).back());
   EXPECT_NEAR(packet.edge_x_m, wanted_m, 2e-3 * wanted_m);
 }
 
@@ -252,7 +252,7 @@ TEST_F(SeamTest, PacketsTellTheSensorsOwnX) {
   const std::string file = folder_.Write("p.txt", text).string();
   const Ran ran = RunProgram({"seam", "detect", file, "--layout", "points", "--xml"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_NEAR(stitching::FromXml(Lines(ran.out).back()).edge_x_m, 62e-3, 1e-4);
+  EXPECT_NEAR(seam::FromXml(Lines(ran.out).back()).edge_x_m, 62e-3, 1e-4);
 }
 
 TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {

@@ -5,18 +5,159 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "base/rng.h"
 #include "base/words.h"
-#include "seam/stitching/correction.h"
-#include "seam/stitching/random_mats.h"
+#include "error_of.h"
+#include "seam/stitching/mats.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
 namespace {
+
+const char* const kGood =
+    "<correction><time_s>1.5</time_s><valid>true</valid><edge_x_m>-0.003</edge_x_m>"
+    "<deviation_m>0.02</deviation_m><stop>mat_end</stop></correction>";
+
+Correction RandomCorrection(base::Rng& rng) {
+  Correction c;
+  c.time_s = rng.Uniform(0.0, 1e3);
+  c.valid = rng.Uniform() < 0.5;
+  c.edge_x_m = rng.Normal() * std::pow(10.0, rng.Uniform(-9.0, 3.0));
+  c.deviation_m = rng.Normal();
+  const std::size_t sure = rng.Index(3);
+  if (sure > 0) c.sure = sure == 1;
+  const std::size_t stop = rng.Index(3);
+  if (stop == 1) c.stop = StopReason::kMatEnd;
+  if (stop == 2) c.stop = StopReason::kObstacle;
+  return c;
+}
+
+void ExpectSame(const Correction& a, const Correction& b) {
+  EXPECT_EQ(a.time_s, b.time_s);
+  EXPECT_EQ(a.valid, b.valid);
+  EXPECT_EQ(a.edge_x_m, b.edge_x_m);
+  EXPECT_EQ(a.deviation_m, b.deviation_m);
+  EXPECT_EQ(a.sure, b.sure);
+  EXPECT_EQ(a.stop, b.stop);
+}
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::string ErrorOf(const std::string& xml) {
+  return testing_support::ErrorOf([&] { FromXml(xml); });
+}
+
+TEST(Correction, ComesBackFromXmlToTheLastBit) {
+  base::Rng rng(7);
+  for (int i = 0; i < 1000; ++i) {
+    const Correction sent = RandomCorrection(rng);
+    ExpectSame(sent, FromXml(ToXml(sent)));
+  }
+}
+
+TEST(Correction, IsOneLineSoThatAStreamCanBeCutAtLineEnds) {
+  base::Rng rng(8);
+  for (int i = 0; i < 20; ++i) {
+    const std::string xml = ToXml(RandomCorrection(rng));
+    EXPECT_EQ(xml.find('\n'), xml.size() - 1);
+  }
+}
+
+TEST(Correction, IsReadWhateverTheLayout) {
+  const Correction c = FromXml(
+      "<?xml version=\"1.0\"?>\n<!-- sensor 1 -->\n<correction>\n  <deviation_m> 0.02 "
+      "</deviation_m>\n"
+      "  <edge_x_m>-3e-3</edge_x_m>\n  <valid>false</valid>\n  "
+      "<time_s>\n1.5</time_s>\n</correction>\n");
+  EXPECT_EQ(c.time_s, 1.5);
+  EXPECT_FALSE(c.valid);
+  EXPECT_EQ(c.edge_x_m, -3e-3);
+  EXPECT_EQ(c.deviation_m, 0.02);
+  EXPECT_FALSE(c.stop);
+}
+
+TEST(Correction, NumbersThatXmlCannotCarryAreTheCallersMistake) {
+  Correction c;
+  c.edge_x_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(ToXml(c), std::invalid_argument);
+  c.edge_x_m = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(ToXml(c), std::invalid_argument);
+}
+
+TEST(Correction, AMissingElementIsNamed) {
+  ASSERT_NO_THROW(FromXml(kGood));
+  EXPECT_NE(ErrorOf(Replaced(kGood, "<time_s>1.5</time_s>", "")).find("<time_s> is missing"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf(Replaced(kGood, "<valid>true</valid>", "")).find("<valid> is missing"),
+            std::string::npos);
+  EXPECT_NE(
+      ErrorOf(Replaced(kGood, "<edge_x_m>-0.003</edge_x_m>", "")).find("<edge_x_m> is missing"),
+      std::string::npos);
+  EXPECT_NE(ErrorOf(Replaced(kGood, "<deviation_m>0.02</deviation_m>", ""))
+                .find("<deviation_m> is missing"),
+            std::string::npos);
+}
+
+TEST(Correction, ABadValueIsNamedWithItsElement) {
+  for (const char* bad : {"", "abc", "1.5x", "1,5", "nan", "inf", "1e999", "0x10", "1 2", "<b/>"}) {
+    const std::string error = ErrorOf(Replaced(kGood, "1.5", bad));
+    EXPECT_NE(error.find("<time_s>"), std::string::npos) << bad << ": " << error;
+  }
+  for (const char* bad : {"", "1", "TRUE", "yes"}) {
+    const std::string error = ErrorOf(Replaced(kGood, "true", bad));
+    EXPECT_NE(error.find("<valid>"), std::string::npos) << bad << ": " << error;
+  }
+  EXPECT_NE(ErrorOf(Replaced(kGood, "mat_end", "never")).find("<stop>: 'never'"),
+            std::string::npos);
+}
+
+TEST(Correction, WhatIsNotOneCorrectionIsRefused) {
+  for (const std::string& bad :
+       {std::string(), std::string("\n"), std::string("hello"), std::string("<other/>"),
+        std::string("<correction/>"), std::string(kGood) + kGood, std::string(kGood) + "x",
+        std::string(kGood, 0), Replaced(kGood, "<valid>", "<speed>1</speed><valid>"),
+        Replaced(kGood, "<valid>", "<time_s>2</time_s><valid>"),
+        Replaced(kGood, "<valid>", "text<valid>"), std::string("\0\0\0\0", 4)}) {
+    EXPECT_THROW(FromXml(bad), base::InputError) << bad;
+  }
+}
+
+TEST(Correction, EveryTruncationIsRefused) {
+  const std::string good = kGood;
+  for (std::size_t n = 0; n < good.size(); ++n) {
+    EXPECT_THROW(FromXml(good.substr(0, n)), base::InputError) << n;
+  }
+}
+
+TEST(Correction, DamagedBytesAreReadAsFiniteNumbersOrRefused) {
+  base::Rng rng(9);
+  for (int i = 0; i < 20'000; ++i) {
+    std::string xml = kGood;
+    const std::size_t changes = 1 + rng.Index(4);
+    for (std::size_t k = 0; k < changes; ++k) {
+      const std::size_t at = rng.Index(xml.size());
+      const std::size_t kind = rng.Index(3);
+      if (kind == 0) xml[at] = static_cast<char>(rng.Index(256));
+      if (kind == 1) xml.erase(at, 1 + rng.Index(5));
+      if (kind == 2) xml.insert(at, xml.substr(rng.Index(xml.size()), rng.Index(12)));
+      if (xml.empty()) break;
+    }
+    try {
+      const Correction c = FromXml(xml);
+      EXPECT_TRUE(std::isfinite(c.time_s) && std::isfinite(c.edge_x_m) &&
+                  std::isfinite(c.deviation_m));
+    } catch (const base::InputError&) {
+    }
+  }
+}
 
 constexpr double kStep_s = 0.01;
 
@@ -45,7 +186,7 @@ TrackResult Drive(const MatOptions& mats, const TrackOptions& options, std::uint
                   const StripeSensorOptions& sensor_options = QuietSensor()) {
   const StripeSensor sensor(sensor_options);
   base::Rng rng(base::DeriveSeed(seed, "calibration"));
-  const seam::Calibration calibration = sensor.Calibrate(9, rng);
+  const Calibration calibration = CalibrateFromBody({}, sensor.ScanBody({}, 9, rng));
   return Track(Mats(mats, seed), sensor, calibration, options, seed);
 }
 
@@ -102,7 +243,7 @@ TEST(ClosedLoop, FollowsAPlainStraightSeamToATenthOfAMillimetre) {
   MatOptions mats = PlainMats();
   mats.course.offset_m = 4e-3;
   mats.course.slope = 0.05;
-  for (const auto method : {seam::DecisionMethod::kVoting, seam::DecisionMethod::kWeights}) {
+  for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {
     TrackOptions options;
     options.tracker.method = method;
     const TrackResult result = Drive(mats, options, 1);
@@ -135,7 +276,7 @@ TEST(ClosedLoop, KeepsTheEdgeNearTheSameColumnByRotating) {
     options.head.rotate = rotate;
     const TrackResult result = Drive(mats, options, 3);
     double low = 1.0, high = -1.0;
-    for (const seam::Reading& reading : result.readings) {
+    for (const Reading& reading : result.readings) {
       if (reading.time_s < 5.0 || !reading.column) continue;
       low = std::min(low, reading.x_m);
       high = std::max(high, reading.x_m);
@@ -328,5 +469,102 @@ TEST(ClosedLoop, EndsHaveNames) {
   EXPECT_EQ(base::Word(TrackEnd::kLost), "lost");
 }
 
+constexpr double kWanted_m = 5e-3;
+constexpr double kSlope = 0.1;
+
+// A straight edge x = 0.1 y without fray, whose distance from a point is known in closed form.
+MatOptions Straight() {
+  MatOptions options;
+  options.course.slope = kSlope;
+  options.texture.fray_m = 0.0;
+  return options;
+}
+
+// Points every millimetre of y, each at the distance from the edge that is asked for, on its low
+// side.
+TrackResult PathAt(const std::function<double(double t_m)>& distance_m) {
+  const double n = std::hypot(1.0, kSlope);
+  TrackResult result;
+  for (int i = 0; i <= 400; ++i) {
+    const double t = i * 1e-3;
+    const double d = distance_m(t);
+    result.path.push_back({t, kSlope * t - d / n, t + kSlope * d / n, 0.0, 0.0});
+  }
+  return result;
+}
+
+TEST(TrackScore, DistanceIsThatToTheNearestPointOfTheEdge) {
+  auto result = PathAt([](double t) { return -2e-3 + 0.02 * t; });  // from its high to its low side
+  ScoreTrack(Mats(Straight(), 1), kWanted_m, result);
+  for (std::size_t i = 0; i < result.path.size(); ++i) {
+    // The edge's points are a polyline of rounded numbers on a straight line.
+    EXPECT_NEAR(result.path[i].distance_m, -2e-3 + 0.02 * 1e-3 * static_cast<double>(i), 1e-9);
+  }
+}
+
+// 3 mm off before the first 100 mm are over, then 0.2 mm off, and 2 mm off at the end.
+TEST(TrackScore, ErrorsAreMeansOverTheLengthAfterTheFirst100Mm) {
+  const auto scored = [](double share_off) {
+    auto result = PathAt([&](double t) {
+      if (t < 0.09) return kWanted_m + 3e-3;
+      return kWanted_m + (t > 0.4 - 0.3 * share_off ? 2e-3 : 0.2e-3);
+    });
+    ScoreTrack(Mats(Straight(), 1), kWanted_m, result);
+    return result;
+  };
+  const TrackResult fifth = scored(0.2);
+  // Two pieces of 300, of which the one that leaves the path is longer, may count on either side.
+  EXPECT_NEAR(fifth.share_within_1mm, 0.8, 0.02);
+  EXPECT_NEAR(fifth.mean_error_m, 0.8 * 0.2e-3 + 0.2 * 2e-3, 0.02 * 2e-3);
+  EXPECT_NEAR(fifth.p95_error_m, 2e-3, 1e-9);
+  EXPECT_NEAR(fifth.max_error_m, 2e-3, 1e-9);
+  EXPECT_NEAR(scored(0.03).p95_error_m, 0.2e-3, 1e-9);
+}
+
+// Points stand four times as close where it is 2 mm off, from 0.3 m on: its length counts, not
+// their number.
+TEST(TrackScore, ErrorsCountByLength) {
+  auto coarse = PathAt([](double t) { return kWanted_m + (t > 0.3005 ? 2e-3 : 0.2e-3); });
+  TrackResult result;
+  for (std::size_t i = 0; i < coarse.path.size(); ++i) {
+    const TrackPoint& p = coarse.path[i];
+    result.path.push_back(p);
+    if (i < 301 || i + 1 == coarse.path.size()) continue;
+    const TrackPoint& q = coarse.path[i + 1];
+    for (const double t : {0.25, 0.5, 0.75}) {
+      result.path.push_back({p.time_s + t * (q.time_s - p.time_s), p.x_m + t * (q.x_m - p.x_m),
+                             p.y_m + t * (q.y_m - p.y_m), 0.0, 0.0});
+    }
+  }
+  ScoreTrack(Mats(Straight(), 1), kWanted_m, result);
+  EXPECT_NEAR(result.mean_error_m, (0.2 * 0.2e-3 + 0.1 * 2e-3) / 0.3, 0.02e-3);
+  EXPECT_NEAR(result.share_within_1mm, 2.0 / 3.0, 0.01);
+}
+
+TEST(TrackScore, AHazardIsReachedWhereTheNeedlePassesTheMatsEndOrMeetsAnObstacle) {
+  const auto reached = [](const MatOptions& mats) {
+    auto result = PathAt([](double) { return kWanted_m; });
+    ScoreTrack(Mats(mats, 1), kWanted_m, result);
+    return result.reached_hazard;
+  };
+  EXPECT_FALSE(reached(Straight()));
+  MatOptions mats = Straight();
+  mats.end_y_m = 0.39;
+  EXPECT_TRUE(reached(mats));
+  mats.end_y_m = 0.41;
+  EXPECT_FALSE(reached(mats));
+  const double needle_x = kSlope * 0.2 - kWanted_m;
+  mats.obstacles = {{needle_x, 0.2, 4e-3, 4e-3, 5e-3}};
+  EXPECT_TRUE(reached(mats));
+  mats.obstacles[0].x_m += 3e-3;
+  EXPECT_FALSE(reached(mats));
+  // The path ends at 0.4005 m, before an obstacle that begins 1 mm further on.
+  mats.obstacles = {{kSlope * 0.4 - kWanted_m, 0.4035, 4e-3, 4e-3, 5e-3}};
+  EXPECT_FALSE(reached(mats));
+  mats.obstacles[0].y_m -= 2e-3;
+  EXPECT_TRUE(reached(mats));
+}
+
 }  // namespace
-}  // namespace rangegrasp::stitching
+
+}  // namespace rangegrasp::seam

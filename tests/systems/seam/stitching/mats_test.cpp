@@ -11,10 +11,9 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "base/words.h"
-#include "seam/stitching/random_mats.h"
 #include "seam/stitching/smooth_mats.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
 namespace {
 
 constexpr EdgeShape kShapes[] = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
@@ -433,4 +432,4 @@ TEST(RandomMats, DependOnTheSeedAndScaleWhatIsTypical) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::stitching
+}  // namespace rangegrasp::seam

@@ -9,7 +9,7 @@
 #include "base/rng.h"
 #include "base/units.h"
 
-namespace rangegrasp::stitching::internal {
+namespace rangegrasp::seam {
 namespace {
 
 double Wave(double y) { return 0.01 * std::sin(2.0 * base::kPi * y / 0.2); }
@@ -136,4 +136,4 @@ TEST(SeamPath, RoundingKeepsStraightLinesAndEnds) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::stitching::internal
+}  // namespace rangegrasp::seam

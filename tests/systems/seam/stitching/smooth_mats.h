@@ -2,7 +2,7 @@
 
 #include "seam/stitching/mats.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
 
 /// A bright and dull mat without any texture, so that only its shape is left.
 inline MatOptions Smooth(EdgeShape shape) {
@@ -21,4 +21,4 @@ inline MatOptions Smooth(EdgeShape shape) {
   return options;
 }
 
-}  // namespace rangegrasp::stitching
+}  // namespace rangegrasp::seam

@@ -11,11 +11,11 @@
 
 #include "base/error.h"
 #include "error_of.h"
-#include "seam/stitching/random_mats.h"
+#include "seam/stitching/mats.h"
 #include "seam/stitching/smooth_mats.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::stitching {
+namespace rangegrasp::seam {
 namespace {
 
 // Nothing disturbs this sensor.
@@ -31,7 +31,7 @@ StripeSensorOptions Perfect() {
 }
 
 std::vector<float> RowsOf(const StripeSensor& sensor, const Mats& mats, int scans,
-                          std::uint64_t seed, const seam::RawProfile* previous = nullptr) {
+                          std::uint64_t seed, const RawProfile* previous = nullptr) {
   base::Rng rng(seed);
   std::vector<float> rows;
   for (int i = 0; i < scans; ++i) {
@@ -222,7 +222,7 @@ TEST(StripeSensor, PhantomsShowThePreviousLineOrAnyRow) {
   const StripeSensor sensor(options);
   MatOptions mat = Smooth(EdgeShape::kNone);
   mat.texture.darkness = 1.0;
-  const seam::RawProfile previous{std::vector<float>(1024, 100.0F), 0.0};
+  const RawProfile previous{std::vector<float>(1024, 100.0F), 0.0};
   const auto rows = RowsOf(sensor, Mats(mat, 1), 100, 6, &previous);
   const auto n = static_cast<double>(rows.size());
   EXPECT_NEAR(ShareMissing(rows), 0.2, 0.01);
@@ -262,7 +262,7 @@ TEST(StripeSensor, CalibrationInvertsTheCamera) {
     options.line.columns_per_m = columns_per_m;
     const StripeSensor sensor(options);
     base::Rng rng(1);
-    const seam::Calibration calibration = sensor.Calibrate(9, rng);
+    const Calibration calibration = CalibrateFromBody({}, sensor.ScanBody({}, 9, rng));
     for (double z = -options.range_below_m + 1e-3; z < options.range_above_m - 1e-3; z += 1e-3) {
       EXPECT_NEAR(calibration.HeightAt(sensor.RowOf(z)), z, 12e-6) << z;
     }
@@ -289,8 +289,8 @@ TEST(StripeSensor, OptionsOutOfRangeAreRefused) {
   EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
   const StripeSensor sensor{StripeSensorOptions{}};
   base::Rng rng(1);
-  EXPECT_THROW(sensor.Calibrate(1, rng), std::invalid_argument);
-  const seam::RawProfile narrow{std::vector<float>(10, 1.0F), 0.0};
+  EXPECT_THROW(sensor.ScanBody({}, 1, rng), std::invalid_argument);
+  const RawProfile narrow{std::vector<float>(10, 1.0F), 0.0};
   EXPECT_THROW(sensor.Scan(Mats(Smooth(EdgeShape::kNone), 1), {}, 0.0, &narrow, rng),
                std::invalid_argument);
 }
@@ -347,4 +347,4 @@ TEST(StripeSensorFile, TheShippedSensorsAreThoseOfTheDissertation) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::stitching
+}  // namespace rangegrasp::seam

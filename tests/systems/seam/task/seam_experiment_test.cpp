@@ -10,14 +10,10 @@
 #include "seam/task/small_experiment.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
 using base::InputError;
-using stitching::EdgeShape;
-using stitching::MatOptions;
-using stitching::Recording;
-using stitching::StripeSensor;
 using testing::HasSubstr;
 using testing_support::kSource;
 using testing_support::Shipped;
@@ -45,7 +41,7 @@ TEST(RecordSeam, LabelsAreWhereTheHeightsRise) {
     const Recording recording = RecordSeam(experiment, sensor, number);
     ASSERT_EQ(recording.raw.size(), recording.label_column.size());
     for (std::size_t i = 0; i < recording.raw.size(); ++i) {
-      const auto z = seam::Calibrate(recording.raw[i], calibration).height_m;
+      const auto z = Calibrate(recording.raw[i], calibration).height_m;
       // The steepest rise over three columns.
       std::size_t best = 3;
       for (std::size_t c = 3; c + 3 < z.size(); ++c) {
@@ -123,7 +119,7 @@ TEST(ReadSeamExperiment, NamesWhatIsWrong) {
 }
 
 TEST(HazardOf, IsAnObstacleOrAnEndBeforeTheTracks) {
-  stitching::MatOptions mats;
+  MatOptions mats;
   EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kNone);
   mats.end_y_m = 1.5;
   EXPECT_EQ(HazardOf(mats, 1.0), Hazard::kNone);
@@ -144,4 +140,4 @@ TEST(SeamSeed, DiffersForEveryExperimentSeedAndSeam) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

@@ -8,12 +8,8 @@
 
 #include "seam/task/small_experiment.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
-
-using stitching::EdgeShape;
-using stitching::StripeSensor;
-using stitching::TrackEnd;
 using testing_support::Small;
 
 TEST(ScoreSeam, CountsEveryProfileOnceAndNestsTolerancesAndPlaces) {
@@ -52,17 +48,17 @@ TEST(ScoreSeam, CountsEveryProfileOnceAndNestsTolerancesAndPlaces) {
 class ScoreRunTest : public testing::Test {
  protected:
   // Rests at y with the line `ahead` = 80 mm before it.
-  RunResult At(double y_m, TrackEnd end, const stitching::MatOptions& mats) const {
-    TrackedRun run{stitching::Mats(mats, 1), {}};
+  RunResult At(double y_m, TrackEnd end, const MatOptions& mats) const {
+    TrackedRun run{Mats(mats, 1), {}};
     run.result.path = {{0.0, -0.005, 0.0, 0.0, 0.005}, {9.0, -0.005, y_m, 0.0, 0.005}};
     run.result.end = end;
-    return ScoreRun(experiment_, seam::DecisionMethod::kWeights, 3, run);
+    return ScoreRun(experiment_, DecisionMethod::kWeights, 3, run);
   }
   SeamExperiment experiment_ = Small("seam_hazards", 1);
 };
 
 TEST_F(ScoreRunTest, AHeadThatRestsBeforeItsLineReachesTheHazardStoppedEarly) {
-  stitching::MatOptions mats;
+  MatOptions mats;
   mats.end_y_m = 0.2;
   for (const double y : {0.05, 0.11, 0.117}) {
     EXPECT_TRUE(At(y, TrackEnd::kMatEnd, mats).stopped_early) << y;
@@ -85,7 +81,7 @@ TEST_F(ScoreRunTest, AHeadThatCameToTheEndDidNotStopEarlyAndFollowedWhatIsBehind
   EXPECT_EQ(At(0.08, TrackEnd::kLost, {}).settled_m, 0.0);
   EXPECT_TRUE(At(0.08, TrackEnd::kLost, {}).stopped_early);
   EXPECT_EQ(done.run, 3);
-  EXPECT_EQ(done.method, seam::DecisionMethod::kWeights);
+  EXPECT_EQ(done.method, DecisionMethod::kWeights);
 }
 
 TEST(Tally, CountsErrorsUpToAndWithATolerance) {
@@ -100,4 +96,4 @@ TEST(Tally, CountsErrorsUpToAndWithATolerance) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

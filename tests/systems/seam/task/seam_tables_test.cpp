@@ -8,16 +8,15 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "seam/task/seam_json.h"
+#include "seam/task/seam_score.h"
 #include "seam/task/small_experiment.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
 using experiment::Record;
 using experiment::Report;
-using stitching::EdgeShape;
 using testing::HasSubstr;
 using testing_support::Shipped;
 using testing_support::TempFolder;
@@ -25,7 +24,7 @@ using Cells = std::vector<std::string>;
 
 Record RecordOf(const SeamParams& params, const std::string& data) {
   Record record;
-  record.which.params = ToJson(params);
+  record.which.params = ParamsOf(params);
   record.result = {"measured", "score", "", data, {}};
   return record;
 }
@@ -156,10 +155,10 @@ TEST(SeamTables, HazardsThatCameIntoViewAreFoundOrReached) {
     RunResult r;
     r.run = run;
     r.hazard = Hazard::kObstacle;
-    r.end = run < 3 ? stitching::TrackEnd::kObstacle : stitching::TrackEnd::kMatEnd;
+    r.end = run < 3 ? TrackEnd::kObstacle : TrackEnd::kMatEnd;
     if (run == 3) r.stopped_early = true;
     if (run == 4) {
-      r.end = stitching::TrackEnd::kDone;
+      r.end = TrackEnd::kDone;
       r.reached_hazard = true;
     }
     records.push_back(RunRecord(r));
@@ -193,7 +192,7 @@ TEST(SeamTables, TracksAreWeightedByTheirLength) {
 TEST(SeamTables, RunsThatStoppedEarlyAreListed) {
   RunResult early;
   early.run = 7;
-  early.end = stitching::TrackEnd::kMatEnd;
+  early.end = TrackEnd::kMatEnd;
   early.stopped_early = true;
   early.rest_m = 0.2135;
   const Report report = ReportOn(Shipped("seam_track"), {RunRecord({}), RunRecord(early)});
@@ -227,7 +226,7 @@ TEST(SeamTables, ACrashedCaseCountsAsFailed) {
   RunResult done;
   done.settled_m = 0.3;
   done.share_within_1mm = 1.0;
-  params.method = seam::DecisionMethod::kVoting;
+  params.method = DecisionMethod::kVoting;
   const Report tracks = ReportOn(Shipped("seam_track"), {RunRecord(done), Crashed(params)});
   const Cells& row = tracks.sections[0].grid.rows[0];
   EXPECT_EQ((Cells{row[1], row[2], row[3], row[8]}), (Cells{"2", "1", "1", "50.00"}));
@@ -278,4 +277,4 @@ TEST(SeamRows, AreOneALineInOrder) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

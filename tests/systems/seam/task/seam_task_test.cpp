@@ -11,11 +11,11 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "experiment/view.h"
-#include "seam/task/seam_json.h"
+#include "seam/task/seam_score.h"
 #include "seam/task/small_experiment.h"
 #include "temp_folder.h"
 
-namespace rangegrasp::seam_task {
+namespace rangegrasp::seam {
 namespace {
 
 using experiment::Case;
@@ -93,7 +93,7 @@ TEST(SeamTask, ResultsAreReadBackTheSame) {
   for (const Case& c : task->Cases()) {
     const Result result = task->Run(c);
     const SeamParams params = ParamsFrom(c.params);
-    EXPECT_EQ(ToJson(params), c.params);
+    EXPECT_EQ(ParamsOf(params), c.params);
     EXPECT_EQ(ToJson(RunResultFrom(params, result.data)), result.data);
     EXPECT_GT(nlohmann::json::parse(result.data)["settled_m"], 0.0);
     EXPECT_EQ(result.outcome, nlohmann::json::parse(result.data)["end"]);
@@ -102,15 +102,17 @@ TEST(SeamTask, ResultsAreReadBackTheSame) {
   for (const Case& c : rates->Cases()) {
     const Result result = rates->Run(c);
     const SeamParams params = ParamsFrom(c.params);
-    EXPECT_EQ(ToJson(params), c.params);
+    EXPECT_EQ(ParamsOf(params), c.params);
     EXPECT_EQ(ToJson(SeamResultFrom(params, result.data)), result.data);
     EXPECT_EQ(result.outcome, "measured");
   }
 }
 
-TEST(SeamTask, DamagedRecordsAreToldAsSuch) {
-  for (const char* text : {"", "{", "[]", "{\"seam\": 3}", "{\"run\": 1, \"shape\": \"step\"}"}) {
-    EXPECT_THROW(ParamsFrom(text), base::RunError) << text;
+TEST(SeamTask, DamagedRecordsAreRefused) {
+  for (const experiment::Params& params :
+       {experiment::Params(), experiment::Params{{"seam", 3}},
+        experiment::Params{{"run", 1}, {"shape", "step"}}}) {
+    EXPECT_THROW(ParamsFrom(params), base::InputError) << ToJson(params);
   }
   EXPECT_THROW(SeamResultFrom({}, "{}"), base::RunError);
   EXPECT_THROW(RunResultFrom({}, "{}"), base::RunError);
@@ -230,4 +232,4 @@ TEST(SeamTask, EveryKeyIsDocumented) {
 }
 
 }  // namespace
-}  // namespace rangegrasp::seam_task
+}  // namespace rangegrasp::seam

@@ -8,12 +8,12 @@ namespace rangegrasp::testing_support {
 
 inline const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
-inline seam_task::SeamExperiment Shipped(const std::string& name) {
-  return seam_task::ReadSeamExperiment(kSource / "experiments" / (name + ".yaml"));
+inline seam::SeamExperiment Shipped(const std::string& name) {
+  return seam::ReadSeamExperiment(kSource / "experiments" / (name + ".yaml"));
 }
 
 /// A small one, of a seed that nothing is reported on.
-inline seam_task::SeamExperiment Small(const std::string& name, int seams) {
+inline seam::SeamExperiment Small(const std::string& name, int seams) {
   auto experiment = Shipped(name);
   experiment.seed = 4711;
   experiment.seams = seams;

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "base/image/png.h"
+#include "base/image/image.h"
 #include "cli/command.h"
 #include "sensing/hand_eye.h"
 #include "stereo/hand_eye.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "base/file.h"
-#include "base/image/png.h"
+#include "base/image/image.h"
 #include "base/rng.h"
 #include "cli/command.h"
 #include "geometry/cloud_file.h"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "base/file.h"
-#include "base/image/png.h"
+#include "base/image/image.h"
 #include "cli/command.h"
 #include "geometry/cloud_file.h"
 #include "stereo/synthetic_pair.h"

@@ -14,6 +14,85 @@
 namespace rangegrasp::sensing {
 namespace {
 
+stereo::Camera Lens() {
+  return {200, 150, 250.0, 250.0, 101.3, 72.8, -0.11, 0.14, 6e-4, -4e-4, 0.0};
+}
+
+/// A picture whose red is the column and whose green is the row.
+image::Image Ruler(int width, int height) {
+  image::Image picture{width, height, {}};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      picture.rgb.push_back(static_cast<std::uint8_t>(x));
+      picture.rgb.push_back(static_cast<std::uint8_t>(y));
+      picture.rgb.push_back(0);
+    }
+  }
+  return picture;
+}
+
+// A pixel shows what lies on its ray (equations 5.10 to 5.12, undone).
+TEST(LensMap, ShowsWhatEachPixelsRaySees) {
+  const stereo::Camera lens = Lens();
+  const LensMap map(lens);
+  ASSERT_LT(map.drawn_width(), 256);
+  const image::Image ruler = Ruler(map.drawn_width(), map.drawn_height());
+  std::vector<std::int32_t> row;
+  for (int y = 0; y < lens.height; ++y) {
+    map.SampleRow(ruler, y, row);
+    for (int x = 0; x < lens.width; ++x) {
+      const Eigen::Vector2d wanted =
+          lens.fx * stereo::RayOf(lens, {x, y}).head<2>() + map.drawn_center_px();
+      const auto at = 3 * static_cast<std::size_t>(x);
+      // Places are kept to 1/256 px, values to 1/64 of a level.
+      EXPECT_NEAR(double(row[at]) / LensMap::kOne, wanted.x(), 0.03);
+      EXPECT_NEAR(double(row[at + 1]) / LensMap::kOne, wanted.y(), 0.03);
+    }
+  }
+}
+
+TEST(LensMap, RefusesADistortionThatFoldsThePicture) {
+  stereo::Camera lens = Lens();
+  lens.k1 = -3.0;
+  EXPECT_THROW(LensMap{lens}, std::invalid_argument);
+}
+
+TEST(Blur, SpreadsAPointByItsDeviation) {
+  image::Image picture{9, 9, std::vector<std::uint8_t>(9 * 9 * 3, 0)};
+  picture.rgb[3 * (4 * 9 + 4)] = 255;
+  Blur(picture, 0.6);
+  double sum = 0.0, squares = 0.0;
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 9; ++x) {
+      const double red = picture.rgb[static_cast<std::size_t>(3 * (y * 9 + x))];
+      sum += red;
+      squares += red * (x - 4) * (x - 4);
+    }
+  }
+  EXPECT_NEAR(sum, 255, 5);                     // nine roundings
+  EXPECT_NEAR(squares / sum, 0.6 * 0.6, 0.02);  // of levels of 255
+}
+
+TEST(PixelNoise, HasItsDeviationAndNoMean) {
+  const PixelNoise noise(192.0);
+  base::Rng rng(4);
+  std::vector<std::int32_t> values(1000000, 0);
+  noise.AddTo(values, rng);
+  double sum = 0.0, squares = 0.0;
+  for (const std::int32_t value : values) {
+    sum += value;
+    squares += double(value) * value;
+  }
+  const auto n = static_cast<double>(values.size());
+  EXPECT_NEAR(sum / n, 0.0, 5 * 192 / std::sqrt(n));
+  // Five standard errors; 4,096 quantiles lack 0.04 % of the variance.
+  EXPECT_NEAR(std::sqrt(squares / n), 192.0, 5 * 192 / std::sqrt(2 * n) + 0.1);
+}
+
+}  // namespace
+
+namespace {
+
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
 
@@ -90,42 +169,6 @@ TEST(StereoCamera, ATurnMovesItToTheSide) {
   const Eigen::Vector3d baseline = X_SR.translation() - X_SL.translation();
   EXPECT_NEAR(baseline.norm(), 0.6 * std::sin(base::Deg(2.0)), 1e-12);  // a chord of 4 degrees
   EXPECT_GT(baseline.x(), 0.02);  // the right picture is taken from the right
-}
-
-// The numbers of the default camera, worked out by hand: 20.94 mm, and at 0.7 m 59.8 px of 11.7 mm.
-TEST(StereoNoise, FollowsFromTheNumbers) {
-  const StereoNoise noise = ExpectedStereoNoise(StereoCameraOptions{}, 0.7, 10.0, 21);
-  EXPECT_NEAR(noise.baseline_m, 0.02094, 1e-5);
-  EXPECT_NEAR(noise.disparity_px, 59.83, 0.01);
-  EXPECT_NEAR(noise.depth_per_pixel_m, 0.01170, 1e-5);
-  EXPECT_NEAR(noise.matching_px, 1.414 * 2.004 / 210.0, 1e-4);
-  EXPECT_NEAR(noise.pan_px, 0.0987, 1e-4);
-}
-
-// A window's shift by least squares reaches the bound: s = sum(g d) / sum(g g) for slopes g and
-// differences d.
-TEST(StereoNoise, IsWhatLeastSquaresOfAWindowLeave) {
-  constexpr int kWindow = 9;
-  const double slope = 6.0;
-  base::Rng rng(8);
-  const double grey_sigma = 3.0 * std::hypot(0.299, 0.587, 0.114);
-  double squares = 0.0;
-  constexpr int kWindows = 4000;
-  for (int i = 0; i < kWindows; ++i) {
-    double above = 0.0, below = 0.0;
-    for (int k = 0; k < kWindow * kWindow; ++k) {
-      const double g = slope * std::numbers::sqrt2 * std::sin(0.7 * k);
-      const double left = grey_sigma * rng.Normal();
-      const double right = grey_sigma * rng.Normal();
-      above += g * (left - right);
-      below += g * g;
-    }
-    squares += above * above / (below * below);
-  }
-  const double wanted = ExpectedStereoNoise(StereoCameraOptions{}, 0.7, slope, kWindow).matching_px;
-  // Five standard errors, and the sine's mean square over a window.
-  EXPECT_NEAR(std::sqrt(squares / kWindows), wanted,
-              wanted * (5.0 / std::sqrt(2.0 * kWindows) + 0.01));
 }
 
 // Pictures, labels and the lens agree, to the pixel: beside it they agree less. The print of the
@@ -260,4 +303,5 @@ TEST(StereoCameraOptions, NameWhatIsWrong) {
 }
 
 }  // namespace
+
 }  // namespace rangegrasp::sensing

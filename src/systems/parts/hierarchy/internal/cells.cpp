@@ -6,14 +6,100 @@
 #include <map>
 #include <utility>
 
-#include "parts/hierarchy/internal/patches.h"
-#include "parts/shape/internal/pieces.h"
+#include "geometry/graph.h"
+#include "geometry/kd_tree.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 using geometry::ShortestPaths;
-using Seeds = std::vector<std::uint32_t>;
+
+// ---- bends ----
+
+/// Side of the patches that stand for their edges, of the scale: within it bends are seen as one.
+constexpr double kPatchSide = 0.25;
+/// Weight of a convex bend compared with a concave one: cuts run along grooves and seldom along
+/// ridges (minima rule).
+constexpr double kConvexShare = 0.25;
+
+/// Sine of the angle between two faces that lie on each other, at most: rounding decides which of
+/// them is above, so that the edge where they meet is neither ridge nor groove.
+constexpr double kFold = 0.01;
+
+/// Cosine below which a normal points away. That of a wall at a right angle does, whatever rounding
+/// makes of it.
+constexpr double kAway = 0.001;
+
+/// The angle between two faces, > 0 where they are convex; 0 where they are folded on each other.
+double Dihedral(const FaceFrames& frames, std::uint32_t f, std::uint32_t g) {
+  const Eigen::Vector3d& n = frames.normal[f];
+  const Eigen::Vector3d& m = frames.normal[g];
+  const double sine = n.cross(m).norm();
+  if (n.dot(m) < 0.0 && sine < kFold) return 0.0;
+  const double angle = std::atan2(sine, n.dot(m));
+  return n.dot(frames.center[g] - frames.center[f]) > 0.0 ? -angle : angle;
+}
+
+/// A mesh in patches: the connected faces whose centers lie in the same cube of a grid.
+struct Patches {
+  Labels of_face;
+  FaceFrames frames;  ///< of the patches
+};
+
+/// Patches are numbered by their first faces. O(n).
+Patches CutByGrid(const FaceGraph& faces, const FaceFrames& frames, double side) {
+  const std::size_t count = frames.area.size();
+  std::vector<Eigen::Vector3i> cube;
+  for (const Eigen::Vector3d& p : frames.center) {
+    cube.emplace_back((p / side).array().floor().cast<int>());
+  }
+  geometry::UnionFind sets(count);
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
+    if (g > f && cube[g] == cube[f]) sets.Unite(f, g);
+  });
+  Patches patches;
+  Labels number(count, -1);
+  std::int32_t numbers = 0;
+  for (std::uint32_t f = 0; f < count; ++f) {
+    std::int32_t& own = number[sets.Find(f)];
+    if (own < 0) own = numbers++;
+    patches.of_face.push_back(own);
+  }
+  patches.frames = GroupFrames(frames, patches.of_face, numbers);
+  return patches;
+}
+
+/// sum_e beta(e) |e| e e^T over the edges of each patch; an edge between two counts half in each.
+std::vector<Eigen::Matrix3d> BendsOfPatches(const Shape& mesh, const FaceGraph& faces,
+                                            const FaceFrames& frames, const Patches& patches) {
+  std::vector<Eigen::Matrix3d> bends(patches.frames.area.size(), Eigen::Matrix3d::Zero());
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    const Eigen::Vector3d edge = mesh.points[faces.edge[k][1]] - mesh.points[faces.edge[k][0]];
+    const double length = edge.norm();
+    if (length == 0.0) return;
+    const double weight = 0.5 * Dihedral(frames, f, g) / length;
+    bends[patches.of_face[f]] += weight * edge * edge.transpose();
+  });
+  return bends;
+}
+
+/// The tensors of the ball round each patch.
+std::vector<Eigen::Matrix3d> BendsOfBalls(const FaceFrames& patches,
+                                          const std::vector<Eigen::Matrix3d>& bends, double scale) {
+  const geometry::KdTree tree(patches.center);
+  std::vector<geometry::KdTree::Neighbor> near;
+  std::vector<Eigen::Matrix3d> of_ball(bends.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t p = 0; p < bends.size(); ++p) {
+    tree.Within(patches.center[p], scale, near);
+    for (const auto& other : near) {
+      if (patches.normal[p].dot(patches.normal[other.index]) < kAway) continue;
+      of_ball[p] += 2.0 * (1.0 - std::sqrt(other.squared_distance) / scale) * bends[other.index];
+    }
+  }
+  return of_ball;
+}
+
+// ---- cells ----
 
 /// Area of a patch of the grid below which it has no seed, of a cube's side: a corner cut off.
 constexpr double kMinPatch = 0.3;
@@ -21,13 +107,13 @@ constexpr double kMinPatch = 0.3;
 constexpr int kRounds = 2;
 
 /// Of each set of faces that has a center the face nearest to it; none where the center is absent.
-Seeds NearestFaces(const FaceFrames& frames, const std::vector<std::int32_t>& set_of_face,
-                   const geometry::Points& center, const std::vector<bool>& wanted) {
+Indices NearestFaces(const FaceFrames& frames, const Labels& set_of_face, const Points& center,
+                     const std::vector<bool>& wanted) {
   constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
   std::vector<double> nearest(center.size(), ShortestPaths::kFar);
-  Seeds face(center.size(), kNoCell);
+  Indices face(center.size(), kNoCell);
   for (std::uint32_t f = 0; f < set_of_face.size(); ++f) {
-    const auto set = static_cast<std::size_t>(set_of_face[f]);
+    const std::int32_t set = set_of_face[f];
     const double squared = (frames.center[f] - center[set]).squaredNorm();
     if (!wanted[set] || squared >= nearest[set]) continue;
     nearest[set] = squared;
@@ -38,36 +124,30 @@ Seeds NearestFaces(const FaceFrames& frames, const std::vector<std::int32_t>& se
 }
 
 /// A seed in each large patch of the grid, and one in the largest patch of a piece without.
-Seeds GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side) {
-  const Patches patches = CutByGrid(faces, frames, side);
-  std::vector<bool> wanted(patches.size());
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    wanted[p] = patches.area[p] >= kMinPatch * side * side;
-  }
-  std::vector<std::int32_t> piece;
-  const auto pieces = static_cast<std::size_t>(
-      LabelPieces(faces, std::vector<bool>(frames.area.size(), true), piece));
-  std::vector<std::int32_t> largest(pieces, -1);
+Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side) {
+  const auto& [of_face, patches] = CutByGrid(faces, frames, side);
+  std::vector<bool> wanted;
+  for (const double area : patches.area) wanted.push_back(area >= kMinPatch * side * side);
+  Labels piece;
+  const std::int32_t pieces =
+      LabelPieces(faces, std::vector<bool>(frames.area.size(), true), piece);
+  Labels largest(pieces, -1);
   std::vector<bool> has(pieces, false);
   for (std::size_t f = 0; f < piece.size(); ++f) {
-    const auto of = static_cast<std::size_t>(piece[f]);
-    const std::int32_t p = patches.of_face[f];
-    has[of] = has[of] || wanted[static_cast<std::size_t>(p)];
-    if (largest[of] < 0 || patches.area[static_cast<std::size_t>(p)] >
-                               patches.area[static_cast<std::size_t>(largest[of])]) {
-      largest[of] = p;
-    }
+    const std::int32_t p = of_face[f];
+    if (wanted[p]) has[piece[f]] = true;
+    std::int32_t& best = largest[piece[f]];
+    if (best < 0 || patches.area[p] > patches.area[best]) best = p;
   }
-  for (std::size_t of = 0; of < pieces; ++of) {
-    if (!has[of]) wanted[static_cast<std::size_t>(largest[of])] = true;
+  for (std::int32_t k = 0; k < pieces; ++k) {
+    if (!has[k]) wanted[largest[k]] = true;
   }
-  return NearestFaces(frames, patches.of_face, patches.center, wanted);
+  return NearestFaces(frames, of_face, patches.center, wanted);
 }
 
 /// The seed that each face is nearest to.
-std::vector<std::int32_t> NearestSeeds(const FaceGraph& faces, const std::vector<double>& step,
-                                       const Seeds& seeds) {
-  std::vector<std::int32_t> cell(faces.begin.size() - 1, -1);
+Labels NearestSeeds(const FaceGraph& faces, const std::vector<double>& step, const Indices& seeds) {
+  Labels cell(faces.begin.size() - 1, -1);
   for (std::size_t s = 0; s < seeds.size(); ++s) cell[seeds[s]] = static_cast<std::int32_t>(s);
   std::vector<double> distance(cell.size(), ShortestPaths::kFar);
   ShortestPaths().Lower(seeds, distance, [&](std::uint32_t f, double d, const auto& reach) {
@@ -78,71 +158,81 @@ std::vector<std::int32_t> NearestSeeds(const FaceGraph& faces, const std::vector
   return cell;
 }
 
-void Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
-               const std::vector<double>& costs, std::size_t count, Cells& cells) {
-  cells.center.assign(count, Eigen::Vector3d::Zero());
-  cells.normal.assign(count, Eigen::Vector3d::Zero());
-  cells.area.assign(count, 0.0);
-  struct Border {
-    double cost = 0.0;
-    double length = 0.0;
-  };
-  std::vector<std::map<std::uint32_t, Border>> borders(count);
-  for (std::uint32_t f = 0; f < frames.area.size(); ++f) {
-    const auto c = static_cast<std::size_t>(cells.of_face[f]);
-    cells.center[c] += frames.area[f] * frames.center[f];
-    cells.normal[c] += frames.area[f] * frames.normal[f];
-    cells.area[c] += frames.area[f];
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      const std::int32_t other = cells.of_face[faces.neighbor[k]];
-      if (other == cells.of_face[f]) continue;
-      Border& border = borders[c][static_cast<std::uint32_t>(other)];
-      border.cost += costs[k];
-      border.length += (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
-    }
-  }
-  cells.links.resize(count);
-  cells.on_edge.assign(count, false);
+/// The cells that some faces make.
+Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                const std::vector<double>& costs, const Labels& of_face, std::size_t count) {
+  FaceFrames sums = GroupFrames(frames, of_face, count);
+  Cells cells{of_face,
+              std::vector<std::vector<Cells::Link>>(count),
+              std::move(sums.center),
+              std::move(sums.normal),
+              std::move(sums.area),
+              std::vector<bool>(count, false)};
+  std::vector<std::map<std::uint32_t, Cells::Link>> borders(count);
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    if (of_face[g] == of_face[f]) return;
+    const auto to = static_cast<std::uint32_t>(of_face[g]);
+    Cells::Link& border = borders[of_face[f]].try_emplace(to, Cells::Link{to, 0, 0}).first->second;
+    border.cost += costs[k];
+    border.length += (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
+  });
   for (std::size_t c = 0; c < count; ++c) {
-    cells.center[c] /= cells.area[c];
-    if (cells.normal[c].norm() > 0.0) cells.normal[c].normalize();
-    for (const auto& [to, border] : borders[c]) {
-      cells.links[c].push_back({to, border.cost, border.length});
-    }
-  }
-}
-
-}  // namespace
-
-Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
-                 const std::vector<double>& bends, const std::vector<double>& costs, int count,
-                 double crease) {
-  const std::size_t n = frames.area.size();
-  std::vector<double> step(bends.size());
-  for (std::uint32_t f = 0; f < n; ++f) {
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      step[k] = (frames.center[f] - frames.center[faces.neighbor[k]]).norm() *
-                (1.0 + crease * std::max(0.0, bends[k]));
-    }
-  }
-  // A surface lies in about 1.5 area / side^2 patches, two thirds of which have a seed.
-  Seeds seeds = GridSeeds(faces, frames, std::sqrt(frames.total_area / count));
-  Cells cells;
-  for (int round = 0; round <= kRounds; ++round) {
-    cells = {};
-    cells.of_face = NearestSeeds(faces, step, seeds);
-    Summarize(mesh, faces, frames, costs, seeds.size(), cells);
-    if (round < kRounds) {
-      seeds =
-          NearestFaces(frames, cells.of_face, cells.center, std::vector<bool>(seeds.size(), true));
-    }
+    for (const auto& [to, border] : borders[c]) cells.links[c].push_back(border);
   }
   return cells;
 }
 
-Cells Subset(const Cells& cells, const std::vector<std::uint32_t>& some) {
+}  // namespace
+
+std::vector<double> EdgeBends(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                              double scale) {
+  const Patches patches = CutByGrid(faces, frames, kPatchSide * scale);
+  const auto of_ball =
+      BendsOfBalls(patches.frames, BendsOfPatches(mesh, faces, frames, patches), scale);
+  std::vector<double> bends(faces.neighbor.size(), 0.0);
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    const auto& here = of_ball[patches.of_face[f]];
+    const auto& there = of_ball[patches.of_face[g]];
+    const Eigen::Vector3d along =
+        (mesh.points[faces.edge[k][1]] - mesh.points[faces.edge[k][0]]).normalized();
+    bends[k] = -along.dot((here + there) * along) / (4.0 * scale);
+  });
+  return bends;
+}
+
+std::vector<double> BendCosts(const Shape& mesh, const FaceGraph& faces,
+                              const std::vector<double>& bends, double gain) {
+  std::vector<double> costs(bends.size());
+  for (std::size_t k = 0; k < costs.size(); ++k) {
+    const double length = (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
+    costs[k] = length *
+               (bends[k] > 0.0 ? std::exp(-gain * bends[k]) : 1.0 - kConvexShare * gain * bends[k]);
+  }
+  return costs;
+}
+
+Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                 const std::vector<double>& bends, const std::vector<double>& costs, int count,
+                 double crease) {
+  std::vector<double> step(bends.size());
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    const double length = (frames.center[f] - frames.center[g]).norm();
+    step[k] = length * (1.0 + crease * std::max(0.0, bends[k]));
+  });
+  // A surface lies in about 1.5 area / side^2 patches, two thirds of which have a seed.
+  Indices seeds = GridSeeds(faces, frames, std::sqrt(frames.total_area / count));
+  Cells cells;
+  for (int round = 0; round <= kRounds; ++round) {
+    cells = Summarize(mesh, faces, frames, costs, NearestSeeds(faces, step, seeds), seeds.size());
+    const std::vector<bool> all(seeds.size(), true);
+    if (round < kRounds) seeds = NearestFaces(frames, cells.of_face, cells.center, all);
+  }
+  return cells;
+}
+
+Cells Subset(const Cells& cells, const Indices& some) {
   constexpr std::uint32_t kOut = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(cells.size(), kOut);
+  Indices number(cells.size(), kOut);
   for (std::uint32_t k = 0; k < some.size(); ++k) number[some[k]] = k;
   Cells subset;
   subset.links.resize(some.size());

@@ -1,12 +1,22 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "parts/shape/face_frames.h"
 #include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
+
+/// How much the surface bends across each edge, seen at a scale [rad; > 0 where it is concave]: the
+/// curvature tensor of Cohen-Steiner and Morvan (2003) over the ball B of radius `scale` round the
+/// edge, across its direction d: -sum_e beta(e) |e n B| w(e) (d . e)^2 / (2 scale), with the angle
+/// beta of each edge e in B whose normal does not point away and its weight w = 2 (1 - distance /
+/// scale). A long straight crease alone in the ball has its own dihedral angle. Parallel to
+/// FaceGraph::neighbor. O(n log n) for a mesh of evenly large faces.
+std::vector<double> EdgeBends(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                              double scale);
+
+/// What cutting along an edge costs: its length times exp(-gain * bend) where it is concave and
+/// 1 + gain / 4 * |bend| where it is convex. Parallel to FaceGraph::neighbor.
+std::vector<double> BendCosts(const Shape& mesh, const FaceGraph& faces,
+                              const std::vector<double>& bends, double gain);
 
 /// A mesh in cells of faces that end at concave creases.
 struct Cells {
@@ -15,10 +25,10 @@ struct Cells {
     double cost;    ///< of cutting along the border
     double length;  ///< of the border
   };
-  std::vector<std::int32_t> of_face;
+  Labels of_face;
   std::vector<std::vector<Link>> links;  ///< to touching cells, ascending
-  geometry::Points center;
-  geometry::Points normal;  ///< unit, or zero
+  Points center;
+  Points normal;  ///< unit, or zero
   std::vector<double> area;
   std::vector<bool> on_edge;  ///< touches cells that were left out
 
@@ -33,6 +43,6 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
                  double crease);
 
 /// Some cells as cells of their own, in the order given; of_face stays empty.
-Cells Subset(const Cells& cells, const std::vector<std::uint32_t>& some);
+Cells Subset(const Cells& cells, const Indices& some);
 
 }  // namespace rangegrasp::parts

@@ -1,9 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "parts/shape/face_frames.h"
 #include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
@@ -12,17 +8,16 @@ namespace rangegrasp::parts {
 /// along the cubes of a grid, so that it does not matter how a flat piece is cut into triangles.
 struct Facets {
   Shape mesh;
-  std::vector<std::uint32_t> origin;  ///< of each face of the mesh: the face it is a part of
-  std::vector<std::int32_t> of_face;  ///< of the mesh
-  FaceGraph graph;                    ///< of facets; two may share several edges
-  FaceFrames frames;                  ///< of facets
+  Indices origin;     ///< of each face of the mesh: the face it is a part of
+  Labels of_face;     ///< of the mesh
+  FaceGraph graph;    ///< of facets; two may share several edges
+  FaceFrames frames;  ///< of facets
 };
 /// Facets are numbered by the coordinates of their centers. O(n log n).
 /// @param side  of the cubes; a facet is large if its area is more than half a cube's side.
 Facets MakeFacets(const Shape& mesh, double side);
 
 /// Labels of the faces of origin: that of the largest share of its area, ties the lower one.
-std::vector<std::int32_t> LabelsOfOrigin(const Facets& facets, std::size_t faces,
-                                         const std::vector<std::int32_t>& label_of_facet);
+Labels LabelsOfOrigin(const Facets& facets, std::size_t faces, const Labels& label_of_facet);
 
 }  // namespace rangegrasp::parts

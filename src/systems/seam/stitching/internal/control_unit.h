@@ -1,14 +1,74 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "seam/stitching/closed_loop.h"
-#include "seam/stitching/correction.h"
-#include "seam/stitching/internal/head.h"
+#include "seam/stitching/internal/seam_path.h"
 
-namespace rangegrasp::stitching::internal {
+namespace rangegrasp::seam {
+
+/// A tenth of the period of corrections, so that a correction is carried out in small steps.
+constexpr double kControlPeriod_s = 0.01;
+
+/// The stitching head over the mats, in frame M. Its own frame H has the needle at its origin, x
+/// along the sensor's line and y ahead; at heading 0 it is parallel to M.
+struct HeadState {
+  Point needle = Point::Zero();
+  Point velocity = Point::Zero();  ///< [m/s]
+  double heading_rad = 0.0;        ///< counter-clockwise seen from above
+  double rotation_rad_s = 0.0;
+
+  /// The sensor's line at a distance ahead of the needle.
+  LinePose Line(double ahead_m) const;
+};
+
+/// What the control unit asks of the head for the next control period.
+struct HeadCommand {
+  Point velocity = Point::Zero();
+  double heading_rad = 0.0;
+};
+
+/// One control period later. Whatever is asked: speed <= speed_m_s, |velocity across the track| <=
+/// max_lateral_speed_m_s, and acceleration, rotation and its acceleration within their limits.
+HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options);
+
+/// The fastest speed from which a head that reacts after a time rests within a distance, with the
+/// share of its acceleration that a route spends on braking.
+double SafeSpeed(double distance_m, double reaction_s, const HeadOptions& options);
+
+/// A path for the needle with the speed that the head's limits allow at each of its points.
+class Route {
+ public:
+  Route() = default;
+  /// @param path  a polyline, with y mostly ascending.
+  /// @param speed_m_s  not faster than this, besides options.speed_m_s.
+  Route(std::span<const Point> path, double speed_m_s, const HeadOptions& options);
+
+  /// A point of the path.
+  struct Place {
+    Point point;
+    Point tangent;  ///< unit
+    double speed_m_s = 0.0;
+    double s_m = 0.0;  ///< from the path's start
+  };
+  /// The path's point that is nearest to `to`. The path must have two points.
+  Place Nearest(const Point& to) const;
+  /// Length from a place on to where the path first reaches y; infinite if it does not.
+  double LengthTo(const Place& from, double y_m) const;
+  /// The first point after `from` that is this far away from it in a straight line; the path's end
+  /// if it is too short.
+  Point AtDistance(const Place& from, double distance_m) const;
+
+ private:
+  std::vector<Point> points_;
+  std::vector<double> speed_;
+};
+
+/// Speed at which a head that brakes steadily is at rest a distance on.
+double BrakingSpeed(double distance_m, const HeadOptions& options);
 
 /// The robot control unit: knows the CAD track, its own poses and the corrections that arrive as
 /// XML, and from them tells the head where to go. It never sees the mats.
@@ -53,4 +113,4 @@ class ControlUnit {
   std::optional<TrackEnd> end_;
 };
 
-}  // namespace rangegrasp::stitching::internal
+}  // namespace rangegrasp::seam

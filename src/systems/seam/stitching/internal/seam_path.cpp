@@ -7,21 +7,21 @@
 #include <limits>
 #include <optional>
 
-namespace rangegrasp::stitching::internal {
+namespace rangegrasp::seam {
 namespace {
 
-// Windows round and beside a point; at a high speed wider ones, with this many points a side.
+// Windows round and next to a point; at a high speed wider ones, with this many points a side.
 constexpr std::array kWindows_m = {15e-3, 8e-3};
 constexpr double kPointsASide = 5.0;
 // Sensed points are good to a tenth of a millimetre, or else off by anything.
 constexpr double kNoise_m = 0.1e-3;
-// What that is worth beside the residuals that are seen, in points: few residuals may be small by
-// chance.
+// What that is worth compared with the residuals that are seen, in points: few residuals may be
+// small by chance.
 constexpr double kNoiseWorth = 2.0;
 // Residual at which a point counts half: twice the noise.
 constexpr double kInlier_m = 2.0 * kNoise_m;
 // A parabola has three terms; a fit needs two points more to tell how good it is.
-constexpr std::size_t kMinPoints = 5;
+constexpr std::size_t kMinEdgePoints = 5;
 // Points of a window of which all threes are tried: more take more time, by the third power, fewer
 // may miss the edge among outliers.
 constexpr std::size_t kMaxBasis = 12;
@@ -35,10 +35,10 @@ constexpr double kMaxCurvature_1_m = 200.0;
 // in noise of 40 %, less follows chance.
 constexpr double kSupportShare = 0.3;
 // Rounds of reweighted least squares, from a start that outliers cannot pull.
-constexpr int kRefinements = 4;
+constexpr int kSmoothRounds = 4;
 // The stretch whose direction carries an edge on, and the steepest such direction (45 degrees).
 constexpr double kExtendFrom_m = 12e-3;
-constexpr double kMaxSlope = 1.0;
+constexpr double kMaxExtendSlope = 1.0;
 
 using Parabola = Eigen::Vector3d;  // powers 0..2 of u
 
@@ -98,12 +98,12 @@ struct LocalFit {
 
 // Least squares with weights that fall with the residuals, from a start that outliers cannot pull.
 std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
-  if (seen.size() < kMinPoints) return std::nullopt;
+  if (seen.size() < kMinEdgePoints) return std::nullopt;
   auto c = MostSupported(seen, window_m);
   if (!c) return std::nullopt;
   Eigen::Matrix3d normal;
   double squares = 0.0, worth = 0.0;
-  for (int round = 0; round < kRefinements; ++round) {
+  for (int round = 0; round < kSmoothRounds; ++round) {
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     squares = worth = 0.0;
@@ -124,7 +124,7 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
   return LocalFit{(*c)[0], variance * leverage};
 }
 
-// The fit that promises most of those round and beside the point.
+// The fit that promises most of those round and next to the point.
 std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, double widen) {
   std::optional<LocalFit> best;
   std::vector<Seen> seen;
@@ -164,14 +164,14 @@ double SideX(const Point& a, const Point& b, double distance, double y) {
 
 double SlopeOf(const Point& a, const Point& b) {
   const double rise = b.y() - a.y();
-  return rise > 0.0 ? std::clamp((b.x() - a.x()) / rise, -kMaxSlope, kMaxSlope) : 0.0;
+  return rise > 0.0 ? std::clamp((b.x() - a.x()) / rise, -kMaxExtendSlope, kMaxExtendSlope) : 0.0;
 }
 
 }  // namespace
 
 std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
   std::vector<Point> smooth;
-  if (sensed.size() < kMinPoints) return smooth;
+  if (sensed.size() < kMinEdgePoints) return smooth;
   const double spacing =
       (sensed.back().y() - sensed.front().y()) / static_cast<double>(sensed.size() - 1);
   const double reach = std::max(kWindows_m.front(), kPointsASide * spacing);
@@ -242,4 +242,4 @@ std::vector<Point> RoundCorners(std::span<const Point> line, int half) {
   return out;
 }
 
-}  // namespace rangegrasp::stitching::internal
+}  // namespace rangegrasp::seam

@@ -5,12 +5,12 @@
 #include <vector>
 
 /// From sensed edge points to the needle's path. All points are in frame M: x across, y along.
-namespace rangegrasp::stitching::internal {
+namespace rangegrasp::seam {
 
 using Point = Eigen::Vector2d;
 
 /// Sensed points, of which many may be gross outliers, smoothed: each point moves to a local
-/// parabola that most of its neighbors support, over the window round or beside it that promises
+/// parabola that most of its neighbors support, over the window round or next to it that promises
 /// the smallest variance, or is dropped if none is well supported. No window has to reach across a
 /// jump of the edge, so corners stay sharp. O(n w^4) for w <= 12 points in a window.
 /// @param sensed  ascending in y.
@@ -32,4 +32,4 @@ std::vector<Point> Resample(std::span<const Point> line, double spacing_m);
 /// the ends) neighbors on each side. Ends stay where they are.
 std::vector<Point> RoundCorners(std::span<const Point> line, int half);
 
-}  // namespace rangegrasp::stitching::internal
+}  // namespace rangegrasp::seam

@@ -1,0 +1,236 @@
+#include "base/image/image.h"
+
+#include <fmt/format.h>
+#include <png.h>
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+
+#include "base/error.h"
+
+namespace rangegrasp::image {
+namespace {
+
+using base::InputError;
+
+// Deflate packs 1032 to 1 at best: a header that asks for more than the file can hold is damaged,
+// and must not make us ask for the memory.
+constexpr std::size_t kMaxPacking = 1100;
+// Files written before bear this level's bytes: zlib's own default.
+constexpr int kCompressionLevel = 6;
+
+// How a picture's pixels stand in a file.
+template <typename Picture>
+struct PixelFormat;
+template <>
+struct PixelFormat<Image> {
+  static constexpr int kColorType = PNG_COLOR_TYPE_RGB;
+  static constexpr int kBits = 8;
+  static constexpr std::size_t kChannels = 3;
+  static auto& Values(auto& picture) { return picture.rgb; }
+};
+template <typename Pixel>
+struct PixelFormat<Grey<Pixel>> {
+  static constexpr int kColorType = PNG_COLOR_TYPE_GRAY;
+  static constexpr int kBits = 8 * sizeof(Pixel);
+  static constexpr std::size_t kChannels = 1;
+  static auto& Values(auto& picture) { return picture.grey; }
+};
+
+std::string KindOf(int color_type, int bits) {
+  const char* kind = "grey";
+  if (color_type == PNG_COLOR_TYPE_GRAY_ALPHA) kind = "grey with alpha";
+  if (color_type == PNG_COLOR_TYPE_PALETTE) kind = "a palette";
+  if (color_type == PNG_COLOR_TYPE_RGB) kind = "colour";
+  if (color_type == PNG_COLOR_TYPE_RGB_ALPHA) kind = "colour with alpha";
+  return fmt::format("{}-bit {}", bits, kind);
+}
+
+// libpng leaves its functions by longjmp: between setjmp and there nothing with a destructor may
+// live, so each function that calls it holds plain values only.
+
+struct State {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::string_view bytes;          // reading: what is left
+  std::string* written = nullptr;  // writing
+  std::array<char, 160> error{};
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  void MakeInfo() {
+    info = png != nullptr ? png_create_info_struct(png) : nullptr;
+    if (info == nullptr) throw base::RunError("libpng cannot start");
+  }
+};
+
+void OnError(png_structp png, png_const_charp text) {
+  auto* state = static_cast<State*>(png_get_error_ptr(png));
+  std::snprintf(state->error.data(), state->error.size(), "%s", text);
+  png_longjmp(png, 1);
+}
+void OnWarning(png_structp, png_const_charp) {}
+
+void ReadBytes(png_structp png, png_bytep out, std::size_t count) {
+  auto* state = static_cast<State*>(png_get_io_ptr(png));
+  if (count > state->bytes.size()) png_error(png, "the file is cut off");
+  std::memcpy(out, state->bytes.data(), count);
+  state->bytes.remove_prefix(count);
+}
+
+void WriteBytes(png_structp png, png_bytep bytes, std::size_t count) {
+  auto* state = static_cast<State*>(png_get_io_ptr(png));
+  bool out_of_memory = false;
+  try {
+    state->written->append(reinterpret_cast<const char*>(bytes), count);
+  } catch (const std::bad_alloc&) {
+    out_of_memory = true;
+  }
+  if (out_of_memory) png_error(png, "out of memory");
+}
+void FlushBytes(png_structp) {}
+
+bool ReadHeader(State& state) {
+  if (setjmp(png_jmpbuf(state.png)) != 0) return false;
+  png_set_read_fn(state.png, &state, ReadBytes);
+  png_read_info(state.png, state.info);
+  return true;
+}
+
+bool ReadRows(State& state, png_bytepp rows) {
+  if (setjmp(png_jmpbuf(state.png)) != 0) return false;
+  // A file's 16-bit values have the higher byte first; this machine's the lower one.
+  png_set_swap(state.png);
+  png_read_image(state.png, rows);
+  png_read_end(state.png, nullptr);
+  return true;
+}
+
+bool WriteRows(State& state, png_uint_32 width, png_uint_32 height, int bits, int color_type,
+               png_bytepp rows) {
+  if (setjmp(png_jmpbuf(state.png)) != 0) return false;
+  png_set_write_fn(state.png, &state, WriteBytes, FlushBytes);
+  png_set_IHDR(state.png, state.info, width, height, bits, color_type, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_compression_level(state.png, kCompressionLevel);
+  png_write_info(state.png, state.info);
+  if (bits == 16) png_set_swap(state.png);
+  png_write_image(state.png, rows);
+  png_write_end(state.png, nullptr);
+  return true;
+}
+
+class Reader : public State {
+ public:
+  explicit Reader(std::string_view file) {
+    bytes = file;
+    png = png_create_read_struct(PNG_LIBPNG_VER_STRING, static_cast<State*>(this), OnError,
+                                 OnWarning);
+    MakeInfo();
+  }
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+  [[noreturn]] void Fail() const {
+    throw InputError(std::string("is not a whole PNG image: ") + error.data());
+  }
+};
+
+class Writer : public State {
+ public:
+  explicit Writer(std::string& out) {
+    written = &out;
+    png = png_create_write_struct(PNG_LIBPNG_VER_STRING, static_cast<State*>(this), OnError,
+                                  OnWarning);
+    MakeInfo();
+  }
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+};
+
+// The first byte of each row. libpng takes rows to write without const, and leaves them alone.
+template <typename Value>
+std::vector<png_bytep> RowsOf(const Value* values, std::size_t rows, std::size_t values_per_row) {
+  std::vector<png_bytep> begins(rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    begins[row] = reinterpret_cast<png_bytep>(const_cast<Value*>(values + row * values_per_row));
+  }
+  return begins;
+}
+
+}  // namespace
+
+template <typename Picture>
+Picture DecodePng(std::string_view bytes) {
+  using Format = PixelFormat<Picture>;
+  constexpr std::size_t kSignature = 8;  // bytes
+  if (bytes.size() < kSignature ||
+      png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, kSignature) != 0) {
+    throw InputError("is not a PNG image");
+  }
+  Reader reader(bytes);
+  if (!ReadHeader(reader)) reader.Fail();
+  const int type = png_get_color_type(reader.png, reader.info);
+  const int bits = png_get_bit_depth(reader.png, reader.info);
+  if (type != Format::kColorType || bits != Format::kBits) {
+    throw InputError(fmt::format("is {}; {} is needed", KindOf(type, bits),
+                                 KindOf(Format::kColorType, Format::kBits)));
+  }
+  const std::size_t width = png_get_image_width(reader.png, reader.info);
+  const std::size_t height = png_get_image_height(reader.png, reader.info);
+  if (width * height / kMaxPacking > bytes.size()) {
+    throw InputError(
+        fmt::format("is not a whole PNG image: too short for {} x {} pixels", width, height));
+  }
+  Picture picture{static_cast<int>(width), static_cast<int>(height), {}};
+  auto& values = Format::Values(picture);
+  values.resize(width * height * Format::kChannels);
+  std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);
+  if (!ReadRows(reader, rows.data())) reader.Fail();
+  return picture;
+}
+
+template <typename Picture>
+Picture ReadPng(const std::filesystem::path& file) {
+  const std::string bytes = base::ReadFile(file);
+  try {
+    return DecodePng<Picture>(bytes);
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
+template <typename Picture>
+std::string EncodePng(const Picture& picture) {
+  using Format = PixelFormat<Picture>;
+  const auto& values = Format::Values(picture);
+  const auto width = static_cast<std::size_t>(picture.width);
+  const auto height = static_cast<std::size_t>(picture.height);
+  if (picture.width <= 0 || picture.height <= 0 ||
+      values.size() != width * height * Format::kChannels) {
+    throw std::invalid_argument(fmt::format("PNG: {} values are no picture of {} x {} pixels",
+                                            values.size(), picture.width, picture.height));
+  }
+  std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);
+  std::string written;
+  Writer writer(written);
+  if (!WriteRows(writer, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+                 Format::kBits, Format::kColorType, rows.data())) {
+    throw base::RunError(std::string("libpng: ") + writer.error.data());
+  }
+  return written;
+}
+
+template Image DecodePng(std::string_view);
+template Grey8 DecodePng(std::string_view);
+template Grey16 DecodePng(std::string_view);
+template Image ReadPng(const std::filesystem::path&);
+template Grey8 ReadPng(const std::filesystem::path&);
+template Grey16 ReadPng(const std::filesystem::path&);
+template std::string EncodePng(const Image&);
+template std::string EncodePng(const Grey8&);
+template std::string EncodePng(const Grey16&);
+}  // namespace rangegrasp::image

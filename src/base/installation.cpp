@@ -1,0 +1,98 @@
+#include "base/installation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "base/words.h"
+
+namespace rangegrasp::base {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kVariable = "RANGEGRASP_DATA";
+
+bool IsDataFolder(const fs::path& folder) {
+  const auto holds = [&](const char* name) { return fs::is_directory(folder / name); };
+  return holds("models") && holds("scenes") && holds("experiments");
+}
+
+// Whether a name may be looked for among the program's own experiments: a path to somewhere else
+// that does not exist is a mistake, whatever its last part is called.
+bool IsName(const fs::path& experiment) {
+  const fs::path folder = experiment.parent_path();
+  return experiment.has_filename() && (folder.empty() || folder == "experiments");
+}
+
+std::vector<WordNotBuilt>& Words() {
+  static std::vector<WordNotBuilt> words;
+  return words;
+}
+
+}  // namespace
+
+fs::path DataFolder() {
+  const char* variable = std::getenv(kVariable);
+  if (variable == nullptr || *variable == '\0')
+    return DataFolderOf(fs::read_symlink("/proc/self/exe"));
+  if (!IsDataFolder(variable)) {
+    throw InputError(fmt::format("{}: the folder '{}' must hold models/, scenes/ and experiments/",
+                                 kVariable, variable));
+  }
+  return variable;
+}
+
+fs::path DataFolderOf(const fs::path& program) {
+  const fs::path installed = program.parent_path().parent_path() / "share/rangegrasp";
+  if (IsDataFolder(installed)) return installed;
+  for (fs::path folder = program.parent_path(); folder.has_relative_path();
+       folder = folder.parent_path()) {
+    if (IsDataFolder(folder)) return folder;
+  }
+  throw InputError(
+      fmt::format("models/, scenes/ and experiments/ stand neither in {} nor in a folder above {}; "
+                  "name their folder in the environment variable {}",
+                  installed.string(), program.string(), kVariable));
+}
+
+std::vector<std::string> ExperimentNames(const fs::path& data) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(data / "experiments")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path FindExperiment(const fs::path& experiment) {
+  if (fs::exists(experiment)) return experiment;
+  if (!IsName(experiment)) throw InputError(experiment.string() + ": no such file");
+  const fs::path data = DataFolder();
+  const auto names = ExperimentNames(data);
+  const fs::path file = experiment.filename();
+  const std::string name = (file.extension() == ".yaml" ? file.stem() : file).string();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw InputError(fmt::format("{}: no such file, nor an experiment in {}; nearest: '{}'",
+                                 experiment.string(), (data / "experiments").string(),
+                                 NearestWord(name, names)));
+  }
+  return data / "experiments" / (name + ".yaml");
+}
+
+NotBuilt::NotBuilt(const std::string& where, const WordNotBuilt& word)
+    : InputError(fmt::format("{}{} '{}' belongs to the system '{}', which this program was built "
+                             "without (configure with -DRANGEGRASP_SYSTEMS={} or all)",
+                             where, word.kind, word.word, word.system, word.system)),
+      system_(word.system) {}
+
+void AddWordNotBuilt(const WordNotBuilt& word) { Words().push_back(word); }
+
+void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where) {
+  for (const WordNotBuilt& known : Words()) {
+    if (known.kind == kind && known.word == word) throw NotBuilt(where, known);
+  }
+}
+
+}  // namespace rangegrasp::base

@@ -1,0 +1,562 @@
+#include "base/process/program.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+
+#include "base/error.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
+
+namespace rangegrasp::process {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Writing to a program that has ended is an error, not this process's end.
+class WithoutPipeSignal {
+ public:
+  WithoutPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~WithoutPipeSignal() {
+    const timespec now{};
+    while (sigtimedwait(&pipe_, nullptr, &now) > 0) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutPipeSignal(const WithoutPipeSignal&) = delete;
+  WithoutPipeSignal& operator=(const WithoutPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_{}, before_{};
+};
+
+// Shells say so of a program that cannot be executed, and of one that a signal killed.
+constexpr int kNotStarted = 127;
+constexpr int kKilled = 128;
+// A guard has this long to end everything [s] before it is killed itself.
+constexpr double kMaxSweep_s = 5.0;
+constexpr useconds_t kPoll_us = 200;
+
+[[noreturn]] void ThrowErrno(const char* what) {
+  throw base::RunError(std::string(what) + ": " + strerror(errno));
+}
+
+struct Pipe {
+  std::array<int, 2> ends{-1, -1};
+  Pipe() {
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) ThrowErrno("pipe");
+  }
+  ~Pipe() {
+    for (const int end : ends) {
+      if (end >= 0) close(end);
+    }
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  // This process's end.
+  int Take(std::size_t which) {
+    const int end = std::exchange(ends[which], -1);
+    fcntl(end, F_SETFL, O_NONBLOCK);
+    return end;
+  }
+};
+
+// Whatever is made before the fork: after it nothing may allocate, since other threads of this
+// process (a renderer's) may have held the heap's lock.
+struct Start {
+  explicit Start(const Program& p) : program(p), folder(p.folder.string()) {
+    for (const std::string& word : p.command) argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    const auto is_replaced = [&](std::string_view entry) {
+      return std::any_of(p.environment.begin(), p.environment.end(),
+                         [&](const auto& one) { return entry.starts_with(one.first + "="); });
+    };
+    for (char** entry = environ; *entry; ++entry) {
+      if (!is_replaced(*entry)) envp.push_back(*entry);
+    }
+    for (const auto& [name, value] : p.environment) own.push_back(name + "=" + value);
+    for (std::string& entry : own) envp.push_back(entry.data());
+    envp.push_back(nullptr);
+  }
+  const Program& program;
+  std::string folder;
+  std::vector<std::string> own;
+  std::vector<char*> argv, envp;
+};
+
+void Limit(__rlimit_resource what, std::uint64_t bytes) {
+  const rlimit limit{bytes, bytes};
+  setrlimit(what, &limit);
+}
+
+[[noreturn]] void BecomeProgram(const Start& start, int in, int out, int err) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  setpgid(0, 0);
+  dup2(in, STDIN_FILENO);
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  // Files of this process: results, sockets.
+  close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);
+  Limit(RLIMIT_CORE, 0);
+  if (start.program.max_memory_bytes > 0) Limit(RLIMIT_AS, start.program.max_memory_bytes);
+  if (start.program.max_file_bytes > 0) Limit(RLIMIT_FSIZE, start.program.max_file_bytes);
+  signal(SIGPIPE, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (chdir(start.folder.c_str()) == 0) execve(start.argv[0], start.argv.data(), start.envp.data());
+  const char* why = strerror(errno);
+  for (const char* text : {"cannot be started: ", why, "\n"}) {
+    if (write(STDERR_FILENO, text, strlen(text)) < 0) break;
+  }
+  _exit(kNotStarted);
+}
+
+// Kills what is left of the program. Orphans come to the guard (it is their subreaper), so that
+// killing its children over and over reaches all.
+void Sweep() {
+  const int list = open("/proc/thread-self/children", O_RDONLY | O_CLOEXEC);
+  std::array<char, 4096> text{};
+  for (bool more = true; more;) {
+    const ssize_t n = list < 0 ? 0 : pread(list, text.data(), text.size() - 1, 0);
+    const char* at = text.data();
+    const char* const end = at + std::max<ssize_t>(n, 0);
+    while (at < end) {
+      pid_t child = 0;
+      const auto read = std::from_chars(at, end, child);
+      // A number that the buffer cuts off is another process's.
+      if (read.ec != std::errc() || read.ptr == end) break;
+      kill(child, SIGKILL);
+      at = read.ptr + 1;
+    }
+    const pid_t reaped = waitpid(-1, nullptr, list < 0 ? WNOHANG : 0);
+    more = reaped > 0 || (reaped < 0 && errno == EINTR);
+  }
+}
+
+int CodeOf(int status) {
+  return WIFSIGNALED(status) ? kKilled + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+[[noreturn]] void BecomeGuard(const Start& start, pid_t parent, int in, int out, int err) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  prctl(PR_SET_CHILD_SUBREAPER, 1);
+  if (getppid() != parent) _exit(kNotStarted);
+  const pid_t program = fork();
+  if (program == 0) BecomeProgram(start, in, out, err);
+  close_range(0, ~0U, 0);
+  int code = kNotStarted;
+  sigset_t awaited;
+  sigemptyset(&awaited);
+  sigaddset(&awaited, SIGCHLD);
+  sigaddset(&awaited, SIGTERM);
+  while (program > 0) {
+    int status = 0;
+    const pid_t ended = waitpid(-1, &status, WNOHANG);
+    if (ended == program) code = CodeOf(status);
+    if (ended == program || ended < 0) break;
+    if (ended == 0 && sigwaitinfo(&awaited, nullptr) == SIGTERM) break;
+  }
+  if (program > 0) kill(-program, SIGKILL);
+  Sweep();
+  _exit(code);
+}
+
+/// A program under a guard: a process between this one and the program that stays until the program
+/// has ended, this process has died, or Kill, and then kills every process that came from the
+/// program. (A process group does not suffice: programs leave it, as a shell with job control.)
+class Guard {
+ public:
+  /// @throws base::RunError if no process or pipe can be made.
+  explicit Guard(const Program& program) {
+    const Start start(program);
+    Pipe in;
+    Pipe out;
+    Pipe err;
+    // A guard's signals wait from its first moment on.
+    sigset_t all;
+    sigset_t before;
+    sigfillset(&all);
+    const pid_t parent = getpid();
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    pid_ = fork();
+    if (pid_ == 0) BecomeGuard(start, parent, in.ends[0], out.ends[1], err.ends[1]);
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    if (pid_ < 0) ThrowErrno("fork");
+    in_ = in.Take(1);
+    out_ = out.Take(0);
+    err_ = err.Take(0);
+  }
+
+  ~Guard() {
+    Kill();
+    CloseIn();
+    CloseOut();
+    CloseErr();
+  }
+  Guard(const Guard&) = delete;
+  Guard& operator=(const Guard&) = delete;
+
+  // Ends of pipes, not blocking; -1 once closed.
+  int in() const { return in_; }
+  int out() const { return out_; }
+  int err() const { return err_; }
+  void CloseIn() { Close(in_); }
+  void CloseOut() { Close(out_); }
+  void CloseErr() { Close(err_); }
+
+  /// How the program ended: its exit code, or 128 and the signal that killed it; -1 if it runs.
+  int ExitCode() {
+    int status = 0;
+    if (pid_ > 0 && waitpid(pid_, &status, WNOHANG) == pid_) {
+      pid_ = -1;
+      code_ = CodeOf(status);
+    }
+    return code_;
+  }
+
+  /// Waits until nothing is left.
+  void Kill() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGTERM);
+    const base::Stopwatch waited;
+    while (ExitCode() < 0 && pid_ > 0) {
+      if (waited.Seconds() > kMaxSweep_s) {
+        kill(pid_, SIGKILL);
+        waitpid(pid_, nullptr, 0);
+        pid_ = -1;
+        return;
+      }
+      usleep(kPoll_us);
+    }
+  }
+
+ private:
+  static void Close(int& end) {
+    if (end >= 0) close(std::exchange(end, -1));
+  }
+
+  pid_t pid_ = -1;
+  int in_ = -1, out_ = -1, err_ = -1;
+  int code_ = -1;
+};
+
+/// An exit code of Guard's in words: "ended with code 3", "killed by Segmentation fault".
+std::string HowItEnded(int code) {
+  if (code == kKilled + SIGXFSZ) return "a file that it wrote was larger than the limit";
+  if (code > kKilled) return fmt::format("killed by {}", strsignal(code - kKilled));
+  return fmt::format("ended with code {}", code);
+}
+
+constexpr const char* kSandbox = "bwrap";
+// Of what it writes to stderr so much is kept, and so much of it shown.
+constexpr std::size_t kKept_bytes = 4096;
+constexpr std::size_t kShown = 400;
+// Between the end of its output and its own end [s]; what takes longer is killed.
+constexpr double kEnding_s = 1.0;
+
+/// Reads what is there. @return whether the pipe is still open
+bool ReadFrom(int pipe, std::string& text) {
+  std::array<char, 65536> buffer{};
+  const ssize_t n = read(pipe, buffer.data(), buffer.size());
+  if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
+  return n > 0 || (n < 0 && (errno == EAGAIN || errno == EINTR));
+}
+
+/// Keeps the end of what the program writes to stderr.
+void ReadErr(Guard& guard, std::string& err) {
+  if (guard.err() < 0) return;
+  if (!ReadFrom(guard.err(), err)) guard.CloseErr();
+  if (err.size() > kKept_bytes) err.erase(0, err.size() - kKept_bytes);
+}
+
+/// Until one of the pipes can be used, in the order in, out, err; those that are closed (below 0)
+/// are passed over.
+std::array<pollfd, 3> WaitFor(const Guard& guard, double left_s) {
+  std::array<pollfd, 3> waits{
+      {{guard.in(), POLLOUT, 0}, {guard.out(), POLLIN, 0}, {guard.err(), POLLIN, 0}}};
+  poll(waits.data(), waits.size(), 1 + static_cast<int>(left_s * 1000.0));
+  return waits;
+}
+
+class Conversation {
+ public:
+  Conversation(const Program& program, std::string_view question)
+      : program_(program), question_(std::string(question) + "\n"), guard_(program) {}
+
+  Reply Hold() {
+    const WithoutPipeSignal without;
+    while (!ended_) {
+      const double left_s = program_.limit_s - watch_.Seconds();
+      if (left_s <= 0.0) {
+        Fail(fmt::format("no answer within {:g} s", program_.limit_s));
+        break;
+      }
+      WaitFor(guard_, left_s);
+      Write();
+      ReadOut();
+      ReadErr(guard_, err_);
+      if (!ended_ && guard_.out() < 0) AtEnd();
+    }
+    guard_.Kill();
+    ReadErr(guard_, err_);
+    reply_.last_words = LastWords(err_, kShown);
+    return std::move(reply_);
+  }
+
+ private:
+  void Fail(const std::string& why) {
+    reply_.failure = why;
+    ended_ = true;
+  }
+  void Answer(std::size_t length) {
+    out_.resize(length);
+    reply_.line = std::move(out_);
+    ended_ = true;
+  }
+
+  void Write() {
+    if (guard_.in() < 0) return;
+    const ssize_t n = write(guard_.in(), question_.data() + sent_, question_.size() - sent_);
+    if (n > 0) sent_ += static_cast<std::size_t>(n);
+    // A program that does not read the question may still answer.
+    const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
+    if (broken || sent_ == question_.size()) guard_.CloseIn();
+  }
+
+  void ReadOut() {
+    if (ended_ || guard_.out() < 0) return;
+    const std::size_t before = out_.size();
+    if (!ReadFrom(guard_.out(), out_)) guard_.CloseOut();
+    const std::size_t end = out_.find('\n', before);
+    if (std::min(end, out_.size()) > program_.max_answer_bytes) {
+      return Fail(
+          fmt::format("an answer of more than {} bytes in one line", program_.max_answer_bytes));
+    }
+    if (end != std::string::npos) Answer(end);
+  }
+
+  // Its output has ended without an end of line.
+  void AtEnd() {
+    const base::Stopwatch ending;
+    while (guard_.ExitCode() < 0 && ending.Seconds() < kEnding_s) {
+      ReadErr(guard_, err_);
+      usleep(200);
+    }
+    const int code = guard_.ExitCode();
+    if (code == 0 && !out_.empty()) return Answer(out_.size());
+    Fail(code < 0 ? std::string("closed its output without an answer")
+                  : HowItEnded(code) + " without an answer");
+  }
+
+  const Program& program_;
+  std::string question_;
+  std::size_t sent_ = 0;
+  base::Stopwatch watch_;
+  Guard guard_;
+  bool ended_ = false;
+  std::string out_, err_;
+  Reply reply_;
+};
+
+bool IsIn(const fs::path& inner, const fs::path& outer) {
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+std::vector<fs::path> HiddenBy(const Box& box) {
+  // Temporary folders are shared by all programs of the machine, and sockets in /run command other
+  // programs.
+  std::vector<fs::path> paths = {"/tmp", "/var/tmp", "/run", fs::temp_directory_path()};
+  paths.insert(paths.end(), box.hidden.begin(), box.hidden.end());
+  std::vector<fs::path> hidden;
+  for (const fs::path& path : paths) {
+    std::error_code error;
+    const fs::path real = fs::canonical(path, error);
+    if (!error && real != "/" && fs::is_directory(real)) hidden.push_back(real);
+  }
+  // Outer ones first, since what is mounted later lies on top.
+  std::sort(hidden.begin(), hidden.end());
+  hidden.erase(std::unique(hidden.begin(), hidden.end()), hidden.end());
+  return hidden;
+}
+
+}  // namespace
+
+Reply Ask(const Program& program, std::string_view question) {
+  return Conversation(program, question).Hold();
+}
+
+std::optional<fs::path> Find(const std::string& name) {
+  const auto is_program = [](const fs::path& file) {
+    return fs::is_regular_file(file) && access(file.c_str(), X_OK) == 0;
+  };
+  if (name.find('/') != std::string::npos) {
+    if (is_program(name)) return fs::absolute(name);
+    return std::nullopt;
+  }
+  const char* path = std::getenv("PATH");
+  for (const std::string& folder : base::Split(path ? path : "/usr/bin:/bin", ':')) {
+    const auto file = fs::path(folder.empty() ? "." : folder) / name;
+    if (is_program(file)) return fs::absolute(file);
+  }
+  return std::nullopt;
+}
+
+std::string LastWords(std::string_view text, std::size_t max_characters) {
+  std::string words;
+  for (const char c : text) {
+    if (c == '\n' || c == '\r') {
+      if (!words.empty() && !words.ends_with(" | ")) words += " | ";
+    } else {
+      words += c >= ' ' && c <= '~' ? c : '?';
+    }
+  }
+  if (words.ends_with(" | ")) words.erase(words.size() - 3);
+  if (words.size() > max_characters) words = "..." + words.substr(words.size() - max_characters);
+  return words;
+}
+
+struct Feed::Impl {
+  Program program;
+  std::string name;
+  Guard guard;
+  std::string err;
+
+  Impl(const Program& what, std::string of) : program(what), name(std::move(of)), guard(program) {}
+
+  [[noreturn]] void Fail(const std::string& why) {
+    guard.Kill();
+    ReadErr(guard, err);
+    const std::string words = LastWords(err, kShown);
+    throw base::RunError(fmt::format("{}: {} {}{}", name, program.command.front(), why,
+                                     words.empty() ? "" : ": " + words));
+  }
+
+  // Waits for something to do, as long as it may take.
+  void Wait(const base::Stopwatch& watch, const char* too_long) {
+    const double left_s = program.limit_s - watch.Seconds();
+    if (left_s <= 0.0) Fail(fmt::format("{} for {:g} s", too_long, program.limit_s));
+    const auto waits = WaitFor(guard, left_s);
+    // What it prints is of no use, and must not block it.
+    std::string dropped;
+    if (waits[1].revents != 0 && !ReadFrom(guard.out(), dropped)) guard.CloseOut();
+    if (waits[2].revents != 0) ReadErr(guard, err);
+  }
+
+  // Reads what it still has to say, and waits for its end.
+  int ExitCode() {
+    const base::Stopwatch watch;
+    while (guard.ExitCode() < 0) {
+      if (guard.out() < 0 && guard.err() < 0) {
+        if (watch.Seconds() > program.limit_s) Fail("does not end");
+        usleep(1000);
+      } else {
+        Wait(watch, "does not end");
+      }
+    }
+    ReadErr(guard, err);
+    return guard.ExitCode();
+  }
+};
+
+Feed::Feed(const Program& program, std::string name)
+    : impl_(std::make_unique<Impl>(program, std::move(name))) {}
+
+Feed::~Feed() = default;
+
+void Feed::Write(std::span<const std::uint8_t> bytes) {
+  const WithoutPipeSignal without;
+  base::Stopwatch watch;
+  std::size_t sent = 0;
+  while (sent < bytes.size()) {
+    const ssize_t n = write(impl_->guard.in(), bytes.data() + sent, bytes.size() - sent);
+    if (n > 0) {
+      sent += static_cast<std::size_t>(n);
+      watch.Restart();
+    } else if (errno == EAGAIN || errno == EINTR) {
+      impl_->Wait(watch, "takes nothing more");
+    } else {
+      impl_->guard.CloseIn();
+      const int code = impl_->ExitCode();
+      impl_->Fail(HowItEnded(code) + " before it had all");
+    }
+  }
+}
+
+void Feed::Finish() {
+  impl_->guard.CloseIn();
+  const int code = impl_->ExitCode();
+  if (code != 0) impl_->Fail(HowItEnded(code));
+}
+
+OwnFolder::OwnFolder() {
+  std::string name = (fs::temp_directory_path() / "rangegrasp-XXXXXX").string();
+  if (!mkdtemp(name.data())) {
+    throw base::RunError(name + ": no such folder can be made: " + strerror(errno));
+  }
+  path_ = fs::canonical(name);
+}
+
+OwnFolder::~OwnFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+std::vector<std::string> InSandbox(const std::vector<std::string>& command, const Box& box) {
+  const auto bwrap = Find(kSandbox);
+  std::vector<std::string> boxed = {bwrap ? bwrap->string() : kSandbox};
+  const auto add = [&](std::initializer_list<std::string> words) {
+    boxed.insert(boxed.end(), words);
+  };
+  add({"--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"});
+  add({"--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc"});
+  const auto hidden = HiddenBy(box);
+  for (const fs::path& path : hidden) add({"--tmpfs", path.string()});
+  for (const fs::path& path : box.shown) {
+    const fs::path real = fs::weakly_canonical(path);
+    const bool holds_hidden =
+        std::any_of(hidden.begin(), hidden.end(), [&](const fs::path& h) { return IsIn(h, real); });
+    if (!holds_hidden) add({"--ro-bind-try", real.string(), path.string()});
+  }
+  add({"--bind", fs::canonical(box.folder).string(), box.folder.string()});
+  for (const fs::path& path : hidden) add({"--remount-ro", path.string()});
+  add({"--chdir", box.folder.string(), "--"});
+  boxed.insert(boxed.end(), command.begin(), command.end());
+  return boxed;
+}
+
+std::optional<std::string> WhyNoSandbox() {
+  if (!Find(kSandbox)) {
+    return "bubblewrap (the program bwrap) is not installed: apt-get install bubblewrap";
+  }
+  const OwnFolder folder;
+  Program trial;
+  trial.command = InSandbox({"/bin/sh", "-c", "echo works"}, {folder.path(), {}, {}});
+  trial.folder = folder.path();
+  const Reply reply = Ask(trial, "");
+  if (reply.line == "works") return std::nullopt;
+  return "bubblewrap cannot start (" +
+         (reply.last_words.empty() ? reply.failure : reply.last_words) +
+         "): this system or container does not let programs make namespaces of their own";
+}
+
+}  // namespace rangegrasp::process

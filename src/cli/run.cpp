@@ -1,0 +1,276 @@
+#include "cli/run.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <tuple>
+
+#include "base/error.h"
+#include "base/installation.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
+#include "cli/commands.h"
+#include "cli/output.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Experiment;
+using experiment::Stamp;
+using experiment::Store;
+
+// A store to write to: a new one, or one that an earlier part of the run left.
+Store OpenForRun(const std::filesystem::path& folder, const RunIntoOptions& options,
+                 const Experiment& e) {
+  if (options.overwrite && Store::Exists(folder)) Store::Remove(folder);
+  Store store = Store::Create(folder);
+  Stamp stamp = e.stamp;
+  // What was killed or refused before its first case left nothing to go on with.
+  if (store.Count() > 0) {
+    if (!options.resume) {
+      throw base::InputError(folder.string() +
+                             ": holds results already; --resume goes on with them, "
+                             "--overwrite starts anew, --out DIR writes elsewhere");
+    }
+    const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
+    if (options.shards > 1 && before != e.stamp.identity.at("cases")) {
+      throw base::InputError(folder.string() + ": is a shard of " + before +
+                             " cases; more trials would be shared out otherwise: run them without "
+                             "--shard, or into new folders");
+    }
+    stamp = experiment::Resume(store, e.stamp, e.cases);
+    if (stamp.build.contains("resumed_with")) {
+      spdlog::warn("the run was begun by commit {}, other rows are of {}: they may differ",
+                   stamp.build.at("commit"), stamp.build.at("resumed_with"));
+    }
+  }
+  store.WriteStamp(stamp);
+  WriteResult(experiment::FileAsRun(stamp), folder / "experiment.yaml");
+  return store;
+}
+
+// Those of the records that are of the cases.
+std::vector<experiment::Record> RecordsOf(const std::vector<experiment::Case>& cases,
+                                          const Store& store) {
+  auto records = store.ReadAll();
+  std::erase_if(records, [&](const experiment::Record& record) {
+    return std::ranges::find(cases, record.which.id, &experiment::Case::id) == cases.end();
+  });
+  return records;
+}
+
+experiment::Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before,
+                                int total) {
+  if (options.progress) return options.progress(before, total);
+  return ProgressBar(before, total, e.kind->success);
+}
+
+// @return why it ended early; empty if it did not.
+std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> cases, Store& store,
+                            const RunIntoOptions& options) {
+  const experiment::RunOptions how{.jobs = options.jobs, .case_limit_s = e.common.case_limit_s};
+  const auto run = [&](const experiment::Case& which) { return e.task->Run(which); };
+  const auto missing = Missing(cases, store);
+  const int total = static_cast<int>(missing.size());
+  if (total > 0) e.task->Prepare();
+  int done = 0;
+  const auto stop_after = static_cast<std::size_t>(e.common.stop_after);
+  if (stop_after > 0 && cases.size() > stop_after && e.kind->stops_when_hopeless) {
+    auto first = experiment::InTurn(cases);
+    first.resize(stop_after);
+    const auto now = Missing(first, store);
+    done = static_cast<int>(now.size());
+    RunCases(now, run, store, how, ProgressOf(options, e, 0, total));
+    const auto failure = experiment::SameFailure(RecordsOf(first, store), e.kind->success);
+    if (failure && !now.empty()) {
+      return fmt::format(
+          "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
+          "runs them all the same, the key stop_after: 0 never stops; `rangegrasp check {}` looks "
+          "for what is wrong)",
+          stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
+    }
+  }
+  RunCases(Missing(cases, store), run, store, how, ProgressOf(options, e, done, total));
+  return "";
+}
+
+// One experiment of one seed. The first cases of each group are run before all others, and these
+// only if not all of the first fail in the same way. A run that is resumed after that goes on.
+// @return the results, their report, and what has failed of the run as a whole; empty if nothing.
+std::tuple<experiment::Results, experiment::Report, std::string> RunInto(
+    const std::filesystem::path& folder, const Experiment& e, const RunIntoOptions& options) {
+  e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
+  Store store = OpenForRun(folder, options, e);
+  const auto cases = ShardOf(e.cases, options.shard, options.shards);
+  const auto before = Missing(cases, store).size();
+  const base::Stopwatch watch;
+  std::string failed = RunTillHopeless(e, cases, store, options);
+  experiment::Results results{store.ReadStamp(), store.ReadAll()};
+  auto report = experiment::ReportOf(results, experiment::AllKinds());
+  for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
+  spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
+               before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
+               store.file().string());
+  const auto crashes = experiment::CrashReasons(results.records);
+  if (!crashes.empty()) {
+    failed += (failed.empty() ? "" : "\n") +
+              fmt::format("cases crashed:\n  {}", base::Join(crashes, "\n  "));
+  }
+  return {std::move(results), std::move(report), std::move(failed)};
+}
+
+// A run would only find these out trial after trial. @throws base::InputError with all errors.
+void RefuseErrors(const std::filesystem::path& file, const std::vector<base::Finding>& findings) {
+  std::vector<std::string> errors;
+  for (const base::Finding& finding : findings) {
+    if (finding.error) {
+      errors.push_back(base::TextOf(finding));
+    } else {
+      spdlog::warn(base::TextOf(finding));
+    }
+  }
+  if (errors.empty()) return;
+  throw base::InputError(
+      fmt::format("{}: this cannot work:\n{}", file.string(), base::Join(errors, "\n")));
+}
+
+struct RunArguments {
+  std::string experiment, out, groups, seeds, shard = "1/1", format = "text";
+  experiment::Changes changes;
+  RunIntoOptions options;
+  bool report = false;
+};
+
+std::pair<int, int> ParseShard(const std::string& text) {
+  const auto parts = base::Split(text, '/');
+  const auto shard = base::NumberFrom<int>(parts.front());
+  const auto shards = base::NumberFrom<int>(parts.back());
+  if (parts.size() != 2 || !shard || !shards || *shard < 1 || *shard > *shards) {
+    throw base::InputError("--shard '" + text + "' must be I/N with 1 <= I <= N, e.g. 2/8");
+  }
+  return {*shard, *shards};
+}
+
+void Run(RunArguments a) {
+  const auto make_report = Hooks().make_report;
+  if (a.report && !make_report) {  // before hours of trials
+    base::CheckBuilt("command", "report");
+    throw base::InputError("--report: this program was built without reports");
+  }
+  if (!a.groups.empty()) a.changes.groups = base::Split(a.groups, ',');
+  std::tie(a.options.shard, a.options.shards) = ParseShard(a.shard);
+  const std::filesystem::path file = base::FindExperiment(a.experiment);
+  const Ran ran = RunExperiment(file, a.changes, SeedsFrom(a.seeds), a.out, a.options);
+  WriteTables(ran.report, ran.results.stamp, TableFormatFrom(a.format));
+  if (a.report) make_report(ran.folder, a.options.jobs);
+  if (!ran.failed.empty()) throw base::RunError(ran.failed);
+}
+
+}  // namespace
+
+Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
+                  const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
+                  const RunIntoOptions& options) {
+  Ran ran;
+  const auto open = [&](const experiment::OnFindings& on_findings) {
+    Experiment e = experiment::OpenExperiment(file, experiment::AllKinds(), changes, on_findings);
+    ran.folder = out.empty() ? std::filesystem::path("results") / e.common.name : out;
+    e.task->Hide(ran.folder);
+    return e;
+  };
+  const auto refuse_errors = [&](const std::vector<base::Finding>& findings) {
+    RefuseErrors(file, findings);
+    return true;
+  };
+  if (seeds.empty()) {
+    std::tie(ran.results, ran.report, ran.failed) =
+        RunInto(ran.folder, open(refuse_errors), options);
+    return ran;
+  }
+  for (const std::uint64_t seed : seeds) {
+    changes.seed = seed;
+    const Experiment e = open(seed == seeds.front() ? refuse_errors : experiment::OnFindings());
+    if (Store::Exists(ran.folder)) {
+      throw base::InputError(ran.folder.string() +
+                             ": holds results of one seed; --out DIR writes those of several "
+                             "elsewhere");
+    }
+    const auto [results, report, failed] =
+        RunInto(experiment::SeedFolder(ran.folder, seed), e, options);
+    if (failed.empty()) continue;
+    ran.failed += fmt::format("{}seed {}: {}", ran.failed.empty() ? "" : "\n", seed, failed);
+  }
+  ran.results = experiment::ReadResults(ran.folder);
+  ran.report = experiment::ReportOf(ran.results, experiment::AllKinds());
+  return ran;
+}
+
+std::vector<std::uint64_t> SeedsFrom(const std::string& text) {
+  if (text.empty()) return {};
+  std::vector<std::uint64_t> seeds;
+  for (const std::string& part : base::Split(text, ',')) {
+    const auto seed = base::NumberFrom<std::uint64_t>(part);
+    if (!seed || std::ranges::find(seeds, *seed) != seeds.end()) {
+      throw base::InputError("--seeds '" + text +
+                             "' must be different whole numbers with commas, e.g. 1,2,3");
+    }
+    seeds.push_back(*seed);
+  }
+  return seeds;
+}
+
+void AddRunCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "run", "Run an experiment of any kind and print its tables beside the published ones.");
+  auto a = std::make_shared<RunArguments>();
+  command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
+  command->add_option("-o,--out", a->out, "results folder (default: results/<experiment name>)");
+  command
+      ->add_option("--trials", a->changes.trials,
+                   "trials of each object, seams, or models of each class, instead of the file's")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--objects", a->groups,
+                      "only these objects, shapes or classes, e.g. coffee_cup,cleaner");
+  AddJobsOption(*command, "cases", a->options.jobs);
+  command->add_option("--seed", a->changes.seed, "instead of the file's")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--seeds", a->seeds,
+                   "one run after the other, e.g. 1,2,3, each in a folder of its own below the "
+                   "results folder; the table is that of all")
+      ->excludes("--seed");
+  command->add_option("--set", a->changes.set,
+                      "KEY=VALUE, instead of what the file says, e.g. physics.timestep_ms=1; "
+                      "may stand several times");
+  command->add_flag("--resume", a->options.resume, "go on with a run that was stopped");
+  command->add_flag("--overwrite", a->options.overwrite,
+                    "throw away results that are in the folder");
+  command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
+  command->add_flag("--report", a->report, "then pages for a browser, as `report` writes them");
+  AddFormatOption(*command, a->format);
+  command->footer(
+      "Example: rangegrasp run experiments/laser_single.yaml --objects coffee_cup --trials 3 "
+      "--jobs 2");
+  command->callback([a] { Run(*a); });
+}
+
+experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder) {
+  try {
+    auto e = experiment::OpenAgain(stamp, experiment::AllKinds());
+    for (const auto& [name, value] : e.stamp.identity) {
+      if (experiment::ValueOr(stamp.identity, name, value) != value) {
+        spdlog::warn("the {} has changed since the run: results may differ", name);
+      }
+    }
+    return e;
+  } catch (const base::NotBuilt&) {
+    throw;  // who started the program may build it
+  } catch (const base::InputError& error) {
+    throw base::InputError(folder + ": " + error.what());
+  }
+}
+
+}  // namespace rangegrasp::cli

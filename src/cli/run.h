@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiment/experiment.h"
+#include "experiment/runner.h"
+
+namespace rangegrasp::cli {
+
+/// How an experiment is run into a folder.
+struct RunIntoOptions {
+  int jobs = 1;
+  int shard = 1;  ///< runs every `shards`-th case from this one on
+  int shards = 1;
+  bool resume = false;     ///< goes on with results that are there
+  bool overwrite = false;  ///< throws them away
+  /// What is called after each case, of a run of `total` cases of which `before` are done; a
+  /// ProgressBar where absent.
+  std::function<experiment::Progress(int before, int total)> progress = {};
+};
+
+/// What a run left: its folder, its results (of several seeds pooled) and their report, and what
+/// has failed of it; empty if nothing.
+struct Ran {
+  std::filesystem::path folder;
+  experiment::Results results;
+  experiment::Report report;
+  std::string failed;
+};
+
+/// Runs an experiment of its own seed into its folder, or of several, each into a folder of its own
+/// below that: store, experiment.yaml, the report's files. Warns of what may be wrong with the
+/// models.
+/// @param out  empty: "results/" and the name of the experiment
+/// @throws base::InputError for models that cannot work, with all reasons; if the folder holds
+/// another run's results, or results at all and they are neither to be resumed nor overwritten.
+Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
+                  const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
+                  const RunIntoOptions& options);
+
+/// "1,2,3"; none of an empty text. @throws base::InputError.
+std::vector<std::uint64_t> SeedsFrom(const std::string& text);
+
+/// The experiment of a results folder, as it was run; warns of what has changed since.
+/// @throws base::InputError naming the folder.
+experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder);
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,139 @@
+#include "geometry/graph.h"
+
+#include <cmath>
+#include <map>
+#include <queue>
+#include <stdexcept>
+
+namespace rangegrasp::geometry {
+namespace {
+
+/// The graph while it is contracted: of each root, its neighbors and the summed weights to them.
+class Contraction {
+ public:
+  Contraction(std::size_t nodes, std::span<const SignedEdge> edges)
+      : sets_(nodes), neighbors_(nodes) {
+    for (const SignedEdge& edge : edges) {
+      if (edge.a >= nodes || edge.b >= nodes || !std::isfinite(edge.weight)) {
+        throw std::invalid_argument("ContractGreedily: an edge names no node, or no weight");
+      }
+      if (edge.a == edge.b) continue;
+      neighbors_[edge.a][edge.b] += edge.weight;
+      neighbors_[edge.b][edge.a] += edge.weight;
+    }
+    for (std::uint32_t a = 0; a < nodes; ++a) {
+      for (const auto& [b, weight] : neighbors_[a]) {
+        if (a < b) Offer(a, b, weight);
+      }
+    }
+  }
+
+  UnionFind Run() {
+    while (!queue_.empty()) {
+      const Candidate best = queue_.top();
+      queue_.pop();
+      // A candidate whose edge was contracted or summed since is out of date.
+      const auto edge = neighbors_[best.a].find(best.b);
+      if (edge != neighbors_[best.a].end() && edge->second == best.weight) Join(best.a, best.b);
+    }
+    return std::move(sets_);
+  }
+
+ private:
+  struct Candidate {
+    double weight;
+    std::uint32_t a;
+    std::uint32_t b;
+    bool operator<(const Candidate& other) const {
+      if (weight != other.weight) return weight < other.weight;
+      return std::pair(a, b) > std::pair(other.a, other.b);
+    }
+  };
+
+  void Offer(std::uint32_t a, std::uint32_t b, double weight) {
+    if (weight > 0.0) queue_.push({weight, std::min(a, b), std::max(a, b)});
+  }
+
+  void Join(std::uint32_t a, std::uint32_t b) {
+    sets_.Unite(a, b);
+    const std::uint32_t kept = sets_.Find(a);
+    const std::uint32_t gone = kept == a ? b : a;
+    neighbors_[kept].erase(gone);
+    for (const auto& [other, weight] : neighbors_[gone]) {
+      if (other == kept) continue;
+      neighbors_[other].erase(gone);
+      const double sum = neighbors_[kept][other] += weight;
+      neighbors_[other][kept] = sum;
+      Offer(kept, other, sum);
+    }
+    neighbors_[gone].clear();
+  }
+
+  UnionFind sets_;
+  std::vector<std::map<std::uint32_t, double>> neighbors_;
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace
+
+UnionFind ContractGreedily(std::size_t nodes, std::span<const SignedEdge> edges) {
+  return Contraction(nodes, edges).Run();
+}
+
+Adjacency MakeAdjacency(std::span<const std::pair<std::uint32_t, std::uint32_t>> edges,
+                        std::size_t nodes) {
+  Adjacency adjacency;
+  adjacency.first.assign(nodes + 1, 0);
+  for (const auto& [a, b] : edges) ++adjacency.first[a + 1];
+  std::partial_sum(adjacency.first.begin(), adjacency.first.end(), adjacency.first.begin());
+  adjacency.to.resize(edges.size());
+  std::vector<std::uint32_t> at(adjacency.first.begin(), adjacency.first.end() - 1);
+  for (const auto& [a, b] : edges) adjacency.to[at[a]++] = b;
+  return adjacency;
+}
+
+Adjacency Unique(Adjacency adjacency) {
+  Adjacency unique;
+  unique.first.reserve(adjacency.first.size());
+  unique.to.reserve(adjacency.to.size());
+  for (std::uint32_t a = 0; a < adjacency.nodes(); ++a) {
+    const auto begin = adjacency.to.begin() + adjacency.first[a];
+    const auto end = adjacency.to.begin() + adjacency.first[a + 1];
+    std::sort(begin, end);
+    unique.to.insert(unique.to.end(), begin, std::unique(begin, end));
+    unique.first.push_back(static_cast<std::uint32_t>(unique.to.size()));
+  }
+  return unique;
+}
+
+void ShortestPaths::Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
+                          std::span<double> distance, double max_distance) {
+  Lower(
+      sources, distance,
+      [&links](std::uint32_t v, double d, const auto& reach) {
+        for (std::uint32_t k = links.begin[v]; k < links.begin[v + 1]; ++k) {
+          reach(links.neighbor[k], d + links.length[k]);
+        }
+      },
+      max_distance);
+}
+
+std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links) {
+  std::vector<double> distance(links.begin.size() - 1, ShortestPaths::kFar);
+  ShortestPaths().Lower(sources, links, distance);
+  return distance;
+}
+
+std::uint32_t FarthestReached(std::span<const double> distance) {
+  std::uint32_t best = 0;
+  double far = -1.0;
+  for (std::uint32_t v = 0; v < distance.size(); ++v) {
+    if (distance[v] > far && distance[v] < ShortestPaths::kFar) {
+      far = distance[v];
+      best = v;
+    }
+  }
+  return best;
+}
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,187 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace rangegrasp::geometry {
+
+/// Disjoint sets over 0 .. n - 1, by size with path halving (Tarjan 1975): near-constant time an
+/// operation.
+class UnionFind {
+ public:
+  explicit UnionFind(std::size_t n) : parent_(n), size_(n, 1) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+
+  std::uint32_t Find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  /// Joins the sets of a and b; false if they were one already.
+  bool Unite(std::uint32_t a, std::uint32_t b) {
+    a = Find(a);
+    b = Find(b);
+    if (a == b) return false;
+    if (size_[a] < size_[b]) std::swap(a, b);
+    parent_[b] = a;
+    size_[a] += size_[b];
+    return true;
+  }
+
+  std::size_t size() const { return parent_.size(); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint32_t> size_;
+};
+
+/// Numbers the sets 0, 1, ... by descending count of their used members, ties by first member, into
+/// `label` (-1 for unused members).
+/// @return how many there are
+inline std::int32_t LabelBySize(UnionFind& sets, const std::vector<bool>& used,
+                                std::vector<std::int32_t>& label) {
+  const auto n = static_cast<std::uint32_t>(sets.size());
+  std::vector<std::uint32_t> count(n, 0);
+  std::vector<std::uint32_t> roots;  // in the order of their first members
+  for (std::uint32_t i = 0; i < n; ++i) {
+    if (used[i] && count[sets.Find(i)]++ == 0) roots.push_back(sets.Find(i));
+  }
+  std::stable_sort(roots.begin(), roots.end(),
+                   [&count](std::uint32_t a, std::uint32_t b) { return count[a] > count[b]; });
+  std::vector<std::int32_t> rank(n, -1);
+  for (std::size_t k = 0; k < roots.size(); ++k) rank[roots[k]] = static_cast<std::int32_t>(k);
+  label.assign(n, -1);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    if (used[i]) label[i] = rank[sets.Find(i)];
+  }
+  return static_cast<std::int32_t>(roots.size());
+}
+
+/// How much speaks for two nodes being one (weight > 0), or against it (< 0).
+struct SignedEdge {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  double weight = 0.0;
+};
+
+/// Partitions a graph of signed edges by greedy additive edge contraction (Keuper et al. 2015,
+/// "Efficient decomposition of image and mesh graphs by lifted multicuts", algorithm 1): the edge
+/// with the largest weight is contracted, edges that become parallel are summed, until none is
+/// positive. The rest of a border outvotes a leak of a few edges, at which connected components
+/// would join two bodies. Ties go to the lower nodes; edges may repeat. O(m log m).
+/// @return the parts as sets of nodes 0 .. nodes - 1
+/// @throws std::invalid_argument if an edge names no node or its weight is not finite.
+UnionFind ContractGreedily(std::size_t nodes, std::span<const SignedEdge> edges);
+
+/// The ends of the edges that leave each node of a graph, one list after the other: those of node a
+/// are in `to` from first[a] to first[a + 1].
+struct Adjacency {
+  std::vector<std::uint32_t> first{0};
+  std::vector<std::uint32_t> to;
+
+  std::uint32_t nodes() const { return static_cast<std::uint32_t>(first.size() - 1); }
+  std::span<const std::uint32_t> Of(std::uint32_t a) const {
+    return std::span(to).subspan(first[a], first[a + 1] - first[a]);
+  }
+};
+
+/// Each node's ends in the order of the edges (from, to). O(n) without a sort of all edges.
+/// @param nodes  more than any edge names
+Adjacency MakeAdjacency(std::span<const std::pair<std::uint32_t, std::uint32_t>> edges,
+                        std::size_t nodes);
+
+/// The same with each node's ends ascending, each once. O(n) for few edges a node.
+Adjacency Unique(Adjacency adjacency);
+
+/// Links in compressed rows: those of node v stand at [begin[v], begin[v + 1]).
+struct LinkRows {
+  std::span<const std::uint32_t> begin;  ///< nodes + 1
+  std::span<const std::uint32_t> neighbor;
+  std::span<const double> length;  ///< >= 0, parallel to neighbor
+};
+
+/// Dijkstra's algorithm (1959) from any number of sources; keeps its heap between calls.
+///
+/// A distance is the minimum, over all paths from a source, of the lengths added in the path's
+/// order: rounding is monotone, so that neither the order of the sources nor that of the links
+/// changes a bit of it, and sources may come in one call or one after the other.
+///
+/// A binary heap with stale entries left in: on meshes of six neighbors a node that is cheaper than
+/// a heap with positions. O((n + links) log links).
+class ShortestPaths {
+ public:
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+  /// Lowers distance[v] to the distance from the nearest source wherever that is smaller (with all
+  /// infinite before: the distances from the sources). A source at distance 0 already is done.
+  ///
+  /// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, by
+  ///                rising (d, v), d its final distance. It calls reach(next, through) for each
+  ///                neighbor with the length of the path through v, >= d; reach says whether
+  ///                that lowered next's distance (ties: no), e.g. to hand on a label.
+  /// @param max_distance  nodes farther than this keep the distance they were reached with and are
+  ///                      not expanded.
+  template <typename Expand>
+  void Lower(std::span<const std::uint32_t> sources, std::span<double> distance, Expand expand,
+             double max_distance = kFar) {
+    heap_.clear();
+    for (const std::uint32_t source : sources) Reach(source, 0.0, distance);
+    Run(distance, expand, max_distance);
+  }
+
+  /// The same along links in rows.
+  void Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
+             std::span<double> distance, double max_distance = kFar);
+
+  /// The same from one node at any distance, below 0 too. `through` may be below d here: where it
+  /// is always the same for the same node, the nodes come best first, each once.
+  template <typename Expand>
+  void LowerFrom(std::uint32_t source, double start, std::span<double> distance, Expand expand) {
+    heap_.clear();
+    Reach(source, start, distance);
+    Run(distance, expand, kFar);
+  }
+
+ private:
+  template <typename Expand>
+  void Run(std::span<double> distance, Expand& expand, double max_distance) {
+    while (!heap_.empty()) {
+      std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+      const auto [d, v] = heap_.back();
+      heap_.pop_back();
+      if (d > max_distance) return;
+      if (d > distance[v]) continue;
+      expand(v, d,
+             [&](std::uint32_t next, double through) { return Reach(next, through, distance); });
+    }
+  }
+
+  bool Reach(std::uint32_t node, double through, std::span<double> distance) {
+    if (through >= distance[node]) return false;
+    distance[node] = through;
+    heap_.emplace_back(through, node);
+    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    return true;
+  }
+
+  std::vector<std::pair<double, std::uint32_t>> heap_;
+};
+
+/// Distances from the nearest of some sources; infinite where no links lead.
+std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links);
+
+/// The node of the largest finite distance; the lower number if two are as far, 0 if none is
+/// finite.
+std::uint32_t FarthestReached(std::span<const double> distance);
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,126 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/frames.h"
+#include "geometry/shape.h"
+#include "robot/robot.h"
+
+namespace rangegrasp::grasp::internal {
+
+// For all sources of this folder.
+using base::Pose;
+using Eigen::Vector3d;
+using geometry::TriangleMesh;
+using robot::HandModel;
+
+/// A regular grid over two coordinates [m].
+struct Grid {
+  double u0_m = 0.0;
+  double v0_m = 0.0;
+  double cell_m = 0.002;
+  int nu = 0;
+  int nv = 0;
+
+  /// The cell that holds (u, v), -1 outside.
+  int Cell(double u_m, double v_m) const {
+    const double i = (u_m - u0_m) / cell_m;
+    const double j = (v_m - v0_m) / cell_m;
+    if (i < 0.0 || j < 0.0 || i >= nu || j >= nv) return -1;
+    return static_cast<int>(j) * nu + static_cast<int>(i);
+  }
+};
+
+/// The hand at a pitch as height fields, in its tool frame T: axes as frame G's (x from the fingers
+/// to the thumb, z the approach), origin at the open hand's tip tool centre,
+///   X_TH = Ry(-pitch) X_HG_tip^-1,
+/// so that a positive pitch takes the thumb's tip down, along +z_T.
+/// Fields are made when they are first asked for and kept. Not thread-safe.
+class HandProfiles {
+ public:
+  /// The inner side of fingers and thumb over (y_T, z_T). All states of one pitch share one grid.
+  struct Inner {
+    Grid grid;
+    std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity where there is none
+    std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity where there is none
+    double finger_min_m = 0.0;  ///< of `finger`
+    double thumb_max_m = 0.0;   ///< of `thumb`
+  };
+  /// How far down the hand reaches over (x_T, y_T).
+  struct Lower {
+    Grid grid;
+    std::vector<float> z;  ///< max z_T of all shapes [m]; -infinity where there is none
+  };
+
+  /// Keeps a reference to the hand. State k's shape i must be state 0's shape i moved.
+  /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
+  explicit HandProfiles(const HandModel& hand);
+
+  const HandModel& hand() const { return hand_; }
+  static Pose X_TH(const HandModel& hand, double pitch_rad);
+
+  const Inner& InnerSide(double pitch_rad, std::size_t state);
+  const Lower& LowerSide(double pitch_rad, std::size_t state);
+  /// The middle of the thumb's and the fingers' pads, in T.
+  Vector3d PadCenter_T(double pitch_rad, std::size_t state) const;
+  /// The published tool centre: of the tips of the thumb and the index finger, or (power) of the
+  /// little finger too, in T.
+  Vector3d ToolCenter_T(double pitch_rad, std::size_t state, bool power) const;
+  /// The farthest extent [m] of the hand along a unit direction of T, from T's origin.
+  double Extent(double pitch_rad, std::size_t state, const Vector3d& direction_T) const;
+
+ private:
+  using Key = std::pair<long, std::size_t>;  ///< pitch in microradians, state
+  geometry::Points Vertices_T(double pitch_rad, std::size_t state, std::size_t shape) const;
+  Grid InnerGrid(double pitch_rad) const;
+
+  const HandModel& hand_;
+  std::vector<TriangleMesh> meshes_;
+  std::map<long, Grid> inner_grids_;
+  std::map<Key, Inner> inner_;
+  std::map<Key, Lower> lower_;
+};
+
+/// What the hand meets when it closes on a surface.
+struct Closing {
+  std::size_t state = 0;    ///< of the hand, nearest to the contact of both sides
+  double gap_m = 0.0;       ///< of the pads when both sides touch
+  double drag_m = 0.0;      ///< how far the first side to touch pushes the object, along x_T
+  Vector3d finger_T;        ///< middle of the fingers' contact
+  Vector3d thumb_T;         ///< middle of the thumb's contact
+  Vector3d finger_out_T;    ///< unit normal of the surface there, towards the fingers
+  Vector3d thumb_out_T;     ///< towards the thumb
+  double contact_m2 = 0.0;  ///< area of the surface within 3 mm of the fingers or the thumb
+};
+
+/// Closes the hand model on surface samples, as a caliper whose two sides move together: at every
+/// state the fingers allow the object to lie at x >= a and the thumb at x <= b, where
+///   a = max(finger(y, z) - x), b = min(thumb(y, z) - x)
+/// over the samples between the open jaws. Both touch where a and b meet (bisection over the
+/// states, then linear between two), and the object has been pushed to there. Samples outside of
+/// the open jaws (the far wall of a cup) do not count.
+/// @param points_A, normals_A  samples in a frame A whose axes are T's
+/// @param origin_A  T's origin in A [m]
+/// @param open_state  before closing
+/// @return nullopt if one side meets nothing, or the open jaws do not clear the object.
+/// O(log(states) n).
+std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t open_state,
+                               std::span<const Vector3d> points_A,
+                               std::span<const Vector3d> normals_A, double sample_area_m2,
+                               const Vector3d& origin_A);
+
+/// The angle [rad] between a contact's inward normal and the line to the other contact. Two
+/// contacts with friction hold a body if both angles are within the friction cone (Nguyen 1988).
+struct AntipodalAngles {
+  double finger_rad = 0.0;
+  double thumb_rad = 0.0;
+};
+AntipodalAngles Antipodal(const Vector3d& finger, const Vector3d& finger_out, const Vector3d& thumb,
+                          const Vector3d& thumb_out);
+
+}  // namespace rangegrasp::grasp::internal

@@ -1,0 +1,410 @@
+#include "perception/internal/merging.h"
+
+#include <numeric>
+#include <set>
+
+#include "perception/internal/body_profile.h"
+#include "perception/internal/rotation_axis.h"
+#include "perception/internal/top_surface.h"
+
+namespace rangegrasp::perception::internal {
+namespace {
+
+/// What the rules about fragments read of a part.
+struct Footprint {
+  std::unique_ptr<PartSurface> surface;
+  PlanarFrame frame;
+  ConvexPolygon hull;
+  double top_m = 0.0;
+  double base_m = 0.0;
+};
+
+Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
+  Footprint footprint;
+  footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
+  auto points = Select(context.cloud.points, part.points);
+  footprint.hull = ConvexPolygon::Around(Flatten(footprint.frame, points));
+  footprint.surface = std::make_unique<PartSurface>(std::move(points));
+  footprint.top_m = TopHeight(context.cloud, part.points, context.table);
+  footprint.base_m = BaseHeight(context.cloud, part.points, context.table);
+  return footprint;
+}
+
+/// Share of a part's points over a hull in the frame's plane, grown by the margin.
+double ShareOver(const ObjectContext& context, const Part& part, const PlanarFrame& frame,
+                 const ConvexPolygon& hull) {
+  const double margin_m = context.options.merge.footprint_margin_m;
+  Eigen::AlignedBox2d box;  // most points of other parts are far off: no need for the polygon
+  for (const auto& corner : hull.corners) box.extend(corner);
+  const auto over = std::ranges::count_if(part.points, [&](auto i) {
+    const Vector2d q = frame.Flat(context.cloud.points[i]);
+    return box.exteriorDistance(q) <= 2.0 * margin_m && hull.Distance(q) <= margin_m;
+  });
+  return static_cast<double>(over) / static_cast<double>(part.points.size());
+}
+
+/// Pairs (fragment point, nearest host point) across at most the gap.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext& context,
+                                                            const Part& fragment, const Part& host,
+                                                            PartSurface& surface, double gap_m) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const auto i : fragment.points) {
+    const auto nearest = surface.NearestWithin(context.cloud.points[i], gap_m);
+    if (nearest) pairs.emplace_back(i, host.points[*nearest]);
+  }
+  return pairs;
+}
+
+/// The two tangent planes continue each other or fold away from the sensor, and the gap does not
+/// run sideways.
+bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_t b) {
+  const auto& [cloud, table, views, options] = context;
+  const Vector3d gap = cloud.points[b] - cloud.points[a];
+  if (cloud.normals[a].dot(gap) > options.merge.max_in_front_m ||
+      cloud.normals[b].dot(-gap) > options.merge.max_in_front_m) {
+    return false;
+  }
+  const Vector3d sideways = table.normal.cross(views.OriginOf(a) - cloud.points[a]).normalized();
+  return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
+}
+
+/// Whether most of the fragment lies inside of a round host that lies: its far side, through its
+/// mouth.
+bool IsInside(const ObjectContext& context, const Part& fragment, const RotationAxis& host) {
+  const MergeOptions& options = context.options.merge;
+  const double margin_m = options.footprint_margin_m;
+  return HoldsForShare(options.within_share, fragment.points, [&](auto i) {
+    const Vector3d& p = context.cloud.points[i];
+    const double below_end_m = host.direction_C.dot(host.center_C - p);
+    return AxisDistance(p, host.center_C, host.direction_C) <= host.radius_m + margin_m &&
+           below_end_m >= -margin_m && below_end_m <= host.length_m + margin_m;
+  });
+}
+
+/// What is seen of a part along a direction, but for stray points.
+struct Extent {
+  double from_m;
+  double to_m;
+  double Length() const { return to_m - from_m; }
+  double Middle() const { return 0.5 * (from_m + to_m); }
+};
+Extent ExtentAlong(const ObjectContext& context, const Part& part, const Vector3d& out) {
+  const Plane across{out, 0.0};
+  return {BaseHeight(context.cloud, part.points, across),
+          TopHeight(context.cloud, part.points, across)};
+}
+
+/// Whether the fragment goes on from the host's end that way, short, thin and in line with it.
+bool IsCapAlong(const ObjectContext& context, const Part& fragment, const Part& host,
+                const Vector3d& out) {
+  const auto& [cloud, table, views, all] = context;
+  const MergeOptions& options = all.merge;
+  const Extent f = ExtentAlong(context, fragment, out);
+  const Extent h = ExtentAlong(context, host, out);
+  if (f.from_m < h.to_m - options.footprint_margin_m ||
+      f.Length() > options.max_cap_length * h.Length()) {
+    return false;
+  }
+  // Across the view as much is hidden of a thing on the one side as on the other.
+  const auto any = fragment.points.front();
+  const Vector3d to_sensor = views.OriginOf(any) - cloud.points[any];
+  const PlanarFrame frame = MakePlanarFrame({out, 0.0}, Vector3d::Zero(), out.cross(to_sensor));
+  const Extent across_f = ExtentAlong(context, fragment, frame.u);
+  const Extent across_h = ExtentAlong(context, host, frame.u);
+  if (across_f.Length() > options.max_cap_width * across_h.Length() ||
+      std::abs(across_f.Middle() - across_h.Middle()) >
+          options.max_cap_offset * across_h.Length()) {
+    return false;
+  }
+  const auto section = ConvexPolygon::Around(Flatten(frame, Select(cloud.points, host.points)));
+  return ShareOver(context, fragment, frame, section) >= options.cap_share;
+}
+
+/// Whether the fragment is the cap or the neck of a host that stands, lies or leans.
+bool IsCap(const ObjectContext& context, const Part& fragment, const Part& host) {
+  if (IsCapAlong(context, fragment, host, context.table.normal)) return true;
+  return host.top && (IsCapAlong(context, fragment, host, host.top->major_C) ||
+                      IsCapAlong(context, fragment, host, -host.top->major_C));
+}
+
+/// Whether the segmentation saw the two surfaces meet, and cut between them.
+bool AreCutApart(const ObjectContext& context,
+                 const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  const MergeOptions& options = context.options.merge;
+  const auto& points = context.cloud.points;
+  const auto touching = std::ranges::count_if(pairs, [&](const auto& pair) {
+    return (points[pair.first] - points[pair.second]).norm() < options.cut_m;
+  });
+  return touching >= options.min_pairs;
+}
+
+/// Whether nothing but the host can hold the fragment: it is off the table, the sensor saw through
+/// under most of it, and it does not lie on the host.
+bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f,
+           const Part& host) {
+  const CompletionOptions& completion = context.options.completion;
+  if (f.base_m <= completion.on_table_m) return false;
+  if (static_cast<double>(fragment.points.size()) >
+      context.options.merge.max_hanging_share * static_cast<double>(host.points.size())) {
+    return false;
+  }
+  const auto& points = context.cloud.points;
+  const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
+    const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
+    return context.views.IsFree(points[i] - down_m * context.table.normal,
+                                completion.free_margin_m);
+  });
+  const auto all = static_cast<double>(fragment.points.size());
+  if (static_cast<double>(free) < context.options.merge.min_free_below * all) return false;
+  const auto under = std::ranges::count_if(host.points, [&](auto i) {
+    return context.table.Distance(points[i]) < f.base_m &&
+           f.hull.Distance(f.frame.Flat(points[i])) == 0.0;
+  });
+  return under < completion.min_support_points;
+}
+
+/// Whether most of the fragment is over the host's footprint and none above its top.
+bool IsUnderTop(const ObjectContext& context, const Part& fragment, const Footprint& f,
+                const Footprint& h) {
+  const MergeOptions& options = context.options.merge;
+  return f.top_m <= h.top_m + options.height_margin_m &&
+         ShareOver(context, fragment, h.frame, h.hull) >= options.within_share;
+}
+
+/// Whether the fragment lies in a rotational host: a vessel's floor, its far wall. What lies under
+/// a lying thing is over its footprint, too.
+bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
+              const Part& host, const Footprint& h) {
+  if (!host.axis) return false;
+  return host.axis->Lies() ? IsInside(context, fragment, *host.axis)
+                           : IsUnderTop(context, fragment, f, h);
+}
+
+Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
+                  const Part& host, const Footprint& h) {
+  const MergeOptions& options = context.options.merge;
+  if (IsWithin(context, fragment, f, host, h)) return Kinship::kWithin;
+  const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
+  const bool cuts = options.cut_m > 0.0;
+  const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
+  if (close && IsCap(context, fragment, host)) return Kinship::kCap;
+  if (close && cuts && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
+  // So small compared with the host, it is more likely a piece of it than of something under it.
+  const bool crumb = static_cast<double>(fragment.points.size()) <=
+                     options.max_crumb_share * static_cast<double>(host.points.size());
+  if (!pairs.empty() && crumb && IsUnderTop(context, fragment, f, h)) {
+    return Kinship::kWithin;
+  }
+  // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
+  const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
+  if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
+  const auto continuing = std::ranges::count_if(
+      pairs, [&](const auto& pair) { return ContinuesAcross(context, pair.first, pair.second); });
+  return static_cast<double>(continuing) >
+                 options.min_continuing * static_cast<double>(pairs.size())
+             ? Kinship::kSurface
+             : Kinship::kNone;
+}
+
+/// Joins fragments to hosts until nothing changes. What was found of two parts holds until one of
+/// them does.
+class Joining {
+ public:
+  Joining(const ObjectContext& context, std::vector<Part>& parts)
+      : context_(context), parts_(parts) {
+    for (const Part& part : parts) {
+      footprints_.push_back(MakeFootprint(context, part));
+      names_.push_back(next_name_++);
+    }
+  }
+
+  /// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
+  /// joined.
+  bool JoinOne(base::Rng& rng) {
+    std::vector<std::size_t> order(parts_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
+      return parts_[a].points.size() < parts_[b].points.size();
+    });
+    for (std::size_t a = 0; a < order.size(); ++a) {
+      for (std::size_t b = order.size(); b-- > a + 1;) {
+        if (AreStrangers(order[a], order[b])) continue;
+        Join(order[a], order[b], rng);
+        return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  bool AreStrangers(std::size_t fragment, std::size_t host) {
+    const std::pair pair(names_[fragment], names_[host]);
+    if (strangers_.contains(pair)) return true;
+    if (KinshipOf(context_, parts_[fragment], footprints_[fragment], parts_[host],
+                  footprints_[host]) != Kinship::kNone) {
+      return false;
+    }
+    strangers_.insert(pair);
+    return true;
+  }
+
+  void Join(std::size_t fragment, std::size_t host, base::Rng& rng) {
+    parts_[host] = DescribeUnion(context_, parts_[host], parts_[fragment], rng);
+    footprints_[host] = MakeFootprint(context_, parts_[host]);
+    names_[host] = next_name_++;
+    const auto at = static_cast<std::ptrdiff_t>(fragment);
+    parts_.erase(parts_.begin() + at);
+    footprints_.erase(footprints_.begin() + at);
+    names_.erase(names_.begin() + at);
+  }
+
+  const ObjectContext& context_;
+  std::vector<Part>& parts_;
+  std::vector<Footprint> footprints_;  ///< one a part
+  std::vector<std::uint32_t> names_;   ///< one a part; a union has a new one
+  std::set<std::pair<std::uint32_t, std::uint32_t>> strangers_;  ///< fragment and host, by name
+  std::uint32_t next_name_ = 0;
+};
+
+/// The points of `points` that are in the ascending `of`.
+Indices Shared(const Indices& points, const Indices& of) {
+  return Where(points, [&](auto i) { return std::ranges::binary_search(of, i); });
+}
+
+/// Cheap necessary conditions, so that few pairs are fitted.
+bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
+  const MergeOptions& options = context.options.merge;
+  if (!a.top || !b.top) return false;
+  const double diameter_m = 2.0 * context.options.circle.max_radius_m;
+  if ((a.top->center_C - b.top->center_C).norm() > diameter_m) return false;
+  if (a.axis && b.axis &&
+      (a.axis->center_C - b.axis->center_C).norm() > options.max_center_distance_m) {
+    return false;
+  }
+  const double height = std::abs(TopHeight(context.cloud, a.points, context.table) -
+                                 TopHeight(context.cloud, b.points, context.table));
+  return height <= options.max_height_difference_m;
+}
+
+/// A rim of a union, and the circle that most of it lies on.
+struct RimCircle {
+  Indices rim;
+  Circle circle;
+};
+
+/// Whether a part of the union lies on the union's rim.
+bool OnRim(const ObjectContext& context, const Part& part, const RimCircle& rim) {
+  const Indices own = Shared(rim.rim, part.points);
+  return !own.empty() &&
+         ShareOnCircle(context.cloud, own, rim.circle, context.options.circle.distance_m) >=
+             context.options.axis.rim_share;
+}
+
+/// Whether a part's share of the union's top lies on the lip of its wall. Where the two sides of a
+/// lip are far apart, the rim goes round one of them alone.
+bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
+  const Indices own = Shared(both.top->points, part.points);
+  return !own.empty() && IsOnLip(context.cloud, own, *both.axis, context.options);
+}
+
+/// The union's rims: as the alpha shape gives it, and with its gaps bridged.
+std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, base::Rng& rng) {
+  std::vector<RimCircle> rims;
+  for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
+    const auto fit = FitCircle(Select(context.cloud.points, *rim), context.options.circle, rng);
+    if (fit) rims.push_back({*rim, fit->circle});
+  }
+  return rims;
+}
+
+/// Whether a part of the union agrees with its body.
+bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& body) {
+  const auto agreeing = static_cast<double>(Shared(OnCircle(body), part.points).size());
+  const auto differing = static_cast<double>(Shared(body.differing, part.points).size());
+  return agreeing >= context.options.merge.min_own_body * (agreeing + differing);
+}
+
+/// Whether a part lies on the union's body with all of its points but ends, lips and floors.
+bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& body) {
+  return static_cast<double>(Shared(body.agreeing, part.points).size()) >=
+         context.options.merge.min_own_body * static_cast<double>(part.points.size());
+}
+
+/// Whether the two come this near [m] to each other.
+bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double gap_m) {
+  PartSurface surface(Select(context.cloud.points, a.points));
+  return std::ranges::any_of(b.points, [&](auto i) {
+    return surface.NearestWithin(context.cloud.points[i], gap_m).has_value();
+  });
+}
+
+/// The union of both, if it is rotational and both parts agree with it.
+std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a, const Part& b,
+                                    base::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
+  Part both = DescribeUnion(context, a, b, rng);
+  if (!both.axis) return std::nullopt;
+  const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
+                                       both.axis->center_C, both.axis->direction_C, options);
+  if (!Agrees(context, a, body) || !Agrees(context, b, body)) return std::nullopt;
+  // An axis from the body alone has no rim to ask the parts for; where things lie about, a few
+  // points of one agree with the body of another.
+  if (both.axis->rim_fraction == 0.0) {
+    const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
+                     AreNear(context, a, b, 2.0 * both.axis->radius_m);
+    return one ? std::optional(std::move(both)) : std::nullopt;
+  }
+  const auto rims = RimsOf(context, both, rng);
+  const bool on_rim = std::ranges::any_of(
+      rims, [&](const RimCircle& rim) { return OnRim(context, a, rim) && OnRim(context, b, rim); });
+  const bool on_lip =
+      context.options.lip_tops && OnLip(context, a, both) && OnLip(context, b, both);
+  if (!on_rim && !on_lip) return std::nullopt;
+  return both;
+}
+
+}  // namespace
+
+PartSurface::PartSurface(Points points_C) : points_C_(std::move(points_C)) {
+  for (const auto& p : points_C_) box_.extend(p);
+}
+
+std::optional<std::uint32_t> PartSurface::NearestWithin(const Vector3d& p_C, double gap_m) {
+  if (points_C_.empty() || box_.squaredExteriorDistance(p_C) > gap_m * gap_m) return std::nullopt;
+  if (!tree_) tree_.emplace(points_C_);
+  tree_->Nearest(p_C, 1, nearest_);
+  if (nearest_.front().squared_distance > gap_m * gap_m) return std::nullopt;
+  return nearest_.front().index;
+}
+
+Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host) {
+  return KinshipOf(context, fragment, MakeFootprint(context, fragment), host,
+                   MakeFootprint(context, host));
+}
+
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
+  Joining joining(context, parts);
+  while (joining.JoinOne(rng)) {
+  }
+}
+
+void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
+  for (std::size_t a = 0; a < parts.size(); ++a) {
+    for (std::size_t b = a + 1; b < parts.size();) {
+      std::optional<Part> both;
+      if (MayBeOne(context, parts[a], parts[b])) {
+        both = RotationalUnion(context, parts[a], parts[b], rng);
+      }
+      if (!both) {
+        ++b;
+        continue;
+      }
+      parts[a] = std::move(*both);
+      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
+      b = a + 1;  // The union may take what the part alone did not.
+    }
+  }
+}
+
+}  // namespace rangegrasp::perception::internal

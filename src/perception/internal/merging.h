@@ -1,0 +1,72 @@
+#pragma once
+
+#include "perception/internal/objects.h"
+
+namespace rangegrasp::perception::internal {
+
+/// The points of a part, to be asked how near other points come. The tree is built for the first
+/// point that comes close: most parts are far from each other.
+class PartSurface {
+ public:
+  explicit PartSurface(Points points_C);
+  PartSurface(const PartSurface&) = delete;  // the tree keeps a view of the points
+  PartSurface& operator=(const PartSurface&) = delete;
+
+  /// Which of the part's points is the nearest to p; nullopt if that is further than gap_m [m] off.
+  std::optional<std::uint32_t> NearestWithin(const Vector3d& p_C, double gap_m);
+
+ private:
+  Points points_C_;
+  Eigen::AlignedBox3d box_;
+  std::optional<geometry::KdTree> tree_;
+  std::vector<geometry::KdTree::Neighbor> nearest_;
+};
+
+/// Why two parts would be one object.
+enum class Kinship {
+  kNone,
+  kWithin,   ///< the fragment lies in a rotational host, as a vessel's floor or far wall does, or
+             ///< is a crumb under the host's top
+  kCap,      ///< a small part at the host's end, in line with it: the cap or neck of a bottle
+  kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
+  kHanging,  ///< it touches the host and nothing else, in the air: a handle
+};
+constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
+  return {"none", "within", "cap", "surface", "hanging"};
+}
+
+/// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
+/// lengths are MergeOptions):
+/// - kWithin: 70 % of its points over the footprint of a rotational host that stands (grown by
+///   5 mm), and not above its top; or inside of one that lies. In any host, under its top in the
+///   same way, what has at most 5 % of its points and one of them within the gap.
+/// - kCap: at least eight points within the gap from the host; along the table's normal, or one
+///   way or the other along the principal axis of the host's top surface, it begins where the host
+///   ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section, and
+///   across the view it is at most 0.7 times as wide and off its middle by at most 0.15 of its
+///   width. Bottles need not be round; what lies on a thing or beside it is in line with it by
+///   chance alone.
+/// - kSurface: at least eight points, and about as many as the fragment is wide (the root of all
+///   that it has), have their nearest neighbor in the host across the gap, more along the sensor's
+///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
+///   plane (smooth or convex, as objects in contact are not); unless the segmentation saw the two
+///   meet, and cut between them.
+/// - kHanging, where the segmentation cuts: at least eight points within the gap from the host,
+///   which has five times as many points; it is off the table, the sensor saw through under
+///   a good part of it, and the host does not carry it from below.
+/// Objects beside each other fail all of them: their footprints do not overlap and the gap between
+/// them runs sideways, or the junction is concave.
+Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
+
+/// Joins fragments to hosts by FindKinship, fragments with fewer points first, until nothing
+/// changes, and describes the unions.
+void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
+
+/// Merging of clipped rotational parts (section 5.1.3, eq. 5.6 to 5.8), pairwise until nothing
+/// changes: two parts become one if the union is rotational (so at least the body share of all
+/// points of both agrees with their sections), at least the rim share of each part's rim points
+/// lies on its circle, and at least half of each part's body agrees. The first of the pair keeps
+/// its place.
+void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
+
+}  // namespace rangegrasp::perception::internal

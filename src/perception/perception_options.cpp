@@ -1,0 +1,66 @@
+#include "perception/perception_options.h"
+
+namespace rangegrasp::perception {
+namespace {
+
+using base::kMm;
+using base::YamlMap;
+
+// A length that adapts to the sensor unless the file gives it.
+void ReadLength(YamlMap& map, const std::string& key, AdaptiveLength& length, double low_mm,
+                double high_mm, const std::string& doc) {
+  double value_m = length;
+  map.ReadScaled(key, value_m, kMm, low_mm, high_mm,
+                 doc + "; more for a sensor that is noisier or coarser, unless given");
+  if (map.Has(key)) length = value_m;
+}
+
+}  // namespace
+
+void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
+  const auto adapt = [&](auto&... lengths) { (lengths.AdaptTo(sampling), ...); };
+  PreprocessOptions& p = options.preprocess;
+  SegmentOptions& s = options.segment;
+  FeatureOptions& f = options.features;
+  MergeOptions& m = f.merge;
+  CompletionOptions& c = f.completion;
+  adapt(p.preselection_m, p.plane_distance_m, p.table_clearance_m, p.filter_unit_m, p.filter_keep_m,
+        p.smooth_radius_m, p.normal_radius_m);
+  adapt(s.min_alpha_m, s.max_alpha_m, s.min_points);
+  adapt(s.convexity.link_m, s.convexity.patch_m, s.convexity.step_m);
+  adapt(f.top.plane_distance_m, f.top.slab_m, f.top.rim_alpha_m, f.top.bridged_rim_alpha_m);
+  adapt(f.circle.distance_m, f.axis.section_m, f.axis.max_sunk_m, f.axis.lid_distance_m);
+  adapt(m.fragment_gap_m, m.footprint_margin_m, m.height_margin_m, m.max_in_front_m);
+  adapt(f.container.wall_m, f.container.rim_margin_m);
+  adapt(c.free_margin_m, c.end_band_m, c.wall_outline_m, c.lean_margin_m, c.cell_m, c.attached_m,
+        c.link_m, c.on_table_m);
+}
+
+void ReadOptions(YamlMap map, PerceptionOptions& options) {
+  map.Read("segmentation", options.segment.method, "how points above the table become segments");
+  map.Read("stated_noise", options.stated_noise,
+           "the noise is what the sensor says of its samples (a stereo camera); off: measured");
+  map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
+  map.Read("isolated_outliers", options.preprocess.isolated_outliers,
+           "of the outliers only those that are isolated; off: the test exactly as printed");
+  map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
+  ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
+             "neighborhood that a normal is estimated from");
+  ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
+             "inliers of the table's plane lie this close");
+  ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
+             "points this far above the table's plane belong to objects");
+  auto& features = options.features;
+  map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
+           "with higher_tops: share of the fullest plane's points that a higher one must hold");
+  map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
+           "with open_strays: share of points that may lie in the sphere of an open object");
+  map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
+                 "with drop_needles: objects that are narrower both ways are left out");
+  base::ReadAdditions<PreprocessAdditions>(map, options.preprocess);
+  base::ReadAdditions<SegmentAdditions>(map, options.segment);
+  base::ReadAdditions<FeatureAdditions>(map, options.features);
+  map.Finish();
+}
+
+}  // namespace rangegrasp::perception

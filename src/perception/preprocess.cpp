@@ -1,0 +1,415 @@
+#include "perception/preprocess.h"
+
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace rangegrasp::perception {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::Indices;
+using geometry::KdTree;
+using geometry::Plane;
+using geometry::Points;
+using geometry::PointSpan;
+using geometry::TriangleMesh;
+
+/// A plane of the hull, its normal to the inside.
+struct Candidate {
+  Plane plane;
+  Vector3d center;
+  double area = 0.0;
+};
+
+Plane TowardsSensor(const Plane& plane, const Vector3d& sensor_origin) {
+  if (plane.Distance(sensor_origin) >= 0.0) return plane;
+  return {-plane.normal, -plane.offset_m};
+}
+
+bool IsUp(const Plane& plane, const PreprocessOptions& options) {
+  return !options.up_C ||
+         plane.normal.dot(options.up_C->normalized()) >= std::cos(options.table.max_tilt_rad);
+}
+
+std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Vector3d& sensor_origin,
+                                  const PreprocessOptions& options) {
+  std::vector<Candidate> faces;
+  for (const auto& [a, b, c] : hull.triangles) {
+    // Outward faces are counter-clockwise; turned round, the normal points inside.
+    const auto plane = geometry::PlaneThrough(hull.vertices[a], hull.vertices[c], hull.vertices[b]);
+    if (!plane || plane->Distance(sensor_origin) <= 0.0) continue;
+    if (!IsUp(*plane, options)) continue;
+    const Vector3d u = hull.vertices[b] - hull.vertices[a];
+    const Vector3d v = hull.vertices[c] - hull.vertices[a];
+    faces.push_back({*plane, (hull.vertices[a] + hull.vertices[b] + hull.vertices[c]) / 3.0,
+                     0.5 * u.cross(v).norm()});
+  }
+  std::ranges::stable_sort(faces,
+                           [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
+  const double same_cosine = std::cos(options.table.same_plane_rad);
+  const double same_distance_m = options.table.same_plane_share * options.preselection_m;
+  std::vector<Candidate> merged;
+  for (const Candidate& face : faces) {
+    const bool known = std::ranges::any_of(merged, [&](const Candidate& other) {
+      return face.plane.normal.dot(other.plane.normal) > same_cosine &&
+             std::abs(other.plane.Distance(face.center)) < same_distance_m;
+    });
+    if (!known) merged.push_back(face);
+  }
+  return merged;
+}
+
+std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m, std::size_t step) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    count += static_cast<std::size_t>(std::abs(plane.Distance(points[i])) <= distance_m);
+  }
+  return count;
+}
+
+/// The candidate that the most points lie near.
+std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>& candidates,
+                                  const PreprocessOptions& options) {
+  const double distance_m = options.preselection_m;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / options.table.ranking_points);
+  std::vector<std::pair<std::size_t, std::size_t>> ranking;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    ranking.emplace_back(CountNear(points, candidates[i].plane, distance_m, step), i);
+  }
+  std::ranges::stable_sort(ranking, [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::optional<Plane> best;
+  std::size_t best_count = 0;
+  for (std::size_t k = 0; k < std::min(options.table.finalists, ranking.size()); ++k) {
+    const Plane& plane = candidates[ranking[k].second].plane;
+    const std::size_t count = CountNear(points, plane, distance_m, 1);
+    if (count > best_count) {
+      best_count = count;
+      best = plane;
+    }
+  }
+  return best;
+}
+
+/// About `count` of the points, evenly taken.
+Points Thinned(PointSpan points, std::size_t count) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  Points thinned;
+  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
+  return thinned;
+}
+
+Points Near(PointSpan points, const Plane& plane, double distance_m) {
+  Points near;
+  for (const Vector3d& p : points) {
+    if (std::abs(plane.Distance(p)) <= distance_m) near.push_back(p);
+  }
+  return near;
+}
+
+/// `other` with its normal on the side of the plane's.
+Plane TurnedLike(const Plane& plane, const Plane& other) {
+  const bool turned = other.normal.dot(plane.normal) < 0.0;
+  return turned ? Plane{-other.normal, -other.offset_m} : other;
+}
+
+/// Preselects, draws hypotheses and refits (section 5.1.1); then refits once to the points near the
+/// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
+/// The normal keeps its side.
+std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
+                             base::Rng& rng) {
+  const auto fit = geometry::FitPlaneRansac(
+      Near(Thinned(points, options.table.ranking_points), plane, options.preselection_m),
+      {options.plane_draws, options.plane_distance_m}, rng);
+  if (!fit) return std::nullopt;
+  const auto refit = geometry::FitPlane(Near(points, fit->plane, options.plane_distance_m));
+  return TurnedLike(plane, refit ? *refit : fit->plane);
+}
+
+struct Support {
+  std::size_t on = 0;     ///< within plane_distance_m
+  std::size_t below = 0;  ///< deeper than preselection_m under the plane
+};
+
+Support CountSupport(PointSpan points, const Plane& plane, const PreprocessOptions& options) {
+  Support support;
+  for (const Vector3d& p : points) {
+    const double distance_m = plane.Distance(p);
+    support.on += static_cast<std::size_t>(std::abs(distance_m) <= options.plane_distance_m);
+    support.below += static_cast<std::size_t>(distance_m < -options.preselection_m);
+  }
+  return support;
+}
+
+bool IsTable(const Support& support, std::size_t n, const TableSearchOptions& options) {
+  return static_cast<double>(support.on) >= options.min_support * static_cast<double>(n) &&
+         static_cast<double>(support.below) <= options.max_below * static_cast<double>(n);
+}
+
+/// The points that are no vertex of the hull.
+Points Peel(const Points& points, const TriangleMesh& hull) {
+  const auto before = [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  Points vertices = hull.vertices;
+  std::ranges::sort(vertices, before);
+  Points rest;
+  rest.reserve(points.size());
+  for (const Vector3d& p : points) {
+    if (!std::ranges::binary_search(vertices, p, before)) rest.push_back(p);
+  }
+  return rest;
+}
+
+/// Section 5.1.1: the deepest plane of the hull.
+std::optional<Plane> PlaneUnderAll(PointSpan points, const Vector3d& sensor_origin,
+                                   const PreprocessOptions& options, base::Rng& rng) {
+  Points rest = Thinned(points, options.table.hull_points);
+  const int peelings = options.robust_table ? options.table.peelings : 0;
+  for (int peeling = 0; peeling <= peelings; ++peeling) {
+    const TriangleMesh hull = geometry::ConvexHull(rest);
+    if (hull.triangles.empty()) break;
+    const auto deepest = DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options);
+    const auto plane = deepest ? FitNear(points, *deepest, options, rng) : std::nullopt;
+    if (plane && plane->Distance(sensor_origin) > 0.0 &&
+        (!options.robust_table ||
+         IsTable(CountSupport(points, *plane, options), points.size(), options.table))) {
+      return plane;
+    }
+    rest = Peel(rest, hull);
+  }
+  return std::nullopt;
+}
+
+/// Section 4.2.1: the plane with the most points, whatever lies beneath it.
+std::optional<Plane> DominantPlane(PointSpan points, const Vector3d& sensor_origin,
+                                   const PreprocessOptions& options, base::Rng& rng) {
+  Points rest(points.begin(), points.end());
+  for (int i = 0; i < options.table.dominant_planes; ++i) {
+    const auto fit =
+        geometry::FitPlaneRansac(rest, {options.plane_draws, options.plane_distance_m}, rng);
+    if (!fit || static_cast<double>(fit->inliers.size()) <
+                    options.table.dominant_support * static_cast<double>(points.size())) {
+      return std::nullopt;
+    }
+    const Plane plane = TowardsSensor(fit->plane, sensor_origin);
+    if (IsUp(plane, options)) return plane;
+    std::erase_if(rest, [&](const Vector3d& p) {
+      return std::abs(plane.Distance(p)) <= options.plane_distance_m;
+    });
+  }
+  return std::nullopt;
+}
+
+void Check(const PreprocessOptions& options) {
+  if (!(options.preselection_m > 0.0)) {
+    throw std::invalid_argument("FindTable: preselection_m must be > 0");
+  }
+  if (!(options.table_clearance_m >= 0.0)) {
+    throw std::invalid_argument("FindTable: table_clearance_m must be >= 0");
+  }
+  if (options.up_C && !(options.up_C->norm() > 0.0)) {
+    throw std::invalid_argument("FindTable: up_C must not be zero");
+  }
+}
+
+/// A cloud that is flat has no hull: all of it is the table.
+std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
+                               const PreprocessOptions& options) {
+  const Points some = Thinned(points, options.table.ranking_points);
+  const auto few = geometry::FitPlane(some);
+  if (!few || CountSupport(some, *few, options).on < some.size()) return std::nullopt;
+  const auto plane = geometry::FitPlane(points);
+  if (!plane) return std::nullopt;
+  const Plane up = TowardsSensor(*plane, sensor_origin);
+  if (!IsUp(up, options)) return std::nullopt;
+  const bool flat = CountSupport(points, up, options).on == points.size();
+  return flat ? std::optional(up) : std::nullopt;
+}
+
+/// Every pass but the last removes a point, and far outliers hide nearer ones in a few layers: a
+/// bound on time, not on what is found.
+constexpr int kMaxPasses = 20;
+
+/// The state of the filter: the points that are left, and how far each is from the nearest of them.
+class Filter {
+ public:
+  Filter(PointSpan points, const KdTree& tree, const OutlierFilterOptions& options)
+      : points_(points),
+        tree_(tree),
+        options_(options),
+        kept_(points.size(), true),
+        nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
+
+  /// Removes what eq. 4.5-4.9 call outliers among the points left; false if there was none.
+  bool Pass() {
+    if (points_.size() < removed_ + 2) return false;
+    const CompressionRate rate = Rate();
+    Indices outliers;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (kept_[i] && Removes(i, rate)) outliers.push_back(i);
+    }
+    if (outliers.empty()) return false;
+    Remove(outliers);
+    return true;
+  }
+
+  Indices Kept() const {
+    Indices kept;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (kept_[i]) kept.push_back(i);
+    }
+    return kept;
+  }
+
+ private:
+  CompressionRate Rate() const {
+    double min_m = std::numeric_limits<double>::infinity();
+    double max_m = 0.0;
+    double sum_m = 0.0;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (!kept_[i]) continue;
+      min_m = std::min(min_m, nearest_m_[i]);
+      max_m = std::max(max_m, nearest_m_[i]);
+      sum_m += nearest_m_[i];
+    }
+    return ComputeCompressionRate(min_m, max_m,
+                                  sum_m / static_cast<double>(points_.size() - removed_));
+  }
+
+  /// The count of kept points within the radius, or `limit` if it is larger.
+  std::size_t CountKept(const Vector3d& p, double radius_m, std::size_t limit) {
+    const std::size_t enough = limit + removed_;
+    const std::size_t count = tree_.CountWithin(p, radius_m, enough);
+    if (count >= enough || removed_ == 0) return std::min(count, limit);
+    tree_.Within(p, radius_m, neighbors_);
+    const auto kept = std::ranges::count_if(
+        neighbors_, [this](const KdTree::Neighbor& n) { return kept_[n.index]; });
+    return std::min(static_cast<std::size_t>(kept), limit);
+  }
+
+  /// Counts only as far as the answer needs: from N_a >= N_k d_a / d_k on a point is not isolated,
+  /// and an isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
+  bool Removes(std::uint32_t i, const CompressionRate& rate) {
+    if (nearest_m_[i] < options_.keep_m) return false;
+    const Vector3d& p = points_[i];
+    const std::size_t n_k =
+        nearest_m_[i] < rate.d_k_m ? CountKept(p, rate.d_k_m, points_.size()) : 1;
+    if (!options_.isolated_only) {
+      return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k, options_.unit_m);
+    }
+    if (OutlierBeta(rate, n_k, options_.unit_m) <= 1.0) return false;
+    const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
+    const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
+    return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, options_.unit_m);
+  }
+
+  /// A point whose nearest neighbor goes is at least as far from it as that was from its own
+  /// nearest: all others keep their distance.
+  void Remove(const Indices& outliers) {
+    double min_m = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t i : outliers) {
+      kept_[i] = false;
+      min_m = std::min(min_m, nearest_m_[i]);
+    }
+    removed_ += outliers.size();
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (kept_[i] && nearest_m_[i] >= min_m) nearest_m_[i] = DistanceToKept(i);
+    }
+  }
+
+  double DistanceToKept(std::uint32_t i) {
+    for (std::size_t k = 4;; k *= 2) {  // itself, and mostly one of three that is kept
+      tree_.Nearest(points_[i], k, neighbors_);
+      for (const KdTree::Neighbor& n : neighbors_) {
+        if (n.index != i && kept_[n.index]) return std::sqrt(n.squared_distance);
+      }
+      if (neighbors_.size() < k) return nearest_m_[i];  // the last point left
+    }
+  }
+
+  PointSpan points_;
+  const KdTree& tree_;
+  const OutlierFilterOptions options_;
+  std::vector<bool> kept_;
+  std::size_t removed_ = 0;
+  std::vector<double> nearest_m_;
+  std::vector<KdTree::Neighbor> neighbors_;
+};
+
+}  // namespace
+
+std::optional<Table> FindTable(PointSpan points_C, const Vector3d& sensor_origin_C,
+                               const PreprocessOptions& options, base::Rng& rng) {
+  Check(options);
+  auto plane = FlatCloud(points_C, sensor_origin_C, options);
+  if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);
+  if (!plane && options.robust_table) {
+    plane = DominantPlane(points_C, sensor_origin_C, options, rng);
+  }
+  if (!plane) return std::nullopt;
+  return TableOn(*plane, points_C, options);
+}
+
+Table TableOn(const Plane& plane, PointSpan points_C, const PreprocessOptions& options) {
+  Table table{plane, {}};
+  for (std::size_t i = 0; i < points_C.size(); ++i) {
+    if (plane.Distance(points_C[i]) <= options.table_clearance_m) {
+      table.points.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return table;
+}
+
+CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_mean_m) {
+  CompressionRate rate;
+  rate.d_a_m = (d_min_m + d_max_m) / 2.0;
+  rate.d_k_m = d_mean_m;
+  rate.tau = rate.d_k_m / rate.d_a_m;
+  return rate;
+}
+
+double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m) {
+  return std::pow(rate.d_a_m / unit_m / static_cast<double>(n_a), rate.tau);
+}
+
+double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m) {
+  return rate.d_k_m / unit_m / static_cast<double>(n_k);
+}
+
+bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k, double unit_m) {
+  return OutlierAlpha(rate, n_a, unit_m) < OutlierBeta(rate, n_k, unit_m);
+}
+
+bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
+  return rate.d_a_m / static_cast<double>(n_a) > rate.d_k_m / static_cast<double>(n_k);
+}
+
+Indices CompressionRateFilter(PointSpan points, const OutlierFilterOptions& options) {
+  Indices all(points.size());
+  std::iota(all.begin(), all.end(), 0u);
+  if (points.size() < 2) return all;
+  const KdTree tree(points);
+  Filter filter(points, tree, options);
+  const int max_passes = options.repeated ? kMaxPasses : 1;
+  for (int pass = 0; pass < max_passes && filter.Pass(); ++pass) {
+  }
+  return filter.Kept();
+}
+
+Points Smooth(PointSpan points, double radius_m) {
+  const KdTree tree(points);
+  Points smoothed(points.begin(), points.end());
+  std::vector<KdTree::Neighbor> neighbors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    tree.Within(points[i], radius_m, neighbors);
+    if (neighbors.size() < 2) continue;
+    // Offsets from the point itself, so that a point with no spread round it stays as it is.
+    Vector3d shift = Vector3d::Zero();
+    for (const KdTree::Neighbor& n : neighbors) shift += points[n.index] - points[i];
+    smoothed[i] += shift / static_cast<double>(neighbors.size());
+  }
+  return smoothed;
+}
+
+}  // namespace rangegrasp::perception

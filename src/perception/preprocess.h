@@ -1,0 +1,77 @@
+#pragma once
+
+#include "perception/perception_options.h"
+#include "perception/scene.h"
+
+namespace rangegrasp::perception {
+
+/// The deepest plane on the convex hull (eq. 5.1, figure 5.4), preselection, 100 hypotheses, refit
+/// (section 5.1.1). The normal points to the sensor's side.
+///
+/// Of the hull's planes that have the sensor on their inner side (and, where up_C is given, a
+/// normal near it), the one wins that the most raw points lie near. Stray points under
+/// the table bend the hull; so the preselection is repeated once round the plane that was fitted,
+/// and where a plane with points beneath it or with little support comes out, the hull's vertices
+/// are taken away and the hull is built again, a bounded number of times. A scene with a background
+/// behind and under the table shows no table on its hull: there the dominant plane is taken
+/// (section 4.2.1). Table::points are all points less than table_clearance_m above the plane, and
+/// all below it (eq. 4.3, 4.4). O(n log n).
+/// @param sensor_origin_C  where the sensor stood, or any other place on its side of the table
+/// @return nullopt if no plane was found.
+/// @throws std::invalid_argument if an option is out of range.
+std::optional<Table> FindTable(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
+                               const PreprocessOptions& options, base::Rng& rng);
+
+/// The table of a plane: all points less than table_clearance_m above it.
+Table TableOn(const geometry::Plane& plane, geometry::PointSpan points_C,
+              const PreprocessOptions& options);
+
+/// Eq. 4.5 to 4.7 from nearest-neighbor distances.
+struct CompressionRate {
+  double d_a_m = 0.0;  ///< (d_min + d_max) / 2, eq. 4.5
+  double d_k_m = 0.0;  ///< mean, eq. 4.6
+  double tau = 0.0;    ///< d_k / d_a, eq. 4.7
+};
+CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_mean_m);
+
+/// alpha = (d_a / N_a)^tau, eq. 4.8; n_a counts the points within d_a, the point itself among them.
+/// A length to the power of tau has no unit of its own: the value depends on the unit of length,
+/// and the dissertation's is the millimetre, about half of its scanner's spacing.
+double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m = 0.001);
+/// beta = d_k / N_k, eq. 4.9, in the unit of eq. 4.8; n_k counts the points within d_k, itself
+/// among them.
+double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m = 0.001);
+
+/// The outlier test: alpha < beta.
+bool IsOutlier(const CompressionRate& rate, std::size_t n_a, std::size_t n_k,
+               double unit_m = 0.001);
+
+/// d_a / N_a > d_k / N_k: fewer points in the large sphere than even a straight line of points as
+/// dense as the small sphere would have. On a surface N grows with the square of the radius.
+bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k);
+
+/// What goes beyond eq. 4.5-4.9 (see CompressionRateFilter); both off: as printed.
+struct OutlierFilterOptions {
+  bool isolated_only = true;
+  bool repeated = true;
+  double unit_m = 0.001;  ///< the unit of length of eq. 4.8
+  double keep_m = 0.0;    ///< a point with a neighbor nearer than this is no outlier
+};
+
+/// Positions of the points that the compression-rate filter keeps, ascending. Removed are the
+/// points for which IsOutlier holds and, with isolated_only, IsIsolated too.
+///
+/// Why both: alpha falls as N_a grows, so that the printed test alone, in mm, also holds for
+/// points of a dense surface whose nearest neighbor happens to be farther than the mean; where
+/// one far outlier makes d_a large that is about half of all points. The dissertation's filter
+/// took 38 of 22,377 points away, isolated ones. One far outlier also hides the nearer ones (d_max
+/// is its own distance), so with `repeated` the filter repeats on what is left until it removes
+/// nothing, at most 20 times. O(n log n) in the first pass, O(n) in the others.
+geometry::Indices CompressionRateFilter(geometry::PointSpan points,
+                                        const OutlierFilterOptions& options = {});
+
+/// The average filter: every point becomes the mean of its neighbors within the radius
+/// (section 5.1.1), itself among them.
+geometry::Points Smooth(geometry::PointSpan points, double radius_m);
+
+}  // namespace rangegrasp::perception

@@ -1,0 +1,482 @@
+#include "robot/mjcf/hand.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "base/error.h"
+#include "base/words.h"
+
+namespace rangegrasp::mjcf {
+namespace {
+
+std::string_view NameOf(const mjModel* model, mjtObj type, int id) {
+  const char* name = mj_id2name(model, type, id);
+  return name ? std::string_view(name) : std::string_view();
+}
+
+/// The topmost body with a joint on the way from a body up to the hand's root.
+int HandBranch(const mjModel* model, int body, int hand) {
+  int branch = body;
+  for (int b = body; b > hand; b = model->body_parentid[b]) {
+    if (model->body_jntnum[b] > 0) branch = b;
+  }
+  return branch;
+}
+
+std::vector<double> OneADrive(const mjModel* model, const char* name, std::size_t drives) {
+  std::vector<double> values = NumericOf(model, name);
+  if (values.size() != drives) {
+    throw base::InputError(fmt::format(
+        "numeric \"{}\" must hold one value for each of the {} drives of tuple \"hand_motors\"; it "
+        "holds {}",
+        name, drives, values.size()));
+  }
+  return values;
+}
+
+void RequireAffine(const mjModel* model, int actuator) {
+  const bool gain = model->actuator_gaintype[actuator] == mjGAIN_FIXED;
+  const bool bias = model->actuator_biastype[actuator] == mjBIAS_NONE ||
+                    model->actuator_biastype[actuator] == mjBIAS_AFFINE;
+  const bool at_once = model->actuator_dyntype[actuator] == mjDYN_NONE;
+  if (gain && bias && at_once && model->actuator_gainprm[actuator * mjNGAIN] != 0.0) return;
+  throw base::InputError(fmt::format(
+      "actuator \"{}\" of tuple \"hand_motors\" is neither a <position> servo nor a <motor> nor a "
+      "<general> whose force is linear in its command, its length and its speed",
+      mj_id2name(model, mjOBJ_ACTUATOR, actuator)));
+}
+
+template <class OfJoint>
+double Along(const mjModel* model, int actuator, double otherwise, const OfJoint& of_joint) {
+  const double gear = model->actuator_gear[6 * model->actuator_outadr[actuator]];
+  const int id = model->actuator_trnid[2 * actuator];
+  if (model->actuator_trntype[actuator] == mjTRN_JOINT) return gear * of_joint(id);
+  if (model->actuator_trntype[actuator] != mjTRN_TENDON) return otherwise;
+  double sum = 0.0;
+  for (int i = model->tendon_adr[id]; i < model->tendon_adr[id] + model->tendon_num[id]; ++i) {
+    if (model->wrap_type[i] != mjWRAP_JOINT) return otherwise;
+    sum += model->wrap_prm[i] * of_joint(model->wrap_objid[i]);
+  }
+  return gear * sum;
+}
+
+/// The joints of the hand, those that nothing drives among them.
+std::vector<int> HandJoints(const mjModel* model) {
+  const int hand = Find(model, mjOBJ_BODY, "hand");
+  std::vector<int> joints;
+  for (int j = 0; j < model->njnt; ++j) {
+    if (!InSubtree(model, model->jnt_bodyid[j], hand)) continue;
+    if (model->jnt_type[j] != mjJNT_HINGE && model->jnt_type[j] != mjJNT_SLIDE) {
+      throw base::InputError("a joint of the hand is neither a hinge nor a slide");
+    }
+    joints.push_back(j);
+  }
+  return joints;
+}
+
+struct Deleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+
+constexpr int kPoints = 97;           // 1 mm of gap each of a hand that opens 100 mm
+constexpr int kFirstSteps = 600;      // 1.2 s: from where the model is drawn to the open hand
+constexpr int kStepsAPoint = 15;      // 30 ms: servos come within a hundredth of the step
+constexpr double kStep_s = 0.002;     // as in scenes
+constexpr double kServo_1_s = 300.0;  // of drives: a third of what the step allows
+constexpr double kDrag = 0.95;        // of speed kept from step to step: springs swing out
+constexpr double kArmature = 1000.0;  // of all but the hand, which so stands still
+
+// The copy that is closed, with drives that follow their commands.
+class Rehearsal {
+ public:
+  Rehearsal(const mjModel* model, const std::vector<HandMotor>& motors)
+      : motors_(motors),
+        tips_(LastSegmentsOf(model)),
+        joints_(HandJoints(model)),
+        model_(mj_copyModel(nullptr, model)),
+        data_(mj_makeData(model)) {
+    mjModel* m = model_.get();
+    m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_GRAVITY | mjDSBL_SENSOR;
+    m->opt.enableflags &= ~mjENBL_SLEEP;
+    m->opt.integrator = mjINT_IMPLICITFAST;
+    m->opt.timestep = kStep_s;
+    std::vector<char> of_hand(static_cast<std::size_t>(m->nv), 0);
+    for (const int j : joints_) of_hand[static_cast<std::size_t>(m->jnt_dofadr[j])] = 1;
+    for (int dof = 0; dof < m->nv; ++dof) {
+      if (!of_hand[static_cast<std::size_t>(dof)]) m->dof_armature[dof] += kArmature;
+    }
+    data_.reset(mj_makeData(m));
+    MakeServos();
+  }
+
+  HandClosing Close() {
+    HandClosing closing;
+    closing.joints = joints_;
+    for (int i = 0; i < kPoints; ++i) {
+      const double share = static_cast<double>(i) / (kPoints - 1);
+      for (const HandMotor& motor : motors_) {
+        data_->ctrl[model_->actuator_ctrladr[motor.actuator]] = motor.open + share * motor.Travel();
+      }
+      Step(i == 0 ? kFirstSteps : kStepsAPoint);
+      closing.points.push_back({share, GapOf(model_.get(), data_.get(), tips_), Positions()});
+      NoteEqualities(closing);
+    }
+    NoteDrives(closing);
+    return closing;
+  }
+
+ private:
+  // A servo of one frequency for every drive, by the inertia that it moves; all others idle.
+  void MakeServos() {
+    mjModel* m = model_.get();
+    mj_forward(m, data_.get());
+    for (int a = 0; a < m->nactuator; ++a) {
+      m->actuator_biastype[a] = mjBIAS_NONE;
+      m->actuator_gaintype[a] = mjGAIN_FIXED;
+      m->actuator_gainprm[a * mjNGAIN] = 0.0;
+    }
+    for (const HandMotor& motor : motors_) {
+      const int a = motor.actuator;
+      const double inertia = InertiaAt(a);
+      m->actuator_biastype[a] = mjBIAS_AFFINE;
+      m->actuator_gainprm[a * mjNGAIN] = inertia * kServo_1_s * kServo_1_s;
+      m->actuator_biasprm[a * mjNBIAS] = 0.0;
+      m->actuator_biasprm[a * mjNBIAS + 1] = -inertia * kServo_1_s * kServo_1_s;
+      m->actuator_biasprm[a * mjNBIAS + 2] = -2.0 * inertia * kServo_1_s;
+      m->actuator_forcelimited[a] = 0;
+      m->actuator_ctrllimited[m->actuator_ctrladr[a]] = 0;
+    }
+  }
+
+  double InertiaAt(int actuator) const {
+    const mjModel* m = model_.get();
+    const mjData* d = data_.get();
+    const int out = m->actuator_outadr[actuator];
+    std::vector<mjtNum> arm(static_cast<std::size_t>(m->nv), 0.0);
+    std::vector<mjtNum> response(arm.size());
+    for (int k = 0; k < d->moment_rownnz[out]; ++k) {
+      const int at = d->moment_rowadr[out] + k;
+      arm[static_cast<std::size_t>(d->moment_colind[at])] = d->actuator_moment[at];
+    }
+    mj_solveM(m, data_.get(), response.data(), arm.data(), 1);
+    const double mobility = mju_dot(arm.data(), response.data(), static_cast<int>(m->nv));
+    if (mobility <= 0.0) {
+      throw base::InputError(fmt::format("actuator \"{}\" of tuple \"hand_motors\" moves nothing",
+                                         mj_id2name(m, mjOBJ_ACTUATOR, actuator)));
+    }
+    return 1.0 / mobility;
+  }
+
+  void Step(int steps) {
+    for (int i = 0; i < steps; ++i) {
+      mj_step(model_.get(), data_.get());
+      mju_scl(data_->qvel, data_->qvel, kDrag, static_cast<int>(model_->nv));
+    }
+    mj_forward(model_.get(), data_.get());
+    if (data_->warning[mjWARN_BADQACC].number > 0 || data_->warning[mjWARN_BADQPOS].number > 0) {
+      throw base::InputError(
+          "the hand does not stay finite while its drives close it on nothing: its equalities, "
+          "masses or \"hand_open\" and \"hand_closed\" contradict each other");
+    }
+  }
+
+  std::vector<double> Positions() const {
+    std::vector<double> positions;
+    for (const int j : joints_) positions.push_back(data_->qpos[model_->jnt_qposadr[j]]);
+    return positions;
+  }
+
+  void NoteEqualities(HandClosing& closing) const {
+    for (int row = 0; row < data_->ne; ++row) {
+      const double error = std::abs(data_->efc_pos[row]);
+      if (error <= closing.equality_m) continue;
+      closing.equality_m = error;
+      closing.equality = data_->efc_id[row];
+    }
+  }
+
+  void NoteDrives(HandClosing& closing) const {
+    for (const HandMotor& motor : motors_) {
+      if (!motor.Moves()) continue;
+      const double at = DriveLength(model_.get(), data_.get(), motor.actuator);
+      const double behind = std::abs((motor.closed - at) / motor.Travel());
+      if (behind <= closing.behind) continue;
+      closing.behind = behind;
+      closing.behind_actuator = motor.actuator;
+    }
+  }
+
+  std::vector<HandMotor> motors_;
+  LastSegments tips_;
+  std::vector<int> joints_;
+  std::unique_ptr<mjModel, Deleter> model_;
+  std::unique_ptr<mjData, Deleter> data_;
+};
+
+// Where a share lies: the point below it, and how far on to the next.
+std::pair<std::size_t, double> Place(const std::vector<HandClosing::Point>& points, double share) {
+  const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(points.size() - 1);
+  const auto from = std::min(static_cast<std::size_t>(at), points.size() - 2);
+  return {from, at - static_cast<double>(from)};
+}
+
+/// Column k: what one unit of force of the k-th drive, then of the k-th equality, does to the
+/// hand's joints.
+Eigen::MatrixXd Columns(const mjModel* model, const mjData* data,
+                        const std::vector<HandMotor>& motors) {
+  const auto drives = static_cast<Eigen::Index>(motors.size());
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(model->nv, drives + data->ne);
+  for (Eigen::Index k = 0; k < drives; ++k) {
+    const int out = model->actuator_outadr[motors[static_cast<std::size_t>(k)].actuator];
+    for (int i = 0; i < data->moment_rownnz[out]; ++i) {
+      const int at = data->moment_rowadr[out] + i;
+      all(data->moment_colind[at], k) = data->actuator_moment[at];
+    }
+  }
+  for (int row = 0; row < data->ne; ++row) {
+    if (!mj_isSparse(model)) {
+      for (int dof = 0; dof < model->nv; ++dof) {
+        all(dof, drives + row) = data->efc_J[static_cast<std::ptrdiff_t>(row) * model->nv + dof];
+      }
+      continue;
+    }
+    for (int i = 0; i < data->efc_J_rownnz[row]; ++i) {
+      const int at = data->efc_J_rowadr[row] + i;
+      all(data->efc_J_colind[at], drives + row) = data->efc_J[at];
+    }
+  }
+  return all;
+}
+
+/// What the joints have to give where the last segments press.
+Eigen::VectorXd Wanted(const mjModel* model, const mjData* data, const Eigen::Vector3d& x_W) {
+  const LastSegments tips = LastSegmentsOf(model);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> J(3, model->nv);
+  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(model->nv);
+  const auto press = [&](const std::vector<int>& geoms, const Eigen::Vector3d& direction_W) {
+    for (const int geom : geoms) {
+      mj_jacGeom(model, data, J.data(), nullptr, geom);
+      wanted += J.transpose() * direction_W / static_cast<double>(geoms.size());
+    }
+  };
+  press(tips.thumb, -x_W);
+  press(tips.fingers, x_W);
+  return wanted;
+}
+
+}  // namespace
+
+std::string_view Suffix(std::string_view name) {
+  const std::size_t slash = name.rfind('/');
+  return slash == std::string_view::npos ? name : name.substr(slash + 1);
+}
+
+int CountOf(const mjModel* model, mjtObj type) {
+  const std::pair<mjtObj, std::int64_t> counts[] = {
+      {mjOBJ_BODY, model->nbody},       {mjOBJ_JOINT, model->njnt},  {mjOBJ_GEOM, model->ngeom},
+      {mjOBJ_SITE, model->nsite},       {mjOBJ_CAMERA, model->ncam}, {mjOBJ_ACTUATOR, model->nu},
+      {mjOBJ_NUMERIC, model->nnumeric}, {mjOBJ_TUPLE, model->ntuple}};
+  for (const auto& [counted, count] : counts) {
+    if (counted == type) return static_cast<int>(count);
+  }
+  return 0;
+}
+
+int TryFind(const mjModel* model, mjtObj type, std::string_view suffix) {
+  for (int id = 0; id < CountOf(model, type); ++id) {
+    if (Suffix(NameOf(model, type, id)) == suffix) return id;
+  }
+  return -1;
+}
+
+int Find(const mjModel* model, mjtObj type, std::string_view suffix) {
+  const int id = TryFind(model, type, suffix);
+  if (id >= 0) return id;
+  std::vector<std::string> known;
+  for (int i = 0; i < CountOf(model, type); ++i) {
+    const std::string_view name = Suffix(NameOf(model, type, i));
+    if (!name.empty()) known.emplace_back(name);
+  }
+  throw base::InputError(fmt::format("the scene has no {} \"{}\"; it has: {}", mju_type2Str(type),
+                                     suffix, known.empty() ? "none" : base::Join(known)));
+}
+
+std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suffix) {
+  const int tuple = Find(model, mjOBJ_TUPLE, suffix);
+  std::vector<int> ids;
+  for (int i = 0; i < model->tuple_size[tuple]; ++i) {
+    const int element = model->tuple_adr[tuple] + i;
+    if (model->tuple_objtype[element] != type) {
+      throw base::InputError(
+          fmt::format("tuple \"{}\" of the scene must hold elements of type {} only", suffix,
+                      mju_type2Str(type)));
+    }
+    ids.push_back(model->tuple_objid[element]);
+  }
+  return ids;
+}
+
+std::vector<double> NumericOf(const mjModel* model, std::string_view suffix) {
+  const int id = TryFind(model, mjOBJ_NUMERIC, suffix);
+  if (id < 0) return {};
+  const mjtNum* data = model->numeric_data + model->numeric_adr[id];
+  return {data, data + model->numeric_size[id]};
+}
+
+bool InSubtree(const mjModel* model, int body, int root) {
+  while (body > root) body = model->body_parentid[body];  // parents have lower ids
+  return body == root;
+}
+
+bool HasMotors(const mjModel* model) { return TryFind(model, mjOBJ_TUPLE, "hand_motors") >= 0; }
+
+std::vector<HandMotor> HandMotors(const mjModel* model) {
+  const std::vector<int> actuators = TupleOf(model, mjOBJ_ACTUATOR, "hand_motors");
+  const std::vector<double> open = OneADrive(model, "hand_open", actuators.size());
+  const std::vector<double> closed = OneADrive(model, "hand_closed", actuators.size());
+  std::vector<HandMotor> motors;
+  for (std::size_t i = 0; i < actuators.size(); ++i) {
+    RequireAffine(model, actuators[i]);
+    motors.push_back({actuators[i], open[i], closed[i]});
+  }
+  if (std::none_of(motors.begin(), motors.end(), [](const HandMotor& m) { return m.Moves(); })) {
+    throw base::InputError(
+        "numerics \"hand_open\" and \"hand_closed\" are the same: nothing closes");
+  }
+  return motors;
+}
+
+int ThumbRoot(const mjModel* model) {
+  if (!HasMotors(model)) {
+    return model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
+  }
+  const int tip = TupleOf(model, mjOBJ_GEOM, "fingertips").at(0);
+  return HandBranch(model, model->geom_bodyid[tip], Find(model, mjOBJ_BODY, "hand"));
+}
+
+LastSegments LastSegmentsOf(const mjModel* model) {
+  const std::vector<int> tips = TupleOf(model, mjOBJ_GEOM, "fingertips");
+  const int thumb = ThumbRoot(model);
+  LastSegments last;
+  for (const int geom : tips) {
+    const int body = model->geom_bodyid[geom];
+    const bool inner = std::any_of(tips.begin(), tips.end(), [&](int other) {
+      const int further = model->geom_bodyid[other];
+      return further != body && InSubtree(model, further, body);
+    });
+    if (!inner) (InSubtree(model, body, thumb) ? last.thumb : last.fingers).push_back(geom);
+  }
+  return last;
+}
+
+double GapOf(const mjModel* model, mjData* data, const LastSegments& tips) {
+  double gap_m = kFarApart_m;
+  for (const int a : tips.thumb) {
+    for (const int b : tips.fingers) {
+      gap_m = std::min(gap_m, mj_geomDistance(model, data, a, b, kFarApart_m, nullptr));
+    }
+  }
+  return gap_m;
+}
+
+int ToolSite(const mjModel* model, std::string_view name) {
+  const int site = TryFind(model, mjOBJ_SITE, name);
+  return site >= 0 ? site : TryFind(model, mjOBJ_SITE, "tcp");
+}
+
+double DriveLength(const mjModel* model, const mjData* data, int actuator) {
+  return Along(model, actuator, data->actuator_length[model->actuator_outadr[actuator]],
+               [&](int joint) { return data->qpos[model->jnt_qposadr[joint]]; });
+}
+
+double DriveSpeed(const mjModel* model, const mjData* data, int actuator) {
+  return Along(model, actuator, data->actuator_velocity[model->actuator_outadr[actuator]],
+               [&](int joint) { return data->qvel[model->jnt_dofadr[joint]]; });
+}
+
+AffineDrive AffineOf(const mjModel* model, int actuator) {
+  AffineDrive drive;
+  drive.gain = model->actuator_gainprm[actuator * mjNGAIN];
+  if (model->actuator_biastype[actuator] == mjBIAS_AFFINE) {
+    std::copy_n(model->actuator_biasprm + actuator * mjNBIAS, 3, drive.bias);
+  }
+  drive.weakest = -std::numeric_limits<double>::infinity();
+  drive.strongest = std::numeric_limits<double>::infinity();
+  if (model->actuator_forcelimited[actuator]) {
+    drive.weakest = model->actuator_forcerange[2 * actuator];
+    drive.strongest = model->actuator_forcerange[2 * actuator + 1];
+  }
+  const int control = model->actuator_ctrladr[actuator];
+  if (drive.bias[1] == 0.0 && model->actuator_ctrllimited[control]) {
+    // Of a motor the command's range is the force's.
+    const double a = drive.bias[0] + drive.gain * model->actuator_ctrlrange[2 * control];
+    const double b = drive.bias[0] + drive.gain * model->actuator_ctrlrange[2 * control + 1];
+    drive.weakest = std::max(drive.weakest, std::min(a, b));
+    drive.strongest = std::min(drive.strongest, std::max(a, b));
+  }
+  return drive;
+}
+
+double HandClosing::GapAt(double share) const {
+  const auto [i, u] = Place(points, share);
+  return (1.0 - u) * points[i].gap_m + u * points[i + 1].gap_m;
+}
+
+double HandClosing::NarrowingAt(double share) const {
+  const auto [i, u] = Place(points, share);
+  return (points[i].gap_m - points[i + 1].gap_m) * static_cast<double>(points.size() - 1);
+}
+
+double HandClosing::ShareAtGap(double gap_m) const {
+  std::size_t i = 0;
+  while (i < points.size() && points[i].gap_m >= gap_m) ++i;
+  if (i == 0) return 0.0;
+  if (i == points.size()) return 1.0;
+  const double u = (points[i - 1].gap_m - gap_m) / (points[i - 1].gap_m - points[i].gap_m);
+  return points[i - 1].share + u * (points[i].share - points[i - 1].share);
+}
+
+double HandClosing::Touching() const { return ShareAtGap(0.0); }
+
+void HandClosing::Pose(const mjModel* model, mjData* data, double share) const {
+  const auto [i, u] = Place(points, share);
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    data->qpos[model->jnt_qposadr[joints[k]]] =
+        (1.0 - u) * points[i].positions[k] + u * points[i + 1].positions[k];
+  }
+}
+
+HandClosing CloseOnNothing(const mjModel* model) {
+  return CloseOnNothing(model, HandMotors(model));
+}
+
+HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors) {
+  return Rehearsal(model, motors).Close();
+}
+
+std::vector<double> GripForces(const mjModel* model, const mjData* data,
+                               const std::vector<HandMotor>& motors, const HandClosing& closing,
+                               double share, const Eigen::Vector3d& x_W) {
+  if (motors.size() == 1) return {closing.NarrowingAt(share) / motors.front().Travel()};
+  const Eigen::MatrixXd all = Columns(model, data, motors);
+  const Eigen::VectorXd wanted = Wanted(model, data, x_W);
+  const auto joints = static_cast<Eigen::Index>(closing.joints.size());
+  Eigen::MatrixXd of_hand(joints, all.cols());
+  Eigen::VectorXd of_tips(joints);
+  for (Eigen::Index i = 0; i < joints; ++i) {
+    const int dof = model->jnt_dofadr[closing.joints[static_cast<std::size_t>(i)]];
+    of_hand.row(i) = all.row(dof);
+    of_tips[i] = wanted[dof];
+  }
+  const Eigen::VectorXd forces = of_hand.completeOrthogonalDecomposition().solve(of_tips).head(
+      static_cast<Eigen::Index>(motors.size()));
+  return {forces.data(), forces.data() + forces.size()};
+}
+
+}  // namespace rangegrasp::mjcf

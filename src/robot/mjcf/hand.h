@@ -1,0 +1,128 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Core>
+#include <string_view>
+#include <vector>
+
+namespace rangegrasp::mjcf {
+
+/// What follows the last '/' of a name.
+std::string_view Suffix(std::string_view name);
+
+/// How many elements of a type a model has; 0 of types that have no names here.
+int CountOf(const mjModel* model, mjtObj type);
+
+/// The first element of a type whose name ends so; -1 if there is none.
+int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);
+/// @throws base::InputError naming the element and those that exist.
+int Find(const mjModel* model, mjtObj type, std::string_view suffix);
+
+/// The elements of a custom tuple. @throws base::InputError if it is missing or holds another type.
+std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suffix);
+/// A custom numeric; empty if there is none.
+std::vector<double> NumericOf(const mjModel* model, std::string_view suffix);
+
+/// True for `body` and all below it.
+bool InSubtree(const mjModel* model, int body, int root);
+
+/// A drive of the hand: its length (of its joint [rad or m] or its tendon, times its gear) in the
+/// open and in the closed hand, in either order; equal lengths: it holds its joint there.
+struct HandMotor {
+  int actuator = -1;
+  double open = 0.0;
+  double closed = 0.0;
+  double Travel() const { return closed - open; }
+  bool Moves() const { return closed != open; }
+};
+
+/// Whether the file says how the hand closes: tuple "hand_motors". A hand without it is one whose
+/// hinges ("hand_joints", open at their lower limits) are closed by one geared "hand_motor".
+bool HasMotors(const mjModel* model);
+
+/// "hand_motors" with the numerics "hand_open" and "hand_closed", one value a drive.
+/// @throws base::InputError naming what is missing, of another size, or a drive that is no motor
+/// and no position servo (its force must be linear in command, length and speed).
+std::vector<HandMotor> HandMotors(const mjModel* model);
+
+/// The body that the thumb hangs on: that of the first of "hand_joints", or (HasMotors) the topmost
+/// with a joint above the first of "fingertips". The pads below it face all others.
+int ThumbRoot(const mjModel* model);
+
+/// Those of "fingertips" that have no others further out, by side: what closes on an object.
+struct LastSegments {
+  std::vector<int> thumb, fingers;  ///< geoms
+};
+LastSegments LastSegmentsOf(const mjModel* model);
+
+/// The least distance of the two sides [m], at most kFarApart_m; negative: overlap.
+double GapOf(const mjModel* model, mjData* data, const LastSegments& tips);
+constexpr double kFarApart_m = 1.0;  ///< no hand opens that far
+
+/// The site of this name ("tcp_tip", "tcp_power"), or the site "tcp" that stands for both; -1.
+int ToolSite(const mjModel* model, std::string_view name);
+
+/// Where what a drive moves stands, from the joints as they are: the engine's own lengths are those
+/// of the last kinematics. Of tendons round sites and geoms these.
+double DriveLength(const mjModel* model, const mjData* data, int actuator);
+double DriveSpeed(const mjModel* model, const mjData* data, int actuator);
+
+/// The force of an actuator: gain * command + bias[0] + bias[1] * length + bias[2] *
+/// speed, cut at its range.
+struct AffineDrive {
+  double gain = 1.0;
+  double bias[3] = {0.0, 0.0, 0.0};
+  double weakest = 0.0, strongest = 0.0;  ///< infinite where the file has no range
+};
+AffineDrive AffineOf(const mjModel* model, int actuator);
+
+/// The hand closing on nothing, all drives together: at share s each is at open + s (closed -
+/// open). What they do not drive (followers, four-bar linkages, springs) is where the model takes
+/// it.
+struct HandClosing {
+  struct Point {
+    double share = 0.0;  ///< 0 .. 1
+    double gap_m = 0.0;  ///< least distance of the two sides' last segments; negative: overlap
+    std::vector<double> positions;  ///< of `joints`
+  };
+  std::vector<int> joints;    ///< all of the hand
+  std::vector<Point> points;  ///< ascending, evenly spaced, the first at 0, the last at 1
+
+  // How well the model followed, for checks.
+  double equality_m = 0.0;   ///< largest error of an equality [rad or m]
+  int equality = -1;         ///< whose
+  double behind = 0.0;       ///< share of its travel by which a drive stopped short of its end
+  int behind_actuator = -1;  ///< whose
+
+  double GapAt(double share) const;
+  /// The way that the gap narrows for a whole travel, at a share [m].
+  double NarrowingAt(double share) const;
+  /// The share at which the sides first touch; 1 if they never do.
+  double Touching() const;
+  /// The largest share up to which the gap is at least gap_m; 0 if it never is.
+  double ShareAtGap(double gap_m) const;
+  /// Puts the hand's joints there; kinematics are the caller's.
+  void Pose(const mjModel* model, mjData* data, double share) const;
+};
+
+/// Closes a copy of the hand step by step: no gravity, no contacts, every drive a stiff servo
+/// without limits, the arm and all else as it stands in qpos0. A few thousand steps, 20 to 60 ms.
+/// @throws base::InputError as HandMotors(); if the hand does not stay finite.
+HandClosing CloseOnNothing(const mjModel* model);
+/// The same with other ends of the drives' ways than the file's.
+HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors);
+
+/// The force [N or Nm] of each drive with which the thumb's last segments press with 1 N against
+/// those of the fingers, in all, along the unit vector x_W (from the fingers to the thumb): the
+/// equilibrium of the hand's joints,
+///   R^T tau + A^T lambda = J^T f,
+/// with the drives' moments R, the equalities' Jacobian A and their forces lambda, and the
+/// Jacobian J of the segments' middles, which press with f; the least one where several do.
+/// One drive alone needs no equilibrium: tau = -d(gap)/d(length), by virtual work.
+/// @param data  after mj_forward or mj_step
+std::vector<double> GripForces(const mjModel* model, const mjData* data,
+                               const std::vector<HandMotor>& motors, const HandClosing& closing,
+                               double share, const Eigen::Vector3d& x_W);
+
+}  // namespace rangegrasp::mjcf

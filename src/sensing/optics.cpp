@@ -1,0 +1,158 @@
+#include "sensing/optics.h"
+
+#include <algorithm>
+
+namespace rangegrasp::sensing {
+namespace {
+
+using Eigen::Vector3d;
+
+// Below this the camera's ray and the fan are parallel: they meet beyond 300 km.
+constexpr double kParallel = 1e-6;
+
+// The mirror direction of a share `gloss` of the samples blinds the camera; albedo's corner points
+// are estimates for dark print under a red line.
+constexpr double kDarkAlbedo = 0.05;
+constexpr double kFairAlbedo = 0.10;
+constexpr double kDarkLoss = 0.5;
+constexpr double kBlackLoss = 0.9;
+constexpr double kInkAlbedo = 0.04;
+constexpr double kPaperAlbedo = 0.85;
+
+Blob Sum(std::span<const Glint> group) {
+  Blob blob;
+  blob.low_px = group.front().column_px;
+  blob.high_px = group.back().column_px;
+  double moment = 0.0;
+  double brightest = 0.0;
+  for (const Glint& glint : group) {
+    blob.brightness += glint.brightness;
+    moment += glint.brightness * glint.column_px;
+    if (glint.brightness > brightest) {
+      brightest = glint.brightness;
+      blob.source = glint.source;
+    }
+  }
+  if (blob.brightness > 0.0) blob.column_px = moment / blob.brightness;
+  return blob;
+}
+
+}  // namespace
+
+double PanAngle(const LineScannerOptions& options, int profile) {
+  if (options.profiles < 2) return 0.0;
+  return options.pan_range_rad * (static_cast<double>(profile) / (options.profiles - 1) - 0.5);
+}
+
+Eigen::Matrix3d PanRotation(double pan_rad) {
+  return Eigen::AngleAxisd(pan_rad, Vector3d::UnitY()).toRotationMatrix();
+}
+
+double Slope(const LineScannerOptions& options, double sample) {
+  if (options.samples < 2) return 0.0;
+  return std::tan(0.5 * options.fan_rad) * (2.0 * sample / (options.samples - 1) - 1.0);
+}
+
+CameraModel::CameraModel(const LineScannerOptions& options)
+    : baseline_m_(options.baseline_m),
+      sin_(std::sin(std::atan2(options.baseline_m, options.focus_distance_m))),
+      cos_(std::cos(std::atan2(options.baseline_m, options.focus_distance_m))),
+      scale_px_(options.focal_length_m / options.pixel_pitch_m),
+      half_px_(0.5 * options.sensor_pixels),
+      half_slope_(std::tan(0.5 * options.fan_rad)),
+      line_width_m_(options.line_width_m),
+      blur_px_(options.blur_px) {}
+
+bool CameraModel::InView(const Vector3d& p_P) const {
+  const double axial_m = AxialDistance(p_P.x(), p_P.z());
+  return axial_m > 0.0 && std::abs(p_P.y()) <= half_slope_ * axial_m &&
+         OnSensor(Column(p_P.x(), p_P.z()));
+}
+
+std::optional<double> CameraModel::Depth(double column_px) const {
+  const double q = column_px / scale_px_;
+  const double numerator = baseline_m_ * (cos_ + q * sin_);
+  const double denominator = sin_ - q * cos_;
+  if (numerator <= 0.0 || denominator <= kParallel) return std::nullopt;
+  return numerator / denominator;
+}
+
+double CameraModel::DepthPerPixel(double depth_m) const {
+  const double axial_m = AxialDistance(0.0, depth_m);
+  return axial_m * axial_m / (scale_px_ * baseline_m_);
+}
+
+double CameraModel::SpotWidth(double axial_distance_m) const {
+  return std::hypot(line_width_m_ * scale_px_ / axial_distance_m, blur_px_);
+}
+
+double SpeckleSigma(const LineScannerOptions& options) {
+  return options.speckle_sigma_m / CameraModel(options).DepthPerPixel(1.0);
+}
+
+double CentroidSigma(const LineScannerOptions& options) {
+  const double speckle_px = SpeckleSigma(options);
+  const double variance_px2 = options.centroid_sigma_px * options.centroid_sigma_px +
+                              speckle_px * speckle_px +
+                              options.quantisation_px * options.quantisation_px / 12.0;
+  return std::sqrt(variance_px2);
+}
+
+double IncidenceLoss(const LineScannerOptions& options, double incidence_rad) {
+  const double span_rad = options.dropout_end_rad - options.dropout_begin_rad;
+  return std::clamp((incidence_rad - options.dropout_begin_rad) / span_rad, 0.0, 1.0);
+}
+
+double AlbedoLoss(double albedo) {
+  if (albedo >= kFairAlbedo) return 0.0;
+  if (albedo >= kDarkAlbedo) {
+    return kDarkLoss * (kFairAlbedo - albedo) / (kFairAlbedo - kDarkAlbedo);
+  }
+  return kDarkLoss + (kBlackLoss - kDarkLoss) * (kDarkAlbedo - albedo) / kDarkAlbedo;
+}
+
+double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad) {
+  return mirror_offset_rad <= options.saturation_angle_rad ? gloss : 0.0;
+}
+
+double ClarityLoss(double clarity) { return clarity; }
+
+double SampleLoss(double albedo, double clarity) {
+  return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - ClarityLoss(clarity));
+}
+
+double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter) {
+  return 1.0 - (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
+                   (1.0 - GlossLoss(options, gloss, encounter.mirror_offset_rad));
+}
+
+double PrintAlbedo(std::uint8_t red) {
+  // IEC 61966-2-1.
+  static const std::array<double, 256> albedo = [] {
+    std::array<double, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double s = static_cast<double>(i) / 255.0;
+      const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+      table[i] = kInkAlbedo + (kPaperAlbedo - kInkAlbedo) * linear;
+    }
+    return table;
+  }();
+  return albedo[red];
+}
+
+Blob BrightestBlob(std::span<Glint> glints, double width_px) {
+  std::ranges::sort(glints, [](const Glint& a, const Glint& b) {
+    return a.column_px != b.column_px ? a.column_px < b.column_px : a.source < b.source;
+  });
+  Blob best;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= glints.size(); ++i) {
+    if (i < glints.size() && glints[i].column_px - glints[i - 1].column_px <= width_px) continue;
+    const Blob blob = Sum(glints.subspan(begin, i - begin));
+    if (blob.brightness > best.brightness) best = blob;
+    begin = i;
+  }
+  return best;
+}
+
+}  // namespace rangegrasp::sensing

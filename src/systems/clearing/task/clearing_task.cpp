@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/stopwatch.h"
+#include "base/words.h"
+#include "clearing/task/clearing_report.h"
+#include "experiment/experiment.h"
+#include "sim/world.h"
+#include "trial/options.h"
+#include "trial/recorder.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::clearing {
+namespace {
+
+using experiment::Case;
+
+// A clearing experiment, as its file states it.
+struct Options {
+  trial::Options grasping;
+  ClearingOptions clearing;
+};
+
+// The keys but those that it shares with grasping.
+void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
+  map.Read("runs", o.runs, 1, 100000, "arrangements that are cleared");
+  auto keys = map.Child("clearing", "from one grasp to the next");
+  keys.Read(
+      "rescan", o.rescan,
+      "a new scan after each grasp, or only after a failed one: what was taken is left out of "
+      "the last scan");
+  keys.Read("retry", o.retry,
+            "a failed object is tried again at once, or after those with fewer failed tries");
+  keys.Read("tries_per_object", o.tries_per_object, 1, 20,
+            "failed grasps at one object before it is passed over");
+  keys.Read("max_grasps", o.max_grasps, 0, 10000,
+            "grasps before the run is given up; 0: tries_per_object for each object");
+  keys.Read("idle_scans", o.idle_scans, 0, 20,
+            "new scans in which nothing can be done before the run is given up");
+  keys.Read("same_object_share", o.same_object_share, 0.0, 1.0,
+            "objects of two scans with this share of their samples in common are one");
+  keys.ReadScaled("other_grasp_mm", o.other_grasp_m, base::kMm, 0.0, 1000.0,
+                  "a grasp this far from a failed one is another one");
+  keys.ReadScaled("other_grasp_deg", o.other_grasp_rad, base::kDeg, 0.0, 180.0,
+                  "likewise one that is turned by so much");
+  keys.Finish();
+}
+
+// All keys, to the end of the map. @throws base::InputError
+Options ReadOptions(base::YamlMap& map) {
+  Options options;
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "a clearing experiment has `runs` in its place");
+  }
+  if (map.Has("views")) {
+    map.Fail("views", "a table is cleared with one look a grasp, by its own sensor");
+  }
+  ReadClearingKeys(map, options.clearing);
+  options.grasping = trial::ReadOptions(map);
+  return options;
+}
+
+// Runs a case again under a viewer. With snapshots it leaves of attempt 3 of case pile-0001
+// `pile-0001_03_perceived.png`, `_03_start.png` and `_03_lifted.png`, `pile-0001_end.png`, and
+// `pile-0001_sheet.png`: all of them.
+experiment::Result ReplayClearing(
+    const trial::Cell& cell, const std::string& id, const experiment::ReplayOptions& options,
+    const std::function<experiment::Result(const ClearingObserver&)>& run) {
+  const auto recorder = trial::MakeRecorder(cell, id, options);
+  recorder->KeepMoments([](const std::string& moment) {
+    return moment == "start" || moment == "lifted" || moment == "end";
+  });
+  ClearingObserver observer;
+  observer.detector = &recorder->detector();
+  observer.execution = recorder->Observer();
+  if (observer.execution.on_moment) {
+    // The end of a grasp is the start of the next one, after the attendant.
+    observer.execution.on_moment = [then = observer.execution.on_moment](const std::string& moment,
+                                                                         sim::World& world) {
+      if (moment != "end") then(moment, world);
+    };
+  }
+  observer.on_attempt = [&](int attempt) {
+    recorder->SetPrefix(fmt::format("{}_{:02}", id, attempt));
+  };
+  observer.on_end = [&](sim::World& world) {
+    recorder->SetPrefix(id);
+    recorder->Take("end", world);
+  };
+  const auto result = run(observer);
+  recorder->Finish();
+  return result;
+}
+
+// A case is an arrangement; its group is the arrangement's word.
+class ClearingExperiment : public experiment::Task {
+ public:
+  ClearingExperiment(const Options& options, const experiment::Common& common)
+      : cell_(options.grasping), options_(options.clearing), seed_(common.seed) {}
+
+  // The object that is dropped last, and is highest, goes round.
+  std::vector<Case> Cases() const override {
+    const auto& objects = cell_.options.objects;
+    const std::string group = cell_.options.arranger;
+    std::vector<Case> cases;
+    for (int i = 0; i < options_.runs; ++i) {
+      const std::string& target = objects[static_cast<std::size_t>(i) % objects.size()];
+      cases.push_back(
+          {fmt::format("{}-{:04}", group, i),
+           group,
+           base::DeriveSeed(base::DeriveSeed(base::DeriveSeed(seed_, "clearing"), group),
+                            static_cast<std::uint64_t>(i)),
+           {{"object", target}, {"index", i}, {"objects", ObjectsOfARun()}}});
+    }
+    return cases;
+  }
+
+  void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
+
+  experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
+
+  experiment::Result Replay(const Case& which,
+                            const experiment::ReplayOptions& options) const override {
+    return ReplayClearing(cell_, which.id, options, [&](const ClearingObserver& observer) {
+      return RunCase(which, observer);
+    });
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
+    trial::AddDetectorTo(cell_.options, stamp);
+    stamp.identity["mujoco"] = sim::EngineVersion();
+    trial::AddTitles(cell_.options, stamp);
+  }
+
+ private:
+  // Of a run that leaves no record all of them count as not delivered.
+  int ObjectsOfARun() const {
+    const bool alone = cell_.options.arranger == trial::kSingle;
+    return alone ? 1 : static_cast<int>(cell_.options.objects.size());
+  }
+
+  experiment::Result RunCase(const Case& which, const ClearingObserver& observer) const {
+    const trial::TrialSpec spec = trial::SpecOf(which);
+    base::Stopwatch watch;
+    trial::Redraws redraws;
+    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    if (!arranged) return trial::NoArrangement(redraws);
+    const double arrange_s = watch.Restart();
+    const int max_grasps =
+        options_.max_grasps > 0
+            ? options_.max_grasps
+            : options_.tries_per_object * static_cast<int>(cell_.options.objects.size());
+    const Clearing clearing =
+        ClearTable(cell_, options_, max_grasps, arranged->world, which.seed, observer);
+    experiment::Result result = ResultOf(clearing, spec.object);
+    result.seconds.insert(result.seconds.begin(), {"arrange", arrange_s});
+    result.seconds.emplace_back("clearing", watch.Seconds());
+    return result;
+  }
+
+  trial::Cell cell_;
+  ClearingOptions options_;
+  std::uint64_t seed_;
+};
+
+std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
+  const Options options = ReadOptions(map);
+  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
+  trial::CheckObjects(map, options.grasping);
+  trial::CheckDetector(map, options.grasping, common.case_limit_s);
+  return std::make_unique<ClearingExperiment>(options, common);
+}
+
+}  // namespace
+}  // namespace rangegrasp::clearing
+
+namespace rangegrasp {
+
+void RegisterClearing() {
+  experiment::AddKind(
+      {.name = "clearing",
+       .description =
+           "Tables that are cleared object by object: one case an arrangement. Beside the "
+           "keys below it has all of `task: grasping` but `trials_per_object`.",
+       .trials_key = "runs",
+       .uses_seed = true,
+       .success = clearing::kCleared,
+       .read = clearing::Read,
+       .read_keys =
+           [](base::YamlMap& map) {
+             clearing::ClearingOptions options;
+             clearing::ReadClearingKeys(map, options);
+           },
+       .report = clearing::ReportOf});
+}
+
+}  // namespace rangegrasp

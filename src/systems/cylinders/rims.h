@@ -1,0 +1,154 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/rng.h"
+#include "base/units.h"
+#include "geometry/kd_tree.h"
+#include "geometry/plane.h"
+#include "geometry/point_cloud.h"
+#include "perception/sampling.h"
+
+/// Curvature points: where a surface bends or ends (section 4.2.3).
+
+namespace rangegrasp::cylinders {
+
+/// cos(beta_i) of eq. 4.14: of the angle at p between the directions to the points before and after
+/// it on its scan line: -1 on a straight line. -1, too, where two of the points are one.
+double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
+                  const Eigen::Vector3d& after);
+
+/// n_x > n_y and n_x > n_z of a normal in the sensor's frame (section 4.2.4). Neither component's
+/// size: a normal to -y passes for any n_x > 0, as printed.
+inline bool PassesSensorGate(const Eigen::Vector3d& n_S) {
+  return n_S.x() > n_S.y() && n_S.x() > n_S.z();
+}
+
+struct CurvatureOptions {
+  /// Neighbors of a point (section 4.2.3): as far as its normal's.
+  perception::AdaptiveLength radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};
+  double min_angle_rad = base::Deg(20.0);        ///< alpha (section 4.2.3)
+  double max_edge_angle_rad = base::Deg(110.0);  ///< beta (section 4.2.3)
+  /// How far before and after on the scan line the angle of an edge is looked at. 0: the adjacent
+  /// samples, as published, which the dissertation's scanner has 2 mm apart. Where they are closer
+  /// than the noise, every point would be an edge. Larger: rounder edges count.
+  perception::AdaptiveLength line_step_m{0.002, {.noises = 8.0}};
+  /// Of a top's normal from the table's (table_gate): the normal's largest component is the
+  /// table's, whichever two others are taken. Larger: more of a rim's outer side.
+  double max_tilt_rad = base::Deg(55.0);
+};
+
+/// For each point whether the angle of its normal to its m neighbors' is above min_angle_rad: its
+/// cosine is the mean of the normals' cosines (eq. 4.13). The printed sum has no 1 / m, without
+/// which it is no cosine from the second neighbor on. O(n log n).
+/// @param known  neighbors of the cloud's points as their normals' estimation found them; used if
+/// they are of options.radius_m
+std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
+                               const CurvatureOptions& options,
+                               const geometry::NeighborLists& known = {});
+
+/// Where a point was measured: its scan line, and the order on it.
+struct ScanPlace {
+  std::uint32_t line = 0;
+  std::uint32_t sample = 0;
+};
+
+/// For each point whether its scan line has an edge there (eq. 4.14). Points are in the order of
+/// the scan. @param places  one a point. O(n).
+/// @throws std::invalid_argument if there is not one place a point.
+std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
+                            const CurvatureOptions& options);
+
+// Curvature points that hang together (section 4.2.3).
+
+/// d_ca of eq. 4.15 as its sum stands [m]: of a point's distances to its m neighbors within
+/// radius_m, the neighborhood of eq. 4.13, and the mean of that over all points that have any. 0 if
+/// none has.
+double MeanNeighborDistance(geometry::PointSpan points, const geometry::KdTree& tree,
+                            double radius_m);
+
+struct FragmentOptions {
+  /// How near a point of a fragment is to another of it, in mean nearest distances (one reading of
+  /// d_ca: "the average distance between all m curvature points, calculated by nearest neighbor
+  /// searching"; with 1 about half of all points would be alone); 0: nearer than d_ca, as published
+  /// (eq. 4.17). Larger: fragments with gaps hold together, and those of touching objects, too.
+  double link = 3.0;
+  /// The neighborhood of d_ca (section 4.2.3).
+  double neighborhood_m = 0.005;
+  /// A fragment with fewer points says nothing of a circle.
+  int min_points = 12;
+};
+
+/// Connected sets of points, each less than the link from another of its set (eq. 4.16, 4.17):
+/// what the recursive flood fill finds, by disjoint sets. Largest first, ties by first point;
+/// positions ascending; those with too few points left out. O(n log n).
+std::vector<geometry::Indices> Fragments(geometry::PointSpan points,
+                                         const FragmentOptions& options);
+
+// Random circle fitting, the dissertation's fit of a rim (section 4.2.4).
+
+/// A circle in the frame of the points it came from.
+struct Circle {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< c_m [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit; sign arbitrary
+  double radius_m = 0.0;
+};
+
+/// The products of the sides of the triangle A, B, C (eq. 4.18, 4.19) [m^2, m^4].
+struct TriangleProducts {
+  double d_ca = 0.0;  ///< (C - A) . (B - A); the text calls it d_ac in eq. 4.19
+  double d_ba = 0.0;  ///< (C - B) . (A - B)
+  double d_cb = 0.0;  ///< (A - C) . (B - C)
+  double n_1 = 0.0;   ///< d_ba d_cb
+  double n_2 = 0.0;   ///< d_cb d_ca
+  double n_3 = 0.0;   ///< d_ca d_ba
+
+  /// n_1 + n_2 + n_3: the square of twice the triangle's area.
+  double Sum() const { return n_1 + n_2 + n_3; }
+};
+TriangleProducts ProductsOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                            const Eigen::Vector3d& c);
+
+/// r of eq. 4.20 [m]: half of the root of (d_ca + d_ba)(d_ba + d_cb)(d_cb + d_ca) / (n_1 + n_2 +
+/// n_3). The root is over the quotient: with the root over the product of the sides alone r would
+/// be 1 / m. Each factor is a squared side, so that r = |AB| |BC| |CA| / (4 area).
+double CircumradiusOf(const TriangleProducts& products);
+
+/// The circle round the triangle a, b, c (eq. 4.18 to 4.21); nullopt if they are collinear.
+std::optional<Circle> CircleThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                    const Eigen::Vector3d& c);
+
+/// What a point's distance from a circle is.
+enum class CircleDistance {
+  kSphere,  ///< | ||p - c_m|| - r |, as eq. 4.24 and 4.26 have it: from the sphere round the circle
+  kCurve,   ///< from the curve itself: what lies on the sphere but off the circle's plane is off
+};
+/// Distance [m] of p from the circle.
+double DistanceTo(const Circle& circle, const Eigen::Vector3d& p, CircleDistance distance);
+
+/// d_j of eq. 4.24 [m]: the sum of all distances. The text's |r - p_c| is read as | r - ||p_c -
+/// c_m|| |, as eq. 4.26 writes it. Ends early with a value above `enough_m`.
+double SumOfDistances(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
+                      double enough_m);
+
+/// Share of the points for which eq. 4.26 holds; 0 if there are none.
+double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
+               double tolerance_m);
+
+struct RandomCircleOptions {
+  int draws = 100;  ///< >= 1 (section 4.2.4)
+  CircleDistance distance = CircleDistance::kSphere;
+};
+
+/// Draws triples of the points and takes the circle with the least sum of distances of all points
+/// (RCF, eq. 4.24, 4.25, section 4.2.4). O(draws n), and less where a draw's sum exceeds the best
+/// before its end. Depends only on the arguments and the rng's state.
+/// @return nullopt if there are fewer than three points or no triple made a circle.
+/// @throws std::invalid_argument if draws < 1.
+std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, const RandomCircleOptions& options,
+                                      base::Rng& rng);
+
+}  // namespace rangegrasp::cylinders

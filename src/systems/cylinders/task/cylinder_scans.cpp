@@ -1,0 +1,224 @@
+#include "cylinders/task/cylinder_scans.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "sensing/line_scanner.h"
+
+namespace rangegrasp::cylinders {
+namespace {
+
+/// A grid that gives too few points is made finer by its lack and this much more.
+constexpr double kSpare = 1.01;
+constexpr int kGrids = 12;
+
+double RangeToWall(const CylinderShape& shape, const Eigen::Vector3d& eye,
+                   const Eigen::Vector3d& ray) {
+  const Eigen::Vector2d e = eye.tail<2>();
+  const Eigen::Vector2d u = ray.tail<2>();
+  const double a = u.squaredNorm();
+  const double b = e.dot(u);
+  const double root = b * b - a * (e.squaredNorm() - shape.radius_m * shape.radius_m);
+  if (a == 0.0 || root < 0.0) return -1.0;
+  const double range = (-b - std::sqrt(root)) / a;
+  return std::abs(eye.x() + range * ray.x()) <= 0.5 * shape.height_m ? range : -1.0;
+}
+
+double RangeToEnd(const CylinderShape& shape, const Eigen::Vector3d& eye,
+                  const Eigen::Vector3d& ray, double x) {
+  if (ray.x() == 0.0) return -1.0;
+  const double range = (x - eye.x()) / ray.x();
+  const Eigen::Vector2d p = eye.tail<2>() + range * ray.tail<2>();
+  return p.norm() <= shape.radius_m ? range : -1.0;
+}
+
+// Rays through a square grid on the plane square to the line of sight, `pitch` apart at distance 1.
+CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, double pitch,
+                        const Eigen::Vector2d& phase, double noise_m, base::Rng rng) {
+  const Eigen::Vector3d forward = -eye.normalized();
+  const Eigen::Vector3d right = Eigen::Vector3d::UnitX().cross(forward).normalized();
+  const Eigen::Vector3d down = forward.cross(right);
+  const double reach = std::hypot(shape.radius_m, 0.5 * shape.height_m);
+  const double half = reach / (eye.norm() - reach);
+  const auto last = static_cast<int>(std::ceil(half / pitch));
+  CylinderView view;
+  view.eye = eye;
+  for (int column = -last; column <= last; ++column) {
+    for (int row = -last; row <= last; ++row) {
+      const Eigen::Vector3d ray =
+          (forward + (column + phase.x()) * pitch * right + (row + phase.y()) * pitch * down)
+              .normalized();
+      const double range = RangeTo(shape, eye, ray);
+      if (range < 0.0) continue;
+      const double noise = noise_m * rng.Normal();
+      view.points.push_back(eye + (range + noise) * ray);
+      view.lines.push_back(static_cast<std::uint32_t>(column + last));
+    }
+  }
+  return view;
+}
+
+}  // namespace
+
+Eigen::Vector3d Viewpoint::Eye() const {
+  return distance_m * Eigen::Vector3d(std::sin(pitch_rad), 0.0, std::cos(pitch_rad));
+}
+
+double RangeTo(const CylinderShape& shape, const Eigen::Vector3d& eye, const Eigen::Vector3d& ray) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const double range :
+       {RangeToWall(shape, eye, ray), RangeToEnd(shape, eye, ray, 0.5 * shape.height_m),
+        RangeToEnd(shape, eye, ray, -0.5 * shape.height_m)}) {
+    if (range >= 0.0) nearest = std::min(nearest, range);
+  }
+  return std::isfinite(nearest) ? nearest : -1.0;
+}
+
+CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
+                           double noise_m, base::Rng& rng) {
+  if (points < 3) throw base::InputError("a synthetic cylinder needs three points or more");
+  const double phase_x = rng.Uniform();
+  const double phase_y = rng.Uniform();
+  const base::Rng noise(rng.Next());
+  const Eigen::Vector3d eye = view.Eye();
+  // The outline's area is about its box's.
+  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
+  for (int i = 0; i < kGrids; ++i) {
+    CylinderView found = GridOfRays(shape, eye, pitch, {phase_x, phase_y}, noise_m, noise);
+    if (static_cast<int>(found.points.size()) >= points) {
+      KeepEvenly(points, found);
+      return found;
+    }
+    const double have = std::max(1.0, static_cast<double>(found.points.size()));
+    pitch /= std::sqrt(kSpare * points / have);
+  }
+  throw base::InputError("no grid of rays gives so many points of the synthetic cylinder");
+}
+
+void KeepEvenly(int wanted, CylinderView& view) {
+  const auto have = static_cast<std::int64_t>(view.points.size());
+  if (have <= wanted) return;
+  std::size_t kept = 0;
+  for (std::int64_t i = 0; i < have; ++i) {
+    if ((i + 1) * wanted / have == i * wanted / have) continue;
+    view.points[kept] = view.points[static_cast<std::size_t>(i)];
+    view.lines[kept] = view.lines[static_cast<std::size_t>(i)];
+    ++kept;
+  }
+  view.points.resize(kept);
+  view.lines.resize(kept);
+}
+
+namespace {
+
+/// As SyntheticScan's.
+constexpr double kScanSpare = 1.01;
+constexpr int kScans = 10;
+/// Edges of the mesh round the axis: their middle lies r (1 - cos(pi / n)) within the circle, half
+/// a micrometre at r = 25 mm.
+constexpr std::uint32_t kEdges = 512;
+/// The sweep is wider than the cylinder by this share, so that its outline is within.
+constexpr double kMargin = 1.1;
+/// The table answers to the laser as a matt, bright surface.
+constexpr std::uint32_t kTableLabel = 0;
+constexpr std::uint32_t kCylinderLabel = 1;
+
+geometry::TriangleMesh MeshOf(const CylinderShape& shape) {
+  geometry::TriangleMesh mesh;
+  const double half_m = 0.5 * shape.height_m;
+  for (std::uint32_t k = 0; k < kEdges; ++k) {
+    const double angle = 2.0 * base::kPi * k / kEdges;
+    const double y = shape.radius_m * std::cos(angle);
+    const double z = shape.radius_m * std::sin(angle);
+    mesh.vertices.emplace_back(-half_m, y, z);
+    mesh.vertices.emplace_back(half_m, y, z);
+  }
+  const std::uint32_t low = 2 * kEdges;
+  const std::uint32_t high = low + 1;
+  mesh.vertices.emplace_back(-half_m, 0.0, 0.0);
+  mesh.vertices.emplace_back(half_m, 0.0, 0.0);
+  for (std::uint32_t k = 0; k < kEdges; ++k) {
+    const std::uint32_t a = 2 * k;
+    const std::uint32_t b = 2 * ((k + 1) % kEdges);
+    mesh.triangles.push_back({a, b, a + 1});
+    mesh.triangles.push_back({b, b + 1, a + 1});
+    mesh.triangles.push_back({high, a + 1, b + 1});
+    mesh.triangles.push_back({low, b, a});
+  }
+  return mesh;
+}
+
+geometry::TriangleMesh TableOf(double x, double side_m) {
+  const double half_m = 0.5 * side_m;
+  return {{{x, -half_m, -half_m}, {x, half_m, -half_m}, {x, half_m, half_m}, {x, -half_m, half_m}},
+          {{0, 1, 2}, {0, 2, 3}}};
+}
+
+// S: x right, y down, z forward (base/frames.h), turned by less than a sample.
+base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double turn_y_rad) {
+  const Eigen::Vector3d forward = -eye.normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitX()).normalized();
+  Eigen::Matrix3d R_WS;
+  R_WS << right, forward.cross(right), forward;
+  const Eigen::AngleAxisd turn_x(turn_x_rad, Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd turn_y(turn_y_rad, Eigen::Vector3d::UnitY());
+  return base::MakePose(R_WS * (turn_x * turn_y).toRotationMatrix(), eye);
+}
+
+CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::Vector3d& eye) {
+  CylinderView view;
+  view.eye = eye;
+  const geometry::RangeImage& image = scan.view.image;
+  for (int line = 0; line < image.profiles; ++line) {
+    for (int sample = 0; sample < image.samples; ++sample) {
+      const Eigen::Vector3d& p = image.points_C[image.Index(line, sample)];
+      if (!p.allFinite() || p.x() <= limit_x) continue;
+      view.points.push_back(p);
+      view.lines.push_back(static_cast<std::uint32_t>(line));
+    }
+  }
+  return view;
+}
+
+}  // namespace
+
+CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
+                          const ScannedOptions& options, base::Rng& rng) {
+  std::vector<sim::VisualMesh> meshes(2);
+  meshes[0].mesh_W = TableOf(-0.5 * shape.height_m, options.table_m);
+  meshes[0].label = kTableLabel;
+  meshes[1].mesh_W = MeshOf(shape);
+  meshes[1].label = kCylinderLabel;
+
+  const double phase_x = rng.Uniform();
+  const double phase_y = rng.Uniform();
+  const base::Rng noise(rng.Next());
+  const Eigen::Vector3d eye = view.Eye();
+  const double reach_m = std::hypot(shape.radius_m, 0.5 * shape.height_m);
+  sensing::LineScannerOptions scanner = options.scanner;
+  scanner.calibration_sigma_m = 0.0;
+  scanner.calibration_sigma_rad = 0.0;
+  scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (view.distance_m - reach_m));
+  scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (view.distance_m - reach_m));
+  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
+  for (int i = 0; i < kScans; ++i) {
+    scanner.samples = static_cast<int>(std::ceil(scanner.fan_rad / pitch)) + 1;
+    scanner.profiles = static_cast<int>(std::ceil(scanner.pan_range_rad / pitch)) + 1;
+    base::Rng same = noise;
+    const base::Pose X_WS = LookAtMiddle(eye, phase_x * pitch, phase_y * pitch);
+    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, scanner, same);
+    CylinderView found = AboveTable(scan, -0.5 * shape.height_m + options.table_clearance_m, eye);
+    if (found.points.empty()) break;
+    if (static_cast<int>(found.points.size()) >= points) {
+      KeepEvenly(points, found);
+      return found;
+    }
+    pitch /= std::sqrt(kScanSpare * points / static_cast<double>(found.points.size()));
+  }
+  throw base::InputError("the scanner cannot see so many points of the cylinder");
+}
+
+}  // namespace rangegrasp::cylinders

@@ -1,0 +1,306 @@
+#include "cylinders/task/demo_detector.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "experiment/record.h"
+#include "geometry/mesh.h"
+#include "grasp/obstacles.h"
+#include "perception/perceive.h"
+
+namespace rangegrasp::cylinders {
+namespace {
+
+using base::kMm;
+using base::YamlMap;
+
+/// The published gate asks for the largest x of a top's normal: x of that sensor's frame is up.
+const Eigen::Matrix3d kPublishedAxes = (Eigen::Matrix3d() << 0, 0, -1, 0, 1, 0, 1, 0, 0).finished();
+
+/// "RADIUSxHEIGHT" in mm.
+GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) {
+  const auto cross = text.find('x');
+  if (cross != std::string::npos) {
+    const auto radius_mm = base::NumberFrom<double>(text.substr(0, cross));
+    const auto height_mm = base::NumberFrom<double>(text.substr(cross + 1));
+    if (radius_mm && height_mm && *radius_mm > 0.0 && *height_mm > 0.0) {
+      return {*radius_mm * kMm, *height_mm * kMm};
+    }
+  }
+  map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
+}
+
+}  // namespace
+
+DetectOptions FirstLook(const DemoOptions& options) {
+  DetectOptions look = options.detection;
+  if (!options.thorough) return look;
+  look.search.draws = std::max(look.search.draws, options.lying_draws);
+  look.search.max_lying = std::max(look.search.max_lying, options.max_lying);
+  look.search.max_standing = std::max(look.search.max_standing, options.max_standing);
+  look.search.max_leaning = std::max(look.search.max_leaning, options.max_leaning);
+  return look;
+}
+
+DetectOptions SecondLook(const DemoOptions& options) {
+  DetectOptions look = FirstLook(options);
+  AcceptOptions& accept = look.accept;
+  accept.min_arc_rad = options.second_min_arc_rad;
+  accept.min_length_share = options.second_min_length_share;
+  accept.min_seen_share = options.second_min_seen_share;
+  return look;
+}
+
+void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
+  map.Read("runs", o.runs, 1, 100000, "runs; the given cylinders are wanted in turn");
+  std::vector<std::string> given;
+  map.Read("cylinders", given,
+           "the shapes that are given to the program, RADIUSxHEIGHT in mm, of `objects` in order");
+  for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
+  auto keys = map.Child("demo", "from the detected cylinder to the person");
+  keys.Read("delivery", o.delivery, "what becomes of the cylinder at the end");
+  keys.Read("max_tries", o.max_tries, 1, 20,
+            "a robot that found nothing, no way, or holds nothing looks and tries again, so often "
+            "at most");
+  keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
+                  "what is perceived this near to the cylinder is of it");
+  for (const auto& row : base::AdditionsTable<DemoAdditions>()) {
+    keys.Read(std::string(row.key), o.*row.on, std::string(row.doc));
+  }
+  ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
+  keys.Finish();
+}
+
+DemoOptions ReadDemo(YamlMap& map) {
+  DemoOptions options;
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "a demo has `runs` in its place");
+  }
+  map.Require("cylinders");
+  ReadDemoKeys(map, options);
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: `task: demo` has no use for it, `task: grasping` has");
+  }
+  if (options.grasping.method == trial::MethodKind::kPublished) {
+    options.detection = AsPublished();
+    options.detection.R_CS = kPublishedAxes;
+    base::SwitchAll<DemoAdditions>(false, options);
+    options.max_tries = 1;
+  }
+  const std::size_t objects = options.grasping.objects.size();
+  if (options.given.size() != objects) {
+    map.Fail("cylinders",
+             fmt::format("names {} shapes, objects names {}", options.given.size(), objects));
+  }
+  // Each run has all of them on the table.
+  options.grasping.clutter.always = options.grasping.objects;
+  return options;
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Of a closed cylinder's surface: 0.4 % of the radius inside the circle.
+constexpr int kSides = 36;
+/// Between the rings of points on it.
+constexpr double kRing_m = 0.005;
+
+/// Rings of points on the barrel, from end to end.
+geometry::Points RingsOn(const Cylinder& c) {
+  const auto& [u, v] = Across(c.axis);
+  const int steps = std::max(1, static_cast<int>(std::ceil(c.height_m / kRing_m)));
+  geometry::Points points;
+  for (int step = 0; step <= steps; ++step) {
+    const Vector3d middle =
+        c.center + c.height_m * (static_cast<double>(step) / steps - 0.5) * c.axis;
+    for (int side = 0; side < kSides; ++side) {
+      const double angle = 2.0 * base::kPi * side / kSides;
+      points.push_back(middle + c.radius_m * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  return points;
+}
+
+bool IsWithin(const Cylinder& c, double grown_m, const Vector3d& p) {
+  const double along = (p - c.center).dot(c.axis);
+  const double off = (p - c.center - along * c.axis).norm();
+  return std::abs(along) <= 0.5 * c.height_m + grown_m && off <= c.radius_m + grown_m;
+}
+
+perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_m,
+                                     const perception::Scene& scene) {
+  perception::PerceivedObject object;
+  object.kind = perception::ObjectKind::kRotational;
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+    if (IsWithin(c, grown_m, scene.cloud.points[i])) object.points.push_back(i);
+  }
+  const Vector3d& up = scene.table.plane.normal;
+  const Vector3d out = !lies && c.axis.dot(up) < 0.0 ? Vector3d(-c.axis) : c.axis;
+  object.axis = perception::RotationAxis{.center_C = c.center + 0.5 * c.height_m * out,
+                                         .direction_C = out,
+                                         .radius_m = c.radius_m,
+                                         .rim_fraction = 1.0,
+                                         .body_fraction = 1.0,
+                                         .length_m = lies ? c.height_m : 0.0};
+  object.completed_C = RingsOn(c);
+  object.surface_C = geometry::ConvexHull(object.completed_C);
+  const auto [low, high] = std::minmax_element(
+      object.completed_C.begin(), object.completed_C.end(),
+      [&](const Vector3d& p, const Vector3d& q) { return p.dot(up) < q.dot(up); });
+  object.base_m = std::max(0.0, scene.table.plane.Distance(*low));
+  object.height_m = scene.table.plane.Distance(*high);
+  object.center_C = c.center;
+  object.size_m = {lies ? c.height_m : 2.0 * c.radius_m, 2.0 * c.radius_m,
+                   object.height_m - object.base_m};
+  object.axis_C =
+      lies ? Vector3d((c.axis - c.axis.dot(up) * up).normalized()) : up.unitOrthogonal();
+  return object;
+}
+
+/// Of what a cylinder's points are part of, how much is the cylinder's: 1 where it is alone, a half
+/// where it is one side of something twice as large. Points of another given one that it touches
+/// are left out.
+double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scene& scene,
+                const std::vector<FoundCylinder>& found) {
+  const auto is_anothers = [&](const Vector3d& p) {
+    return std::ranges::any_of(found, [&](const FoundCylinder& other) {
+      return other.given != one.given && IsWithin(other.cylinder_C, grown_m, p);
+    });
+  };
+  double own = 0.0;
+  double pure = 0.0;
+  for (const perception::PerceivedObject& object : scene.objects) {
+    double within = 0.0;
+    double all = 0.0;
+    for (const auto i : object.points) {
+      const Vector3d& p = scene.cloud.points[i];
+      const bool is_own = IsWithin(one.cylinder_C, grown_m, p);
+      within += is_own ? 1.0 : 0.0;
+      all += is_own || !is_anothers(p) ? 1.0 : 0.0;
+    }
+    own += within;
+    pure += within * within / std::max(1.0, all);
+  }
+  return own > 0.0 ? pure / own : 0.0;
+}
+
+/// Each kind's own order, the purest first; what the radius is off counts against it.
+void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
+                 std::vector<FoundCylinder>& found) {
+  std::vector<std::pair<double, FoundCylinder>> scored;
+  for (const FoundCylinder& one : found) {
+    const double error_m = std::abs(one.cylinder_C.radius_m - options.given[one.given].radius_m);
+    const double score = PurityOf(one, options.grown_m, scene, found) *
+                         std::exp(-error_m / options.detection.accept.max_rim_error_m);
+    scored.emplace_back(score, one);
+  }
+  std::ranges::stable_sort(scored, [](const auto& a, const auto& b) {
+    return std::pair(a.second.given, -a.first) < std::pair(b.second.given, -b.first);
+  });
+  for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::move(scored[i].second);
+}
+
+class DemoDetector : public trial::Detector {
+ public:
+  DemoDetector(const DemoOptions& options, const robot::Robot& robot, std::size_t wanted,
+               CylinderObserver observer)
+      : options_(options), robot_(robot), wanted_(wanted), observer_(std::move(observer)) {}
+
+  trial::Detected Detect(const geometry::Observation& observation, base::Rng& rng,
+                         const trial::Turn&) const override {
+    const trial::Options& options = options_.grasping;
+    trial::Detected detected;
+    base::Stopwatch watch;
+    const perception::Workspace workspace = trial::WorkspaceOf(robot_, options.workspace_margin_m);
+    const auto look = [&](const DetectOptions& how) {
+      auto scene = DetectCylinders(observation, options_.given, how, rng, workspace);
+      for (const auto& [step, seconds] : scene.seconds) {
+        experiment::AddSeconds(kCylinderStep + step, seconds, detected.seconds);
+      }
+      return scene;
+    };
+    CylinderScene found = look(FirstLook(options_));
+    if (options_.second_look && !IsFound(found)) found = look(SecondLook(options_));
+    detected.seconds.emplace_back("cylinders", watch.Restart());
+    perception::Scene scene = perception::Perceive(observation, options.perception, rng, workspace);
+    detected.seconds.emplace_back("perceive", watch.Restart());
+    detected.segments = static_cast<int>(scene.segments.size());
+    detected.kept = scene.cloud.size();
+    detected.detection.table_C = scene.table.plane;
+    if (options_.purity) PurestFirst(scene, options_, found.cylinders);
+    if (observer_) observer_(found, observation);
+    watch.Restart();
+    if (!IsFound(found)) return detected;
+    // In the end the wanted one is the first of the scene.
+    for (const bool wanted : {false, true}) PutFirstOf(found, wanted, scene);
+
+    grasp::Obstacles obstacles =
+        grasp::ObstaclesOf(scene, 0, trial::PlacesOf(observation), options.obstacles);
+    const auto grasps = Grasps(scene, obstacles.measured_C);
+    detected.seconds.emplace_back("grasp", watch.Restart());
+    detected.detection = grasp::DetectionFrom(scene, grasps);
+    detected.detection.obstacles = std::move(obstacles);
+    return detected;
+  }
+
+ private:
+  bool IsFound(const CylinderScene& scene) const {
+    return std::ranges::any_of(scene.cylinders, [&](const auto& c) { return c.given == wanted_; });
+  }
+
+  /// Of the first object: those with much air to the others first.
+  std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
+                                   std::span<const geometry::TriangleMesh> obstacles_C) const {
+    const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
+    grasp::GraspOptions options = options_.grasping.grasp;
+    const auto tight = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    if (!options_.roomy_grasps) return tight;
+    options.object_clearance_m = std::max(options.object_clearance_m, options_.room_m);
+    auto grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    std::erase_if(grasps, [](const grasp::Grasp& grasp) { return grasp.collides; });
+    grasps.insert(grasps.end(), tight.begin(), tight.end());
+    return grasps;
+  }
+
+  /// The wanted one, or the best of each of the others.
+  void PutFirstOf(const CylinderScene& seen, bool wanted, perception::Scene& scene) const {
+    std::vector<bool> done(options_.given.size(), false);
+    for (const FoundCylinder& found : seen.cylinders) {
+      if ((found.given == wanted_) != wanted || done[found.given]) continue;
+      done[found.given] = true;
+      PutFirst(found.cylinder_C, found.lies, options_.grown_m, scene);
+    }
+  }
+
+  const DemoOptions& options_;
+  const robot::Robot& robot_;
+  std::size_t wanted_;
+  CylinderObserver observer_;
+};
+
+}  // namespace
+
+void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene) {
+  std::erase_if(scene.objects, [&](const perception::PerceivedObject& object) {
+    const auto within = std::count_if(object.points.begin(), object.points.end(), [&](auto i) {
+      return IsWithin(cylinder_C, grown_m, scene.cloud.points[i]);
+    });
+    return 2 * static_cast<std::size_t>(within) > object.points.size();
+  });
+  scene.objects.insert(scene.objects.begin(), ObjectOf(cylinder_C, lies, grown_m, scene));
+}
+
+std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
+                                                  const robot::Robot& robot, std::size_t wanted,
+                                                  CylinderObserver observer) {
+  return std::make_unique<DemoDetector>(options, robot, wanted, std::move(observer));
+}
+
+}  // namespace rangegrasp::cylinders

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "base/units.h"
+#include "base/words.h"
+#include "base/yaml_map.h"
+#include "cylinders/detect.h"
+#include "grasp/detector.h"
+#include "robot/robot.h"
+#include "trial/options.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::cylinders {
+
+/// What becomes of the cylinder at the end (section 4.3).
+enum class Delivery {
+  kHandOver,  ///< a person draws it out of the hand
+  kPlace,     ///< it is put down at the delivery place
+};
+constexpr std::array<std::string_view, 2> WordsOf(Delivery) { return {"hand_over", "place"}; }
+
+/// What the demo does beyond chapter 4 because it is known what is on the table (base/words.h).
+struct DemoAdditions {
+  bool thorough = true;
+  bool purity = true;
+  bool second_look = true;
+  bool roomy_grasps = true;
+};
+constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdditions*) {
+  using A = DemoAdditions;
+  return {{
+      {"thorough", &A::thorough,
+       "more draws and more candidates than for a quick look; off: as the command `cylinders`"},
+      {"purity", &A::purity,
+       "of several that may be the wanted one, the one that is most of what it is part of; off: "
+       "the one with the most points"},
+      {"second_look", &A::second_look,
+       "a cylinder that must be there and was not found is looked for with lower demands; off: "
+       "the run ends"},
+      {"roomy_grasps", &A::roomy_grasps,
+       "grasps with more air to the neighbors come first, whose far sides nobody saw; off: by "
+       "their score alone"},
+  }};
+}
+static_assert(base::AllAdditionsListed<DemoAdditions>());
+
+struct DemoOptions : DemoAdditions {
+  trial::Options grasping;
+  int runs = 50;
+  /// The shapes that are given to the program, of `objects` in their order.
+  std::vector<GivenCylinder> given;
+  Delivery delivery = Delivery::kHandOver;
+  /// A robot whose hand's joints show that it holds nothing, or that found nothing or no way, looks
+  /// and tries again, so often at most; as published 1.
+  int max_tries = 3;
+  DetectOptions detection;
+  /// Of the thorough detection: a barrel that shows a fiftieth of the points is drawn 12 times, and
+  /// boxes' faces, which are the first candidates, do not use up all that are examined.
+  int lying_draws = 600;
+  int max_lying = 24;
+  int max_standing = 24;
+  int max_leaning = 6;
+  /// Of the second look: the cylinder is known to be there, so that little of it is enough; what is
+  /// seen has to agree with it as in the first. Smaller: another thing is taken for it.
+  double second_min_arc_rad = base::Deg(30.0);
+  double second_min_length_share = 0.1;
+  double second_min_seen_share = 0.05;
+  /// The fit criterion is a cylinder grown by this much: what is perceived within it is the
+  /// cylinder, not an obstacle. A scan's noise and the pose's error.
+  double grown_m = 0.006;
+  /// Between the open hand and others, of a roomy grasp: what completed surfaces were seen to be
+  /// off by. Larger: fewer grasps are roomy.
+  double room_m = 0.010;
+  trial::HandOverOptions hand_over;
+};
+
+/// How the cylinders are looked for at first, and again if the wanted one was not found.
+DetectOptions FirstLook(const DemoOptions& options);
+DetectOptions SecondLook(const DemoOptions& options);
+
+/// The keys of a demo but those that it shares with grasping. @throws base::InputError
+void ReadDemoKeys(base::YamlMap& map, DemoOptions& options);
+/// All keys, to the end of the map. @throws base::InputError
+DemoOptions ReadDemo(base::YamlMap& map);
+
+/// What a viewer may see of a detection.
+using CylinderObserver = std::function<void(const CylinderScene&, const geometry::Observation&)>;
+
+/// Before the name of a step of DetectCylinders in Detected::seconds; second looks count.
+inline constexpr const char* kCylinderStep = "cylinders:";
+
+/// Chapter 4: finds the wanted one of the given cylinders; everything else that chapter 5's
+/// perception finds is an obstacle. Grasps hold it round its barrel at the centre of gravity, from
+/// above along its axis where it stands, turned as it suits the arm. An empty detection: it was not
+/// found. The other given cylinders that were found are obstacles with their known shapes. The
+/// arguments must outlive it.
+/// @param wanted  position in options.given
+/// @param observer  may be empty
+std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
+                                                  const robot::Robot& robot, std::size_t wanted,
+                                                  CylinderObserver observer = {});
+
+/// A cylinder as perception's objects are: its shape is known, so that it is closed, and its points
+/// are those of `scene` that lie within `grown_m` of it. Objects that lie in it mostly are left out
+/// of the scene, it is the first one.
+void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene);
+
+}  // namespace rangegrasp::cylinders

@@ -1,0 +1,279 @@
+#include "cylinders/task/demo_task.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/image/image.h"
+#include "base/stopwatch.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "cylinders/internal/draw.h"
+#include "cylinders/task/demo_report.h"
+#include "experiment/record.h"
+#include "geometry/cloud_file.h"
+#include "geometry/draw/canvas.h"
+#include "grasp/scene_view.h"
+#include "sim/world.h"
+#include "trial/options.h"
+#include "trial/recorder.h"
+#include "trial/registry.h"
+
+namespace rangegrasp::cylinders {
+bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery) {
+  if (attempt.outcome == trial::Outcome::kCrashed) return false;
+  if (!attempt.log) return true;
+  if (delivery == Delivery::kHandOver) return !attempt.log->hand_over;
+  return !attempt.log->aperture.holds_after_carry;
+}
+
+namespace {
+
+using experiment::Case;
+using nlohmann::ordered_json;
+
+// Of pictures.
+constexpr int kWidth_px = 1280;
+constexpr int kHeight_px = 960;
+/// Beyond this nothing is near: a hand's width.
+constexpr double kNear_m = 0.1;
+/// An axis nearer to the vertical stands.
+constexpr double kStanding_rad = base::Deg(45.0);
+
+/// What a replay looks at; each may be empty.
+struct Viewers {
+  sim::ExecutionObserver execution;
+  CylinderObserver cylinders;
+  std::function<void(int)> on_try;  ///< 1 and up, before it
+};
+
+/// A look at the table, and a grasp if the wanted cylinder is found.
+struct Try {
+  trial::Attempt attempt;
+  std::string outcome;
+  ordered_json found;  ///< how far the wanted one is from the true one; null if not found
+};
+
+/// A detected cylinder compared with the true one: the angle between their axes, and how far apart
+/// their centres of gravity are, along the true axis and square to it. The models of cylinders are
+/// drawn round the middle of their height.
+ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
+  const Cylinder& c = found.cylinder_C;
+  const Eigen::Vector3d axis_W = X_WO.linear().col(2);
+  const Eigen::Vector3d off = c.center - X_WO.translation();
+  const double along_m = off.dot(axis_W);
+  return {{"lies", found.lies},
+          {"from_rim", found.from_rim},
+          {"length_seen_m", found.length_seen_m},
+          {"axis_error_rad", std::acos(std::min(1.0, std::abs(axis_W.dot(c.axis))))},
+          {"along_error_m", std::abs(along_m)},
+          {"across_error_m", (off - along_m * axis_W).norm()}};
+}
+
+/// Truth names the outcome: whether another object was grasped.
+std::string Judged(const trial::Attempt& attempt, int target, Delivery delivery) {
+  const auto object = attempt.log ? std::optional(attempt.log->target) : attempt.target;
+  if (!attempt.detected.detection.objects.empty() && object && *object != target) {
+    return std::string(base::Word(trial::Outcome::kWrongTarget));
+  }
+  return OutcomeOf(attempt, delivery);
+}
+
+/// A run on a table that is laid: tries, at most options.max_tries, until the robot takes the
+/// wanted cylinder for delivered. Before each further one the arm goes home, and the table is
+/// scanned again. The robot goes by its detection and the hand's joints. Each try draws from its
+/// own streams of the seed.
+/// @param wanted  position in options.given
+/// @param target  truth: that object in the world
+/// @return at least one
+std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, std::size_t wanted,
+                         int target, std::uint64_t seed, sim::World& world,
+                         const Viewers& viewers) {
+  std::vector<Try> tries;
+  for (int number = 1; number <= options.max_tries; ++number) {
+    if (number > 1) trial::GoHome(cell, world);
+    if (viewers.on_try) viewers.on_try(number);
+    Try& one = tries.emplace_back();
+    const base::Pose X_WO = world.ObjectPose(target);
+    const auto see = [&](const CylinderScene& scene, const geometry::Observation& observation) {
+      const auto found = std::ranges::find(scene.cylinders, wanted, &FoundCylinder::given);
+      if (found != scene.cylinders.end()) one.found = ErrorOf(*found, X_WO);
+      if (viewers.cylinders) viewers.cylinders(scene, observation);
+    };
+    const auto detector = MakeDemoDetector(options, cell.robot, wanted, see);
+    trial::AttemptOptions attempt;
+    attempt.seed = number == 1 ? seed
+                               : base::DeriveSeed(base::DeriveSeed(seed, "try"),
+                                                  static_cast<std::uint64_t>(number));
+    attempt.detector = detector.get();
+    attempt.observer = viewers.execution;
+    if (options.delivery == Delivery::kHandOver) {
+      attempt.user = trial::UserOf(options.hand_over, cell.robot, attempt.seed);
+    }
+    one.attempt = trial::RunAttempt(cell, world, attempt);
+    one.outcome = Judged(one.attempt, target, options.delivery);
+    if (!KnowsItFailed(one.attempt, options.delivery)) break;
+  }
+  return tries;
+}
+
+/// Of the surface next to the wanted cylinder; kNear_m if that is further off.
+double ClearanceOf(const sim::World& world, int target) {
+  double nearest_m = kNear_m;
+  for (int other = 0; other < world.objects(); ++other) {
+    if (other == target || world.parked(other)) continue;
+    nearest_m = std::min(nearest_m, world.ObjectDistance(target, other, kNear_m));
+  }
+  return nearest_m;
+}
+
+/// What lies on the table, as truth has it.
+ordered_json JsonOf(const trial::Arrangement& arranged) {
+  const int target = arranged.target;
+  const Eigen::Vector3d axis_W = arranged.world.ObjectPose(target).linear().col(2);
+  return {{"stands", std::abs(axis_W.z()) > std::cos(kStanding_rad)},
+          {"pose_class", arranged.pose_class},
+          {"scene_objects", arranged.world.objects()},
+          {"touching", arranged.touching},
+          {"clearance_m", ClearanceOf(arranged.world, target)}};
+}
+
+/// The tries' outcomes, and what the last one left.
+void AddTries(const std::vector<Try>& tries, ordered_json& data) {
+  data["tries"] = ordered_json::array();
+  int moved = 0;
+  int left_table = 0;
+  for (const Try& one : tries) {
+    data["tries"].push_back({{"outcome", one.outcome}, {"found", one.found}});
+    moved = std::max(moved, one.attempt.others.moved);
+    left_table = std::max(left_table, one.attempt.others.left_table);
+  }
+  data.update(JsonOf(tries.back().attempt));
+  data["others_moved"] = moved;
+  data["others_left_table"] = left_table;
+}
+
+/// `<prefix>_scan.pcd` and `<prefix>_cylinders.png`.
+void Draw(const CylinderScene& scene, const geometry::Observation& observation,
+          const std::string& prefix) {
+  const geometry::RangeImage& image = observation.views.front().image;
+  geometry::WriteCloud(prefix + "_scan.pcd", image);
+  const auto view =
+      draw::LookAtPoints(scene.cloud.points, scene.table.plane.normal, image.origins_C.front());
+  image::WritePng(prefix + "_cylinders.png",
+                  draw::Render(draw::DrawCylinders(scene), view, kWidth_px, kHeight_px));
+}
+
+class DemoExperiment : public experiment::Task {
+ public:
+  DemoExperiment(const DemoOptions& options, const experiment::Common& common)
+      : options_(options), cell_(options.grasping), seed_(common.seed) {}
+
+  // The cylinders are wanted in turn.
+  std::vector<Case> Cases() const override {
+    const auto& objects = cell_.options.objects;
+    std::vector<Case> cases;
+    for (int i = 0; i < options_.runs; ++i) {
+      const std::string& wanted = objects[static_cast<std::size_t>(i) % objects.size()];
+      cases.push_back(
+          {fmt::format("run-{:04}", i),
+           wanted,
+           base::DeriveSeed(base::DeriveSeed(seed_, "demo"), static_cast<std::uint64_t>(i)),
+           {{"object", wanted}, {"index", i}}});
+    }
+    return cases;
+  }
+
+  experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
+
+  experiment::Result Replay(const Case& which,
+                            const experiment::ReplayOptions& options) const override {
+    const auto recorder = trial::MakeRecorder(cell_, which.id, options);
+    Viewers viewers;
+    viewers.execution = recorder->Observer();
+    std::string prefix;
+    viewers.on_try = [&](int number) {
+      prefix = number == 1 ? which.id : fmt::format("{}_try{}", which.id, number);
+      recorder->SetPrefix(prefix);
+    };
+    if (options.snapshots) {
+      viewers.cylinders = [&](const CylinderScene& scene,
+                              const geometry::Observation& observation) {
+        Draw(scene, observation, options.folder / prefix);
+      };
+    }
+    const auto result = RunCase(which, viewers);
+    recorder->Finish();
+    return result;
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
+    stamp.identity["mujoco"] = sim::EngineVersion();
+  }
+
+ private:
+  experiment::Result RunCase(const Case& which, const Viewers& viewers) const {
+    const trial::TrialSpec spec = trial::SpecOf(which);
+    base::Stopwatch watch;
+    trial::Redraws redraws;
+    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    if (!arranged) return trial::NoArrangement(redraws);
+    const double arrange_s = watch.Seconds();
+    ordered_json data = JsonOf(*arranged);
+    data["wanted"] = spec.object;
+    for (const auto& [reason, count] : redraws) data["redraw_reasons"][base::Word(reason)] = count;
+    const std::size_t wanted = static_cast<std::size_t>(spec.index) % options_.given.size();
+    const std::vector<Try> tries =
+        RunDemo(options_, cell_, wanted, arranged->target, spec.seed, arranged->world, viewers);
+    AddTries(tries, data);
+    const Try& last = tries.back();
+    experiment::Result result{
+        last.outcome, last.attempt.stage, last.attempt.detail, data.dump(), {}};
+    result.seconds.emplace_back("arrange", arrange_s);
+    for (const Try& one : tries) {
+      for (const auto& [stage, seconds] : one.attempt.seconds) {
+        experiment::AddSeconds(stage, seconds, result.seconds);
+      }
+    }
+    result.seconds.emplace_back("run", watch.Seconds());
+    return result;
+  }
+
+  DemoOptions options_;
+  trial::Cell cell_;
+  std::uint64_t seed_;
+};
+
+}  // namespace
+
+const experiment::TaskKind& DemoTask() {
+  static const experiment::TaskKind kind{
+      .name = "demo",
+      .description =
+          "The live demo of chapter 4: given cylinders among other objects are found, "
+          "grasped and handed over to a person. Beside the keys below it has all of "
+          "`task: grasping` but `trials_per_object`.",
+      .trials_key = "runs",
+      .uses_seed = true,
+      .success = trial::kHandedOver,
+      .read = [](base::YamlMap& map,
+                 const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
+        const DemoOptions options = ReadDemo(map);
+        if (!trial::ModelsPass(options.grasping, common)) return nullptr;
+        trial::CheckObjects(map, options.grasping);
+        trial::RequireOwnDetector(map, options.grasping);
+        return std::make_unique<DemoExperiment>(options, common);
+      },
+      .read_keys =
+          [](base::YamlMap& map) {
+            DemoOptions options;
+            ReadDemoKeys(map, options);
+          },
+      .report = DemoReport};
+  return kind;
+}
+
+}  // namespace rangegrasp::cylinders

@@ -1,0 +1,277 @@
+#include "mesh/solid.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/bbox.h>
+#include <CGAL/Polygon_mesh_processing/border.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Random.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/alpha_wrap_3.h>
+#include <CGAL/poisson_surface_reconstruction.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "base/error.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+namespace pmp = CGAL::Polygon_mesh_processing;
+namespace sms = CGAL::Surface_mesh_simplification;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Surface = CGAL::Surface_mesh<Point>;
+
+/// What CGAL calls a polygon soup.
+struct Soup {
+  std::vector<Point> points;
+  std::vector<std::vector<std::size_t>> faces;
+};
+
+Soup ToSoup(const TriangleMesh& mesh) {
+  Soup soup;
+  soup.points.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& p : mesh.vertices) soup.points.emplace_back(p.x(), p.y(), p.z());
+  soup.faces.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) soup.faces.push_back({a, b, c});
+  return soup;
+}
+
+Surface ToSurface(Soup soup) {
+  Surface surface;
+  pmp::polygon_soup_to_polygon_mesh(soup.points, soup.faces, surface);
+  return surface;
+}
+
+// Vertices and faces in the surface's own order, which depends on the input alone.
+TriangleMesh FromSurface(Surface& surface) {
+  surface.collect_garbage();
+  TriangleMesh mesh;
+  for (const auto v : surface.vertices()) {
+    const Point& p = surface.point(v);
+    mesh.vertices.emplace_back(p.x(), p.y(), p.z());
+  }
+  for (const auto f : surface.faces()) {
+    std::array<std::uint32_t, 3> corners{};
+    std::size_t i = 0;
+    for (const auto v : surface.vertices_around_face(surface.halfedge(f))) {
+      corners.at(i++) = static_cast<std::uint32_t>(v.idx());
+    }
+    mesh.triangles.push_back(corners);
+  }
+  return mesh;
+}
+
+std::string Times(std::size_t count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+// Joined, without triangles that have no area, oriented alike.
+Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
+  Soup soup = ToSoup(mesh);
+  pmp::merge_duplicate_points_in_polygon_soup(soup.points, soup.faces);
+  const auto flat = std::erase_if(soup.faces, [&](const std::vector<std::size_t>& f) {
+    return CGAL::collinear(soup.points[f[0]], soup.points[f[1]], soup.points[f[2]]);
+  });
+  if (flat > 0) done.push_back(Times(flat, "triangle") + " without area dropped");
+  const std::size_t before = soup.faces.size();
+  pmp::merge_duplicate_polygons_in_polygon_soup(soup.points, soup.faces);
+  if (const std::size_t twice = before - soup.faces.size(); twice > 0) {
+    done.push_back(Times(twice, "triangle") + " that stood there twice dropped");
+  }
+  if (soup.faces.empty()) throw base::InputError("has no triangle with an area");
+  const std::size_t points = soup.points.size();
+  // False where it had to duplicate vertices: edges with three triangles, or a Moebius strip.
+  if (!pmp::orient_polygon_soup(soup.points, soup.faces) && soup.points.size() > points) {
+    done.push_back(Times(soup.points.size() - points, "vertex") + " split where sheets meet");
+  }
+  Surface surface = ToSurface(std::move(soup));
+  if (const std::size_t seams = pmp::stitch_borders(surface); seams > 0) {
+    done.push_back(Times(seams, "pair") + " of borders stitched");
+  }
+  return surface;
+}
+
+double DiagonalOf(const CGAL::Bbox_3& box) {
+  return std::hypot(box.xmax() - box.xmin(), box.ymax() - box.ymin(), box.zmax() - box.zmin());
+}
+
+double DiagonalOf(const Surface& surface) { return DiagonalOf(pmp::bbox(surface)); }
+
+double WidthOf(const Surface& surface, Surface::Halfedge_index border) {
+  CGAL::Bbox_3 box;
+  for (const auto h : CGAL::halfedges_around_face(border, surface)) {
+    box += surface.point(surface.target(h)).bbox();
+  }
+  return DiagonalOf(box);
+}
+
+// Small holes; the error states the width of the largest that is too large.
+void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std::string>& done) {
+  std::vector<Surface::Halfedge_index> borders;
+  pmp::extract_boundary_cycles(surface, std::back_inserter(borders));
+  if (borders.empty()) return;
+  const double diagonal = DiagonalOf(surface);
+  double widest = 0.0;
+  for (const auto border : borders) widest = std::max(widest, WidthOf(surface, border));
+  if (widest > options.max_hole * diagonal) {
+    throw base::InputError(fmt::format(
+        "is open: the widest of {} is {:.0f} % of its size across. Close it in a modeller (a cup's "
+        "wall needs a thickness), or let --fill-holes put a lid on every hole",
+        Times(borders.size(), "hole"), 100.0 * widest / diagonal));
+  }
+  for (const auto border : borders) {
+    std::vector<Surface::Face_index> patch;
+    pmp::triangulate_hole(surface, border, std::back_inserter(patch));
+    if (patch.empty()) throw base::InputError("has a hole that cannot be closed");
+  }
+  done.push_back(fmt::format("{} closed, the widest {:.1f} % of its size across",
+                             Times(borders.size(), "hole"), 100.0 * widest / diagonal));
+}
+
+Surface SurfaceOf(const TriangleMesh& mesh) { return ToSurface(ToSoup(mesh)); }
+
+/// A closed convex mesh as planes.
+struct Convex {
+  std::vector<Eigen::Vector4d> planes;  // n . x <= d as (n, d)
+  Eigen::AlignedBox3d box;
+
+  explicit Convex(const TriangleMesh& mesh) {
+    for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Eigen::Vector3d normal = (mesh.vertices[b] - mesh.vertices[a])
+                                         .cross(mesh.vertices[c] - mesh.vertices[a])
+                                         .normalized();
+      planes.emplace_back(normal.x(), normal.y(), normal.z(), normal.dot(mesh.vertices[a]));
+    }
+  }
+  bool Holds(const Eigen::Vector3d& p) const {
+    return box.contains(p) && std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
+             return plane.template head<3>().dot(p) <= plane[3];
+           });
+  }
+};
+
+}  // namespace
+
+Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
+  Repaired result;
+  Surface surface = Assemble(mesh, result.done);
+  CloseHoles(options, surface, result.done);
+  if (pmp::does_self_intersect(surface)) {
+    const double diagonal = DiagonalOf(surface);
+    Surface wrap;
+    CGAL::alpha_wrap_3(surface, options.wrap_gap * diagonal, options.wrap_offset * diagonal, wrap);
+    surface = std::move(wrap);
+    result.done.push_back(fmt::format(
+        "it crosses itself: wrapped anew, {:.2f} % of its size outside of what was given",
+        100.0 * options.wrap_offset));
+  } else {
+    const double before = CGAL::to_double(pmp::volume(surface));
+    pmp::orient_to_bound_a_volume(surface);
+    result.turned_inside_out = before < 0.0;
+    if (result.turned_inside_out) result.done.emplace_back("it was inside out: turned");
+  }
+  const double volume = CGAL::to_double(pmp::volume(surface));
+  if (!(volume > options.min_volume * std::pow(DiagonalOf(surface), 3))) {
+    throw base::InputError("encloses no volume to speak of: a sheet is no solid");
+  }
+  result.mesh = FromSurface(surface);
+  return result;
+}
+
+TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset) {
+  const Soup soup = ToSoup(mesh);
+  Surface wrap;
+  CGAL::alpha_wrap_3(soup.points, soup.faces, gap, offset, wrap);
+  return FromSurface(wrap);
+}
+
+TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles) {
+  if (mesh.triangles.size() <= max_triangles) return mesh;
+  Surface surface = SurfaceOf(mesh);
+  // A closed surface of triangles has three edges for two of them.
+  const sms::Count_stop_predicate<Surface> stop(max_triangles * 3 / 2);
+  const sms::GarlandHeckbert_plane_policies<Surface, Kernel> policies(surface);
+  sms::edge_collapse(
+      surface, stop,
+      CGAL::parameters::get_cost(policies.get_cost()).get_placement(policies.get_placement()));
+  return FromSurface(surface);
+}
+
+Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& parts) {
+  const Surface surface = SurfaceOf(mesh);
+  const CGAL::Side_of_triangle_mesh<Surface, Kernel> side(surface);
+  std::vector<Convex> solids(parts.begin(), parts.end());
+  Eigen::AlignedBox3d box = BoundsOf(mesh.vertices);
+  for (const Convex& solid : solids) box.extend(solid.box);
+  constexpr int kPoints = 48;  // of the lattice along the longest edge of the box
+  const double step = box.sizes().maxCoeff() / kPoints;
+  std::size_t inside = 0, covered = 0, beyond = 0;
+  // From half a step inside, so that no point lies on a face of an upright box.
+  for (double x = box.min().x() + step / 2; x < box.max().x(); x += step) {
+    for (double y = box.min().y() + step / 2; y < box.max().y(); y += step) {
+      for (double z = box.min().z() + step / 2; z < box.max().z(); z += step) {
+        const bool in = side(Point(x, y, z)) != CGAL::ON_UNBOUNDED_SIDE;
+        const bool held = std::any_of(solids.begin(), solids.end(), [&](const Convex& solid) {
+          return solid.Holds({x, y, z});
+        });
+        inside += in ? 1 : 0;
+        covered += in && held ? 1 : 0;
+        beyond += !in && held ? 1 : 0;
+      }
+    }
+  }
+  if (inside == 0) return {};
+  const auto all = static_cast<double>(inside);
+  return {static_cast<double>(covered) / all, static_cast<double>(beyond) / all};
+}
+
+std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spacing_m) {
+  if (cloud.points.size() != cloud.normals.size() || cloud.size() < 100) {
+    throw std::invalid_argument("PoissonSurface: needs 100 points or more, and a normal for each");
+  }
+  // CGAL's own choice of the least angle; triangles as large as two thirds of what it takes, for
+  // small things.
+  constexpr double kMinAngle_deg = 20.0;
+  constexpr double kMaxRadius = 20.0;
+  constexpr double kMaxDistance = 0.25;
+  using Oriented = std::pair<Point, Kernel::Vector_3>;
+  std::vector<Oriented> oriented;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d& p = cloud.points[i];
+    const Eigen::Vector3d& n = cloud.normals[i];
+    oriented.emplace_back(Point(p.x(), p.y(), p.z()), Kernel::Vector_3(n.x(), n.y(), n.z()));
+  }
+  // The mesher starts from points drawn from CGAL's own generator, which the clock would seed.
+  CGAL::get_default_random() = CGAL::Random(0);
+  Surface surface;
+  const bool found = CGAL::poisson_surface_reconstruction_delaunay(
+      oriented.begin(), oriented.end(), CGAL::First_of_pair_property_map<Oriented>(),
+      CGAL::Second_of_pair_property_map<Oriented>(), surface, spacing_m, kMinAngle_deg, kMaxRadius,
+      kMaxDistance);
+  if (!found || surface.number_of_faces() == 0) return std::nullopt;
+  TriangleMesh mesh = FromSurface(surface);
+  if (Volume(mesh) < 0.0) {
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  return mesh;
+}
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,408 @@
+#include "parts/hierarchy/internal/cuts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "base/units.h"
+#include "geometry/graph.h"
+#include "parts/mirror/internal/spherical_mirror.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+using geometry::ShortestPaths;
+using Cell = std::uint32_t;
+
+// ---- the best split ----
+
+/// Share of a side's area in cells at the part's own edge from which it is a strip.
+constexpr double kStrip = 0.5;
+
+/// The connected pieces on both sides of a candidate.
+struct SidePieces {
+  Labels of_cell;
+  std::vector<double> area;
+  std::vector<double> cost;    ///< of the border
+  std::vector<double> length;  ///< of the border
+};
+
+SidePieces PiecesOf(const Cells& part, const std::vector<bool>& candidate) {
+  SidePieces pieces;
+  pieces.of_cell.assign(part.size(), -1);
+  std::vector<Cell> front;
+  for (Cell first = 0; first < part.size(); ++first) {
+    if (pieces.of_cell[first] >= 0) continue;
+    const auto piece = static_cast<std::int32_t>(pieces.area.size());
+    double area = 0.0, cost = 0.0, length = 0.0;
+    pieces.of_cell[first] = piece;
+    front.push_back(first);
+    while (!front.empty()) {
+      const Cell c = front.back();
+      front.pop_back();
+      area += part.area[c];
+      for (const Cells::Link& link : part.links[c]) {
+        if (candidate[link.to] != candidate[c]) {
+          cost += link.cost;
+          length += link.length;
+        } else if (pieces.of_cell[link.to] < 0) {
+          pieces.of_cell[link.to] = piece;
+          front.push_back(link.to);
+        }
+      }
+    }
+    pieces.area.push_back(area);
+    pieces.cost.push_back(cost);
+    pieces.length.push_back(length);
+  }
+  return pieces;
+}
+
+/// The share of a side's area in cells at the part's own edge.
+double EdgeShare(const Cells& part, const std::vector<bool>& in, bool side) {
+  double area = 0.0;
+  double at_edge = 0.0;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (in[c] != side) continue;
+    area += part.area[c];
+    if (part.on_edge[c]) at_edge += part.area[c];
+  }
+  return at_edge / area;
+}
+
+/// Cells on both sides of the border, and all that touch them: cells may follow each other along a
+/// border without that they share an edge.
+std::vector<bool> AtBorder(const Cells& part, const std::vector<bool>& off) {
+  std::vector<bool> border(part.size(), false);
+  for (Cell c = 0; c < part.size(); ++c) {
+    for (const Cells::Link& link : part.links[c]) {
+      if (off[c] != off[link.to]) border[c] = true;
+    }
+  }
+  std::vector<bool> wide = border;
+  for (Cell c = 0; c < part.size(); ++c) {
+    for (const Cells::Link& link : part.links[c]) {
+      if (border[c]) wide[link.to] = true;
+    }
+  }
+  return wide;
+}
+
+// ---- candidates ----
+
+/// So many of some points, each as far from those before as can be; the first is the farthest from
+/// the middle.
+Indices FarApart(const Points& points, std::size_t count) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  std::vector<double> distance(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) distance[i] = (points[i] - mean).squaredNorm();
+  Indices chosen;
+  while (chosen.size() < std::min(count, points.size())) {
+    const auto next = std::ranges::max_element(distance) - distance.begin();
+    if (chosen.empty()) std::ranges::fill(distance, ShortestPaths::kFar);
+    chosen.push_back(static_cast<std::uint32_t>(next));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      distance[i] = std::min(distance[i], (points[i] - points[next]).squaredNorm());
+    }
+  }
+  return chosen;
+}
+
+/// Evenly spread over the sphere: a spiral of the golden angle.
+Eigen::Matrix<double, Eigen::Dynamic, 3> Directions(int count) {
+  const double golden = base::kPi * (3.0 - std::sqrt(5.0));
+  Eigen::Matrix<double, Eigen::Dynamic, 3> directions(count, 3);
+  for (int k = 0; k < count; ++k) {
+    const double z = 1.0 - (2.0 * k + 1.0) / count;
+    const double r = std::sqrt(1.0 - z * z);
+    directions.row(k) << r * std::cos(golden * k), r * std::sin(golden * k), z;
+  }
+  return directions;
+}
+
+/// How deep each mirrored point lies below the hull of all: the least distance to the planes that
+/// touch the hull in many directions.
+std::vector<double> MirrorDepths(const Points& points, const Eigen::Vector3d& center) {
+  // 10 degrees apart: finer ones change no order that matters.
+  static const Eigen::Matrix<double, Eigen::Dynamic, 3> directions = Directions(400);
+  const Points mirrored = MirrorOut(points, SphereRound(center, points));
+  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> all(mirrored.front().data(), 3,
+                                                                       mirrored.size());
+  const Eigen::MatrixXd heights = directions * all;
+  const Eigen::VectorXd levels = heights.rowwise().maxCoeff();
+  std::vector<double> depth(points.size());
+  for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = (levels - heights.col(i)).minCoeff();
+  return depth;
+}
+
+/// All cells that can be reached from `start`, best seen first.
+Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::uint32_t start) {
+  std::vector<double> reached(cells.size(), ShortestPaths::kFar);
+  Indices order;
+  const auto expand = [&](std::uint32_t c, double, const auto& reach) {
+    order.push_back(c);
+    for (const Cells::Link& link : cells.links[c]) reach(link.to, depth[link.to]);
+  };
+  ShortestPaths().LowerFrom(start, depth[start], reached, expand);
+  return order;
+}
+
+/// The cheapest set of cells that holds the first of the order and none from `end` on.
+std::vector<bool> CutBetween(const Cells& cells, const Indices& order, std::size_t begin,
+                             std::size_t end) {
+  Indices node(cells.size(), kSink);
+  std::uint32_t nodes = 2;
+  for (std::size_t k = 0; k < end; ++k) node[order[k]] = k < begin ? kSource : nodes++;
+  std::vector<CutLink> links;
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    for (const Cells::Link& link : cells.links[c]) {
+      if (c < link.to && node[c] != node[link.to]) {
+        links.push_back({node[c], node[link.to], link.cost});
+      }
+    }
+  }
+  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
+  std::vector<bool> within(cells.size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) within[c] = with_source[node[c]];
+  return within;
+}
+
+void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& options,
+              std::set<std::vector<bool>>& candidates) {
+  double total = 0.0;
+  for (const std::uint32_t c : order) total += cells.area[c];
+  const auto first_at = [&](double area) {
+    double sum = 0.0;
+    std::size_t k = 0;
+    while (k < order.size() && sum < area) sum += cells.area[order[k++]];
+    return k;
+  };
+  const double growth =
+      std::pow(options.max_share / options.min_share, 1.0 / std::max(1, options.levels - 1));
+  double share = options.min_share;
+  for (int level = 0; level < options.levels; ++level, share *= growth) {
+    const std::size_t begin = std::max<std::size_t>(1, first_at(share * total));
+    // Of what is outside of a large core at least half stays rest.
+    const double band_end = std::min(options.reach * share, 0.5 + 0.5 * share);
+    const std::size_t end = std::min(first_at(band_end * total), order.size() - 1);
+    if (end <= begin) continue;
+    candidates.insert(CutBetween(cells, order, begin, end));
+  }
+}
+
+// ---- borders ----
+
+using Pair = std::pair<std::int32_t, std::int32_t>;
+
+/// The faces of two parts within `width` of the border between them, and the ring of faces next.
+struct Band {
+  Indices inner;
+  Indices ring;
+};
+
+Band BandOf(const FaceGraph& faces, const FaceFrames& frames, const Pair& pair, double width,
+            const Labels& label) {
+  const auto in_pair = [&](std::uint32_t f) {
+    return label[f] == pair.first || label[f] == pair.second;
+  };
+  Indices at_border;
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
+    if (label[g] != label[f] && in_pair(f) && in_pair(g)) at_border.push_back(f);
+  });
+  std::vector<double> distance(label.size(), ShortestPaths::kFar);
+  const auto expand = [&](std::uint32_t f, double d, const auto& reach) {
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const std::uint32_t g = faces.neighbor[k];
+      if (in_pair(g)) reach(g, d + (frames.center[f] - frames.center[g]).norm());
+    }
+  };
+  ShortestPaths().Lower(at_border, distance, expand, width);
+  Band band;
+  for (std::uint32_t f = 0; f < label.size(); ++f) {
+    if (distance[f] == ShortestPaths::kFar) continue;
+    (distance[f] <= width ? band.inner : band.ring).push_back(f);
+  }
+  return band;
+}
+
+void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
+                const Pair& pair, double width, Labels& label) {
+  const Band band = BandOf(faces, frames, pair, width, label);
+  // Both parts keep something: the ring, without which there is nothing to cut between.
+  bool first = false, second = false;
+  std::map<std::uint32_t, std::uint32_t> node;
+  for (const std::uint32_t f : band.ring) {
+    node[f] = label[f] == pair.first ? kSource : kSink;
+    (label[f] == pair.first ? first : second) = true;
+  }
+  if (!first || !second) return;
+  std::uint32_t nodes = 2;
+  for (const std::uint32_t f : band.inner) node[f] = nodes++;
+  std::vector<CutLink> links;
+  for (const std::uint32_t f : band.inner) {
+    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
+      const auto other = node.find(faces.neighbor[k]);
+      if (other == node.end()) continue;
+      if (other->second > kSink && other->first < f) continue;
+      links.push_back({node[f], other->second, costs[k]});
+    }
+  }
+  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
+  for (const std::uint32_t f : band.inner) {
+    label[f] = with_source[node[f]] ? pair.first : pair.second;
+  }
+}
+
+}  // namespace
+
+std::vector<Indices> ConnectedSets(const Cells& cells, const std::vector<bool>& side) {
+  std::vector<Indices> sets;
+  std::vector<bool> seen(cells.size(), false);
+  for (Cell c = 0; c < cells.size(); ++c) {
+    if (seen[c]) continue;
+    seen[c] = true;
+    sets.push_back({c});
+    Indices& set = sets.back();
+    for (std::size_t k = 0; k < set.size(); ++k) {
+      for (const Cells::Link& link : cells.links[set[k]]) {
+        if (seen[link.to] || side[link.to] != side[c]) continue;
+        seen[link.to] = true;
+        set.push_back(link.to);
+      }
+    }
+    std::sort(set.begin(), set.end());
+  }
+  return sets;
+}
+
+double HandleLoops(const Cells& part, const std::vector<bool>& off) {
+  if (PiecesOf(part, off).area.size() != 2) return 1.0;
+  const std::vector<bool> border = AtBorder(part, off);
+  const SidePieces pieces = PiecesOf(part, border);
+  std::vector<bool> loop(pieces.area.size(), true);
+  for (Cell c = 0; c < part.size(); ++c) {
+    // A border that ends at cells outside of the part is no loop.
+    if (!border[c] || part.on_edge[c]) loop[pieces.of_cell[c]] = false;
+  }
+  return std::max(1.0, static_cast<double>(std::count(loop.begin(), loop.end(), true)));
+}
+
+double Solidity(const Cells& part, const std::vector<bool>& in, bool side) {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double area = 0.0;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (in[c] != side) continue;
+    center += part.area[c] * part.center[c];
+    area += part.area[c];
+  }
+  center /= area;
+  double volume = 0.0;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (in[c] != side) continue;
+    volume += part.area[c] * part.normal[c].dot(part.center[c] - center);
+  }
+  return volume / std::pow(area, 1.5);
+}
+
+CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candidates,
+                 const SplitOptions& options) {
+  constexpr double kMaxLoops = 4.0;  // for a quick look; handles with more ends are rare
+  CutOff best{std::numeric_limits<double>::infinity(), {}};
+  double total = 0.0;
+  for (const double area : part.area) total += area;
+  for (const std::vector<bool>& candidate : candidates) {
+    const SidePieces pieces = PiecesOf(part, candidate);
+    for (std::int32_t p = 0; p < std::ssize(pieces.area); ++p) {
+      const double area = pieces.area[p];
+      const double smaller = std::min(area, total - area);
+      if (!(smaller >= options.min_area && smaller > 0.0)) continue;
+      if (pieces.cost[p] > options.max_flatness * pieces.length[p]) continue;
+      double quality = pieces.cost[p] / std::sqrt(4.0 * base::kPi * smaller);
+      if (quality >= kMaxLoops * best.quality) continue;
+      std::vector<bool> off(part.size());
+      for (Cell c = 0; c < part.size(); ++c) off[c] = pieces.of_cell[c] == p;
+      quality /= std::min(kMaxLoops, HandleLoops(part, off));
+      if (quality >= best.quality) continue;
+      const bool side = 2.0 * area <= total;
+      if (Solidity(part, off, side) < options.solidity) continue;
+      // A strip along a border that was cut before: the same crease, seen again from next to it.
+      if (EdgeShare(part, off, side) > kStrip) continue;
+      best = {quality, {}};
+      for (Cell c = 0; c < part.size(); ++c) {
+        if (off[c]) best.off.push_back(c);
+      }
+    }
+  }
+  return best;
+}
+
+std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_area) {
+  std::vector<bool> side(part.size(), false);
+  for (const Cell c : off) side[c] = true;
+  std::vector<Indices> rest = ConnectedSets(part, side);
+  std::erase_if(rest, [&](const Indices& set) { return side[set.front()]; });
+  const auto area_of = [&](const Indices& set) {
+    double area = 0.0;
+    for (const Cell c : set) area += part.area[c];
+    return area;
+  };
+  const auto largest = std::ranges::max_element(rest, {}, area_of);
+  for (auto set = rest.begin(); set != rest.end(); ++set) {
+    if (set == largest || area_of(*set) >= min_area) continue;
+    for (const Cell c : *set) side[c] = true;
+  }
+  return ConnectedSets(part, side);
+}
+
+Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
+  // Sine of the angle below the surface from which another cell counts: next to the cell itself its
+  // neighbors, which noise lifts or lowers, would give balls of any size.
+  constexpr double kMinSlope = 0.3;
+  const Eigen::Vector3d& p = cells.center[c];
+  const Eigen::Vector3d& n = cells.normal[c];
+  double radius = std::numeric_limits<double>::infinity();
+  for (std::uint32_t other = 0; other < cells.size(); ++other) {
+    const Eigen::Vector3d to = p - cells.center[other];
+    const double below = n.dot(to);
+    if (other == c || below <= kMinSlope * to.norm()) continue;
+    radius = std::min(radius, to.squaredNorm() / (2.0 * below));
+  }
+  return std::isfinite(radius) ? Eigen::Vector3d(p - radius * n) : p;
+}
+
+std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
+                                                const CandidateOptions& options) {
+  std::set<std::vector<bool>> candidates;
+  std::vector<double> radius(cells.size());
+  Points center(cells.size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    center[c] = InnerCenter(cells, c);
+    radius[c] = (center[c] - cells.center[c]).norm();
+  }
+  const auto grow = [&](const std::vector<double>& key, std::uint32_t start) {
+    const Indices order = GrowthOrder(cells, key, start);
+    if (order.size() > 1) AddCores(cells, order, options, candidates);
+  };
+  for (const std::uint32_t c : FarApart(cells.center, options.centers)) {
+    grow(MirrorDepths(cells.center, center[c]), c);
+    grow(radius, c);
+  }
+  return {candidates.begin(), candidates.end()};
+}
+
+void MoveBorders(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
+                 double width, Labels& label) {
+  std::set<Pair> touching;
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
+    if (label[f] < label[g]) touching.insert({label[f], label[g]});
+  });
+  for (const Pair& pair : touching) {
+    MoveBorder(faces, frames, costs, pair, width, label);
+  }
+}
+
+}  // namespace rangegrasp::parts

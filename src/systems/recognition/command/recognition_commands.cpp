@@ -1,0 +1,282 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/installation.h"
+#include "base/units.h"
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "experiment/experiment.h"
+#include "geometry/mesh.h"
+#include "geometry/mesh_file.h"
+#include "perception/perceive.h"
+#include "recognition/learn.h"
+#include "recognition/recognize.h"
+#include "recognition/task/bring_task.h"
+#include "recognition/task/recognition_task.h"
+#include "recognition/views/wrist_scanner.h"
+#include "trial/command/perceive_command.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct BringArguments {
+  std::string object;
+  std::string experiment = "bring";
+  std::string scene, arrangement, pictures;
+  experiment::Changes changes;
+  int run = 0;
+};
+
+void BringIt(const BringArguments& a) {
+  experiment::Changes changes = a.changes;
+  if (!a.scene.empty()) {
+    changes.set.push_back("scene=" + std::filesystem::absolute(a.scene).string());
+  }
+  if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
+  changes.groups = {a.object};
+  changes.trials = a.run + 1;
+  const auto opened = experiment::OpenExperiment(base::FindExperiment(a.experiment),
+                                                 experiment::AllKinds(), changes);
+  const experiment::Case& which = opened.cases.back();
+  const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
+  experiment::ReplayOptions pictures;
+  pictures.folder = a.pictures;
+  pictures.snapshots = !a.pictures.empty();
+  const auto result = bring::BringAloud(*opened.task, which, say, pictures);
+  WriteResult(fmt::format("{}: {}\n", which.id, result.outcome));
+  const bool good = result.outcome == trial::kHandedOver || result.outcome == bring::kSaidAbsent;
+  if (!good) {
+    throw base::RunError(
+        fmt::format("the {} was not handed over: {} {}", a.object, result.outcome, result.detail));
+  }
+}
+
+void AddBringCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "bring", "Bring an object: it is looked for among others, taken and handed over, in words.");
+  auto a = std::make_shared<BringArguments>();
+  command->add_option("object", a->object, "what is wanted, e.g. coffee_cup")->required();
+  command->add_option("--experiment", a->experiment,
+                      "experiment of `task: bring`: what lies there, and what is known");
+  command->add_option("--scene", a->scene, "MJCF, instead of the experiment's");
+  command->add_option("--arrangement", a->arrangement,
+                      "single, scattered, touching, box or pile, instead of the experiment's");
+  command->add_option("--run", a->run, "number of the run, from 0")->check(CLI::Range(0, 99'999));
+  command->add_option("--seed", a->changes.seed, "instead of the experiment's")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--set", a->changes.set, "KEY=VALUE, instead of what the experiment says");
+  command->add_option("--pictures", a->pictures, "folder for pictures of the run");
+  command->footer("Example: rangegrasp bring coffee_cup --arrangement pile --pictures results/cup");
+  command->callback([a] { BringIt(*a); });
+}
+
+/// Below this the unseen side is guessed: another view would tell it.
+constexpr double kWellSeen = 0.9;
+
+struct LearnArguments : CloudArguments {
+  std::vector<std::string> clouds;
+  std::string out;
+  double spacing_mm = recognition::LearnOptions{}.spacing_m / base::kMm;
+};
+
+/// A cloud's file as a view from where its sensor stood, without colors.
+geometry::View ViewOf(const CloudArguments& arguments, const geometry::CloudFile& file) {
+  geometry::View view;
+  view.image.profiles = file.height;
+  view.image.samples = file.width;
+  view.image.points_C = file.points;
+  view.image.origins_C = {OriginOf(arguments, file)};
+  view.X_CV.translation() = view.image.origins_C.front();
+  return view;
+}
+
+geometry::Observation ReadViews(const LearnArguments& arguments) {
+  geometry::Observation observation;
+  for (const std::string& cloud : arguments.clouds) {
+    CloudArguments one = arguments;
+    one.cloud = cloud;
+    observation.views.push_back(ViewOf(one, ReadCloud(one)));
+  }
+  return observation;
+}
+
+void LearnModel(const LearnArguments& arguments) {
+  perception::PerceptionOptions options;
+  options.preprocess.up_C = UpOf(arguments);
+  recognition::LearnOptions learn;
+  learn.spacing_m = arguments.spacing_mm * base::kMm;
+  base::Rng rng(1);
+  recognition::LearntModel model;
+  std::size_t things = 0;
+  try {
+    const auto scene = perception::Perceive(ReadViews(arguments), options, rng);
+    things = scene.objects.size();
+    model = recognition::Learn(scene, learn);
+  } catch (const base::InputError& e) {
+    throw base::InputError(fmt::format("{}{}: {}", arguments.clouds.front(),
+                                       arguments.clouds.size() > 1 ? " and others" : "", e.what()));
+  }
+  geometry::WriteStl(arguments.out, model.mesh_B);
+  const Eigen::Vector3d size_mm = geometry::BoundsOf(model.mesh_B.vertices).sizes() * base::kMmPerM;
+  spdlog::info(
+      "{}: {:.0f} x {:.0f} x {:.0f} mm, {} triangles; {:.0f} % of what is above the table "
+      "was seen",
+      arguments.out, size_mm.x(), size_mm.y(), size_mm.z(), model.mesh_B.triangles.size(),
+      100.0 * model.share_seen);
+  if (things > 1) {
+    spdlog::warn("{} things stand there and are one model: --crop leaves out what is not its",
+                 things);
+  }
+  if (model.share_seen < kWellSeen) {
+    spdlog::warn("what was not seen is guessed: a view from another side would tell it");
+  }
+}
+
+void AddLearnCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "learn", "A mesh of a thing that stands alone on a table, from views of it.");
+  auto arguments = std::make_shared<LearnArguments>();
+  command
+      ->add_option("clouds", arguments->clouds,
+                   "PCD or PLY files in one frame, each seen from the place that it names")
+      ->required();
+  command->add_option("-o,--out", arguments->out, "the mesh (STL, in metres), for add-object")
+      ->required();
+  command->add_option("--spacing-mm", arguments->spacing_mm, "of what the mesh is made of (2)")
+      ->check(CLI::Range(0.2, 20.0));
+  AddCloudOptions(*command, *arguments);
+  command->footer(
+      "Example: rangegrasp learn mug_1.pcd mug_2.pcd mug_3.pcd -o mug.stl\n"
+      "then:    rangegrasp add-object mug.stl --unit m --surface ceramic --mass 320 --out known");
+  command->callback([arguments] { LearnModel(*arguments); });
+}
+
+struct RecognizeArguments : CloudArguments {
+  std::vector<std::string> library;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+ordered_json Json(const base::Pose& X_CB) {
+  const Eigen::Vector3d& p = X_CB.translation();
+  const Eigen::Quaterniond q(X_CB.linear());
+  return {{"position_m", {p.x(), p.y(), p.z()}}, {"quaternion", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+std::string JsonText(const std::vector<recognition::FoundObject>& found, std::size_t perceived) {
+  ordered_json json = {{"perceived", perceived}, {"found", ordered_json::array()}};
+  for (const auto& one : found) {
+    ordered_json alternatives = ordered_json::array();
+    for (const auto& X_CB : one.alternatives_CB) alternatives.push_back(Json(X_CB));
+    json["found"].push_back({{"object", one.object},
+                             {"pose", Json(one.X_CB)},
+                             {"score", one.score},
+                             {"color", one.color},
+                             {"share_seen", one.share_seen},
+                             {"violations", one.violations},
+                             {"rms_m", one.rms_m},
+                             {"samples", one.samples.size()},
+                             {"alternatives", alternatives}});
+  }
+  return json.dump(2) + "\n";
+}
+
+std::string Text(const std::vector<recognition::FoundObject>& found, std::size_t perceived) {
+  std::string text = fmt::format("{} of {} perceived objects are known\n", found.size(), perceived);
+  for (const auto& one : found) {
+    const Eigen::Vector3d p = one.X_CB.translation() * base::kMmPerM;
+    const Eigen::Quaterniond q(one.X_CB.linear());
+    text += fmt::format(
+        "{}: at {:.1f} {:.1f} {:.1f} mm, turned by {:.4f} {:.4f} {:.4f} {:.4f} (w x y z), score "
+        "{:.3f}{}\n",
+        one.object, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), one.score,
+        one.alternatives_CB.empty() ? "" : ", other poses fit about as well");
+  }
+  return text;
+}
+
+void RecognizeCloud(const RecognizeArguments& arguments) {
+  const std::vector<std::filesystem::path> folders(arguments.library.begin(),
+                                                   arguments.library.end());
+  const auto library = recognition::LoadLibrary(folders);
+  const auto file = ReadCloud(arguments);
+  geometry::Observation observation;
+  observation.views.push_back(ViewOf(arguments, file));
+  observation.views.front().colors = file.colors;
+  perception::PerceptionOptions options;
+  options.preprocess.up_C = UpOf(arguments);
+  base::Rng rng(arguments.seed);
+  std::vector<recognition::FoundObject> found;
+  std::size_t perceived = 0;
+  try {
+    const auto scene = perception::Perceive(observation, options, rng);
+    perceived = scene.objects.size();
+    found = recognition::Recognize(observation, scene, library, {}, rng);
+  } catch (const base::InputError& e) {
+    throw base::InputError(arguments.cloud + ": " + e.what());
+  }
+  WriteResult(arguments.json ? JsonText(found, perceived) : Text(found, perceived));
+}
+
+void AddRecognizeCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("recognize", "Known objects in a cloud, and their poses.");
+  auto arguments = std::make_shared<RecognizeArguments>();
+  command->add_option("cloud", arguments->cloud, "PCD or PLY file")->required();
+  command
+      ->add_option("--library", arguments->library,
+                   "folder of known objects (NAME/NAME.xml), or several; of two with one name that "
+                   "of the first counts")
+      ->required();
+  AddCloudOptions(*command, *arguments);
+  command->add_option("--seed", arguments->seed, "of the random draws")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", arguments->json, "everything as JSON");
+  command->footer("Example: rangegrasp recognize table.pcd --library models/objects --json");
+  command->callback([arguments] { RecognizeCloud(*arguments); });
+}
+
+/// The files that a trial's views from the wrist are read from.
+std::vector<std::filesystem::path> FilesOf(const trial::Options& options) {
+  const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
+  std::vector<std::filesystem::path> files;
+  for (const auto& file : {wrist.sensor, wrist.hand_eye}) {
+    if (!file.empty()) files.push_back(file);
+  }
+  return files;
+}
+
+bool WantsWristViews(const trial::Options& options) {
+  return trial::Of<views::WristViewOptions>(options, views::kWristViews).views > 1;
+}
+
+}  // namespace
+}  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterRecognition() {
+  experiment::AddKind(bring::BringTask());
+  experiment::AddKind(recognition::RecognitionTask());
+  trial::AddKeyReader([](base::YamlMap& map, trial::Options& options) {
+    views::ReadWristViewOptions(map,
+                                trial::Of<views::WristViewOptions>(options, views::kWristViews));
+  });
+  trial::AddFileList(cli::FilesOf);
+  trial::SetFurtherLooks({.wanted = cli::WantsWristViews, .look = views::AddWristViews});
+  cli::AddCommand(cli::AddBringCommand);
+  cli::AddCommand(cli::AddLearnCommand);
+  cli::AddCommand(cli::AddRecognizeCommand);
+}
+
+}  // namespace rangegrasp

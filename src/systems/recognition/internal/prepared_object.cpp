@@ -1,0 +1,400 @@
+#include "recognition/internal/prepared_object.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+namespace rangegrasp::recognition::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr double kPi = std::numbers::pi;
+
+// Colors.
+
+/// Added to the light of each channel: some levels of a camera's noise, so that black is grey.
+constexpr double kBlack = 0.002;
+/// Weight of the brightness: half the light makes 0.1, as much as cream differs from white; black
+/// differs from white by 0.4, more than red from orange.
+constexpr double kBrightness = 0.15;
+
+std::vector<Vector3f> TonesOf(const std::vector<geometry::Rgb>& colors) {
+  std::vector<Vector3f> tones;
+  tones.reserve(colors.size());
+  std::ranges::transform(colors, std::back_inserter(tones), ToneOf);
+  return tones;
+}
+
+// Point pairs.
+
+/// Steps of the feature's angles and of the turn about a normal (12 deg, as in the paper).
+constexpr double kAngleStep = kPi / 15.0;
+constexpr int kPairTurns = 30;
+/// So many pairs of one feature vote, evenly chosen: those of a plane with itself are thousands,
+/// and say little.
+constexpr std::size_t kMaxPairs = 100;
+
+/// Turns the normal to x, with the point at the origin.
+base::Pose ToAxis(const Vector3d& p, const Vector3d& n) {
+  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(n, Vector3d::UnitX()).toRotationMatrix();
+  return base::MakePose(R, -(R * p));
+}
+
+double AngleAbout(const base::Pose& to_axis, const Vector3d& q) {
+  const Vector3d local = to_axis * q;
+  return std::atan2(local.z(), local.y());
+}
+
+std::uint32_t Step(double cosine) {
+  return static_cast<std::uint32_t>(std::acos(std::clamp(cosine, -1.0, 1.0)) / kAngleStep);
+}
+
+// Poses on a table.
+
+/// Ways to lie that are nearer than this to each other, symmetry aside, are one.
+constexpr double kSameWay = 0.6;  // of the step of the yaw
+
+std::vector<Matrix3d> WaysToLie(const KnownObject& object, const LibraryOptions& options) {
+  std::vector<Matrix3d> ways;
+  const int yaws = static_cast<int>(std::ceil(2.0 * kPi / options.yaw_step_rad));
+  for (const Vector3d& down_B : LyingDirections(object.mesh_B.vertices, options.lying_slack_m)) {
+    const Matrix3d upright =
+        Eigen::Quaterniond::FromTwoVectors(down_B, -Vector3d::UnitZ()).toRotationMatrix();
+    for (int k = 0; k < yaws; ++k) {
+      const double yaw = 2.0 * kPi * k / yaws;
+      const Matrix3d way = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * upright;
+      const base::Pose pose = base::MakePose(way, Vector3d::Zero());
+      const bool known = std::ranges::any_of(ways, [&](const Matrix3d& other) {
+        const base::Pose of_other = base::MakePose(other, Vector3d::Zero());
+        return Difference(pose, of_other, object.symmetry).angle_rad <
+               kSameWay * options.yaw_step_rad;
+      });
+      if (!known) ways.push_back(way);
+    }
+  }
+  return ways;
+}
+
+Matrix3d PrincipalAxes(const geometry::Points& points) {
+  const Vector3d center = geometry::Centroid(points);
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Vector3d& p : points) scatter += (p - center) * (p - center).transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors();
+}
+
+// Rays.
+
+/// A surface that is met at a flatter angle (80 deg) is not measured well.
+constexpr float kFlattest = 0.17f;
+/// One that is met at less than 60 deg (its cosine) is measured, unless it is hidden from the
+/// sensor's camera; a flatter one is measured the less often, the flatter it is.
+constexpr float kSurely = 0.5f;
+/// The directions of lost samples are interpolated between measured ones up to this many apart.
+constexpr std::uint32_t kMaxLost = 256;
+
+/// What each of the scene's points was taken for; outliers are no Part.
+std::vector<std::uint8_t> PartsOf(const perception::Scene& scene, const geometry::Indices& own) {
+  constexpr auto kOutlier = static_cast<std::uint8_t>(255);
+  std::vector<std::uint8_t> parts(scene.points_C.size(), static_cast<std::uint8_t>(Part::kGround));
+  for (const auto point : scene.outliers) parts[point] = kOutlier;
+  for (const auto point : scene.source) parts[point] = static_cast<std::uint8_t>(Part::kOther);
+  for (const auto point : own) parts[scene.source[point]] = static_cast<std::uint8_t>(Part::kOwn);
+  return parts;
+}
+
+/// The ball about a segment, made larger.
+struct Ball {
+  Vector3d center_C;
+  double radius_m;
+};
+Ball BallAbout(const perception::Scene& scene, const geometry::Indices& own, double beside_m) {
+  const geometry::Points points = geometry::Select(scene.cloud.points, own);
+  Ball ball{geometry::Centroid(points), 0.0};
+  for (const auto& p : points) ball.radius_m = std::max(ball.radius_m, (p - ball.center_C).norm());
+  ball.radius_m += beside_m;
+  return ball;
+}
+
+bool Meets(const Ball& ball, const Vector3d& origin, const Vector3d& direction) {
+  const Vector3d middle = ball.center_C - origin;
+  return (middle - middle.dot(direction) * direction).norm() <= ball.radius_m;
+}
+
+/// The rays of a profile between two measured samples, from..to, of which nothing came back.
+void AddLostBetween(const geometry::RangeImage& image, std::uint32_t from, std::uint32_t to,
+                    const Ball& ball, SampleRays& rays) {
+  const Vector3d& origin = image.OriginOf(to);
+  const Vector3d first = (image.points_C[from] - origin).normalized();
+  const Vector3d last = (image.points_C[to] - origin).normalized();
+  const std::uint32_t apart = to - from;
+  for (std::uint32_t k = 1; k < apart; ++k) {
+    const double share = static_cast<double>(k) / apart;
+    const Vector3d direction = ((1.0 - share) * first + share * last).normalized();
+    if (!Meets(ball, origin, direction)) continue;
+    rays.push_back({origin.cast<float>(), direction.cast<float>(), 0.0f, 1.0f, Part::kLost, 0});
+  }
+}
+
+void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& rays) {
+  const auto width = static_cast<std::uint32_t>(image.samples);
+  for (std::uint32_t i = 0; i < image.points_C.size(); i += width) {
+    std::uint32_t last = i + width;  // none yet
+    for (std::uint32_t k = i; k < i + width; ++k) {
+      if (!image.points_C[k].allFinite()) continue;
+      if (last < k && k - last <= kMaxLost) AddLostBetween(image, last, k, ball, rays);
+      last = k;
+    }
+  }
+}
+
+/// By how much the tones of explained samples are off.
+class ToneErrors {
+ public:
+  void Add(const Vector3f& off, float weight) {
+    if (!off.allFinite()) return;
+    errors_.push_back({off, weight});
+    brightness_ += weight * off.z();
+    weight_ += weight;
+  }
+
+  /// The brightness of all together is the light's, not the object's.
+  void AddTo(Evidence& evidence, double tolerance) const {
+    if (errors_.empty()) return;
+    const float brighter = brightness_ / weight_;
+    const auto per_square = static_cast<float>(1.0 / (tolerance * tolerance));
+    for (const auto& [off, weight] : errors_) {
+      const float square = (off - Vector3f(0.0f, 0.0f, brighter)).squaredNorm() * per_square;
+      evidence.colored += static_cast<double>(weight);
+      evidence.agreed += static_cast<double>(weight * std::max(0.0f, 1.0f - square));
+    }
+  }
+
+ private:
+  struct Error {
+    Vector3f off;
+    float weight;
+  };
+  std::vector<Error> errors_;
+  float brightness_ = 0.0f, weight_ = 0.0f;
+};
+
+}  // namespace
+
+Vector3f ToneOf(const geometry::Rgb& color) {
+  const Vector3d light = geometry::LightOf(color).array() + kBlack;
+  const double sum = light.sum();
+  return Vector3d(light.x() / sum, light.z() / sum, kBrightness * std::log(sum)).cast<float>();
+}
+
+MeshTones::MeshTones(const geometry::MeshColors& colors)
+    : colors_(&colors), plain_(TonesOf(colors.plain)) {
+  if (colors.print) print_ = TonesOf(colors.print->texels);
+}
+
+Vector3f MeshTones::At(const geometry::Hit& hit) const {
+  if (const auto texel = colors_->TexelAt(hit)) return print_[*texel];
+  if (plain_.empty()) return Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+  return plain_[hit.triangle];
+}
+
+std::uint32_t PairTable::Key(const Vector3d& p, const Vector3d& n, const Vector3d& q,
+                             const Vector3d& m) const {
+  const Vector3d d = q - p;
+  const double length = d.norm();
+  const auto step = static_cast<std::uint32_t>(length / spacing_m_);
+  const Vector3d u = d / length;
+  return (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
+}
+
+void PairTable::Thin(Bucket& bucket) {
+  std::vector<Pair>& pairs = bucket.pairs;
+  bucket.all = static_cast<float>(pairs.size());
+  const std::size_t step = (pairs.size() + kMaxPairs - 1) / kMaxPairs;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pairs.size(); i += step) pairs[kept++] = pairs[i];
+  pairs.resize(kept);
+  pairs.shrink_to_fit();
+}
+
+PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
+    : spacing_m_(spacing_m) {
+  const auto kept = Thinned(surface_B.points, spacing_m);
+  points_B_ = {geometry::Select(surface_B.points, kept), geometry::Select(surface_B.normals, kept)};
+  for (std::uint32_t i = 0; i < points_B_.size(); ++i) {
+    const base::Pose to_axis = ToAxis(points_B_.points[i], points_B_.normals[i]);
+    for (std::uint32_t j = 0; j < points_B_.size(); ++j) {
+      const Vector3d d = points_B_.points[j] - points_B_.points[i];
+      if (i == j || d.norm() < spacing_m) continue;
+      diameter_m_ = std::max(diameter_m_, d.norm());
+      const auto key =
+          Key(points_B_.points[i], points_B_.normals[i], points_B_.points[j], points_B_.normals[j]);
+      pairs_[key].pairs.push_back({static_cast<std::uint16_t>(i),
+                                   static_cast<float>(AngleAbout(to_axis, points_B_.points[j]))});
+    }
+  }
+  for (auto& [key, bucket] : pairs_) Thin(bucket);
+}
+
+void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t reference,
+                     std::size_t peaks, std::vector<Voted>& voted) const {
+  const Vector3d& p = scene_C.points[reference];
+  const Vector3d& n = scene_C.normals[reference];
+  const base::Pose to_axis = ToAxis(p, n);
+  thread_local std::vector<float> votes;
+  votes.assign(points_B_.size() * kPairTurns, 0.0f);
+  for (std::uint32_t j = 0; j < scene_C.size(); ++j) {
+    const Vector3d& q = scene_C.points[j];
+    const double distance = (q - p).norm();
+    if (j == reference || distance < spacing_m_ || distance > diameter_m_) continue;
+    const auto found = pairs_.find(Key(p, n, q, scene_C.normals[j]));
+    if (found == pairs_.end()) continue;
+    // A common feature says little: the votes of a pair of the scene grow with the square root
+    // only.
+    const Bucket& bucket = found->second;
+    const float weight = std::sqrt(bucket.all) / static_cast<float>(bucket.pairs.size());
+    const double angle = AngleAbout(to_axis, q);
+    for (const Pair& pair : bucket.pairs) {
+      double turn = angle - static_cast<double>(pair.angle);
+      if (turn < 0.0) turn += 2.0 * kPi;
+      if (turn < 0.0) turn += 2.0 * kPi;
+      const auto slot = std::min(static_cast<int>(turn / (2.0 * kPi) * kPairTurns), kPairTurns - 1);
+      votes[pair.reference * static_cast<std::size_t>(kPairTurns) +
+            static_cast<std::size_t>(slot)] += weight;
+    }
+  }
+  for (std::size_t peak = 0; peak < peaks; ++peak) {
+    const auto best = std::ranges::max_element(votes);
+    if (best == votes.end() || *best <= 0.0f) return;
+    const auto at = static_cast<std::size_t>(best - votes.begin());
+    const std::size_t i = at / kPairTurns;
+    const double turn = (static_cast<double>(at % kPairTurns) + 0.5) * 2.0 * kPi / kPairTurns;
+    const base::Pose spin = base::MakePose(
+        Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero());
+    const base::Pose X_CB =
+        to_axis.inverse() * spin * ToAxis(points_B_.points[i], points_B_.normals[i]);
+    voted.push_back({X_CB, static_cast<double>(*best)});
+    // The next peak is of another place of the model.
+    for (std::size_t k = 0; k < points_B_.size(); ++k) {
+      if ((points_B_.points[k] - points_B_.points[i]).norm() > 2.0 * spacing_m_) continue;
+      std::fill_n(votes.begin() + static_cast<std::ptrdiff_t>(k * kPairTurns), kPairTurns, 0.0f);
+    }
+  }
+}
+
+PreparedObject::PreparedObject(const KnownObject& known, const LibraryOptions& options)
+    : object(&known),
+      rays(std::vector<const geometry::TriangleMesh*>{&known.mesh_B}),
+      tones(known.colors),
+      target(known.surface_B),
+      hull_B(geometry::ConvexHull(known.mesh_B.vertices).vertices),
+      axes_B(PrincipalAxes(known.surface_B.points)),
+      round(AxisOfRevolution(known.surface_B)),
+      lying(WaysToLie(known, options)),
+      pairs(known.surface_B, options.pair_spacing_m) {}
+
+SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
+                     const geometry::Indices& own, double beside_m) {
+  SampleRays rays;
+  if (own.empty()) return rays;
+  const auto parts = PartsOf(scene, own);
+  const Ball ball = BallAbout(scene, own, beside_m);
+  for (std::uint32_t i = 0; i < scene.points_C.size(); ++i) {
+    if (parts[i] > static_cast<std::uint8_t>(Part::kGround)) continue;
+    const auto& sample = scene.samples[i];
+    const Vector3d& origin = observation.views[sample.view].image.OriginOf(sample.sample);
+    const Vector3d to = scene.points_C[i] - origin;
+    const double distance = to.norm();
+    const Vector3d direction = to / distance;
+    if (!Meets(ball, origin, direction)) continue;
+    rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
+                    1.0f, static_cast<Part>(parts[i]), i});
+    const auto& colors = observation.views[sample.view].colors;
+    if (!colors.empty()) rays.back().tone = ToneOf(colors[sample.sample]);
+  }
+  for (const auto& view : observation.views) AddLost(view.image, ball, rays);
+  return rays;
+}
+
+SampleRays Fewer(const SampleRays& rays, std::size_t count) {
+  const auto of_own =
+      static_cast<std::size_t>(std::ranges::count(rays, Part::kOwn, &SampleRay::part));
+  const std::size_t half = std::max<std::size_t>(1, count / 2);
+  const std::size_t own_step = std::max<std::size_t>(1, (of_own + half - 1) / half);
+  const std::size_t step = std::max<std::size_t>(1, (rays.size() - of_own + half - 1) / half);
+  SampleRays fewer;
+  std::size_t own = 0;
+  std::size_t others = 0;
+  for (const SampleRay& ray : rays) {
+    const bool is_own = ray.part == Part::kOwn;
+    if ((is_own ? own++ % own_step : others++ % step) != 0) continue;
+    fewer.push_back(ray);
+    fewer.back().weight = static_cast<float>(is_own ? own_step : step);
+  }
+  return fewer;
+}
+
+double Evidence::ShapeScore(const RecognitionOptions& options) const {
+  const double all =
+      explained + violated + options.unexplained_weight * unexplained + options.lost_weight * lost;
+  return all > 0.0 ? fit / all : 0.0;
+}
+
+double Evidence::Score(const RecognitionOptions& options) const {
+  return ShapeScore(options) * (1.0 - options.color_weight * (1.0 - Color()));
+}
+
+Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const SampleRays& rays,
+               double tolerance_m, double color_tolerance, geometry::Indices* explained) {
+  thread_local std::vector<geometry::Ray> asked;
+  thread_local std::vector<geometry::Hit> hits;
+  const Eigen::Isometry3f X_BC = X_CB.inverse().cast<float>();
+  const auto tolerance = static_cast<float>(tolerance_m);
+  asked.clear();
+  for (const SampleRay& ray : rays) {
+    asked.push_back({X_BC * ray.origin_C, X_BC.linear() * ray.direction_C, 0.0f, 10.0f});
+  }
+  object.rays.FirstHits(asked, hits);
+  Evidence evidence;
+  ToneErrors tones;
+  const bool has_tones = object.tones.known();
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const SampleRay& ray = rays[i];
+    const double weight = static_cast<double>(ray.weight);
+    if (!hits[i].found()) {
+      evidence.unexplained += ray.part == Part::kOwn ? weight : 0.0;
+      continue;
+    }
+    const float cosine = std::max(kFlattest, std::abs(hits[i].normal_W.dot(asked[i].direction_W)));
+    if (ray.part == Part::kLost) {
+      evidence.lost += weight * static_cast<double>(std::min(1.0f, cosine / kSurely));
+      continue;
+    }
+    const float off = (ray.distance_m - hits[i].distance_m) * cosine;
+    if (std::abs(off) <= tolerance) {
+      if (ray.part == Part::kGround) continue;  // the table at the object's foot
+      const double share = static_cast<double>(off / tolerance);
+      evidence.fit += weight * (1.0 - share * share);
+      evidence.explained += weight;
+      evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
+      if (has_tones) tones.Add(ray.tone - object.tones.At(hits[i]), ray.weight);
+      if (explained) explained->push_back(ray.point);
+    } else if (off > 0.0f) {
+      evidence.violated += weight;
+    } else if (ray.part == Part::kOwn) {
+      evidence.unexplained += weight;
+    } else {
+      evidence.hidden += weight;
+    }
+  }
+  tones.AddTo(evidence, color_tolerance);
+  return evidence;
+}
+
+}  // namespace rangegrasp::recognition::internal

@@ -1,0 +1,369 @@
+#include "recognition/task/bring_task.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/statistics.h"
+#include "base/stopwatch.h"
+#include "base/units.h"
+#include "base/words.h"
+#include "experiment/statistics.h"
+#include "recognition/task/recognition_task.h"
+#include "trial/recorder.h"
+#include "trial/registry.h"
+#include "trial/table.h"
+
+namespace rangegrasp::bring {
+namespace {
+
+using experiment::Case;
+using experiment::Fixed;
+using experiment::IntervalText;
+using nlohmann::ordered_json;
+
+/// "stays within 30 deg of upright".
+constexpr double kUpright_rad = base::Deg(30.0);
+
+template <typename T>
+ordered_json OrNull(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json JsonOf(const Step& step) {
+  ordered_json json = {{"at_wanted", step.at_wanted},
+                       {"taken_for", step.taken_for},
+                       {"grasp", step.grasp},
+                       {"asked_upright", OrNull(step.asked_upright)},
+                       {"touched_kept_free", step.touched_kept_free},
+                       {"outcome", base::Word(step.attempt.outcome)},
+                       {"stage", step.attempt.stage},
+                       {"detail", step.attempt.detail}};
+  json.update(trial::JsonOf(step.attempt));
+  return json;
+}
+
+/// What is counted of runs.
+struct Row {
+  int runs = 0, good = 0, handed = 0, looks = 0, attempts = 0, cleared = 0;
+  int kept_free = 0;  ///< the hand was not on what is kept free
+  int upright = 0;    ///< it had to stay upright
+  int stayed = 0;     ///< and did
+  std::map<std::string, int> otherwise, grasps;
+  std::vector<double> robot_s, compute_s;
+};
+
+void Add(const experiment::Record& record, Row& row) {
+  const std::string& outcome = record.result.outcome;
+  const bool handed = outcome == trial::kHandedOver;
+  const bool good = handed || outcome == kSaidAbsent;
+  ++row.runs;
+  row.good += good;
+  row.handed += handed;
+  if (!good) ++row.otherwise[outcome];
+  const auto data = ordered_json::parse(record.result.data, nullptr, false);
+  if (!data.is_object() || !data.contains("attempts")) return;
+  row.looks += data.at("looks").get<int>();
+  row.cleared += data.at("cleared").get<int>();
+  row.attempts += static_cast<int>(data.at("attempts").size());
+  row.robot_s.push_back(data.at("simulated_s").get<double>() + data.at("homing_s").get<double>());
+  row.compute_s.push_back(0.0);
+  for (const auto& [stage, seconds] : record.result.seconds) {
+    if (stage == "bring") row.compute_s.back() = seconds;
+  }
+  if (!handed) return;
+  const ordered_json& last = data.at("attempts").back();
+  const std::string grasp = last.at("grasp");
+  ++row.grasps[grasp.empty() ? last.at("grasp_type").get<std::string>() : grasp];
+  row.kept_free += !last.at("touched_kept_free").get<bool>();
+  const bool upright = last.at("asked_upright") == true;
+  row.upright += upright;
+  row.stayed += upright && last.at("log").at("lean_rad").get<double>() <= kUpright_rad;
+}
+
+std::string Ratio(int k, int n) { return n == 0 ? "-" : Fixed(static_cast<double>(k) / n, 2); }
+
+std::vector<std::string> CellsOf(const std::string& name, const Row& row) {
+  return {name,
+          fmt::format("{}", row.runs),
+          fmt::format("{}", row.good),
+          experiment::PercentText(row.good, row.runs, 1),
+          IntervalText(row.good, row.runs),
+          Ratio(row.attempts, row.runs),
+          Ratio(row.cleared, row.runs),
+          Ratio(row.looks, row.runs),
+          row.upright == 0 ? "-" : fmt::format("{}/{}", row.stayed, row.upright),
+          row.handed == 0 ? "-" : fmt::format("{}/{}", row.kept_free, row.handed),
+          experiment::CountsText(row.grasps),
+          experiment::CountsText(row.otherwise)};
+}
+
+/// The keys that `task: grasping` has not.
+void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
+  map.Read("runs_per_object", o.runs_per_object, 1, 100000, "each of `objects` is wanted so often");
+  map.Read("known", o.known,
+           "objects that the program knows the models of; all of `objects` unless given");
+  auto keys = map.Child("bring", "from the word to the hand of a person");
+  keys.Read("absent", o.absent,
+            "the wanted object is taken off the table before the program looks: it has to say so");
+  keys.Read("use", o.use,
+            "what it is wanted for: of the grasps in its grasps.yaml those for this use; all");
+  keys.Read("max_tries", o.max_tries, 1, 20, "grasps at the wanted object");
+  keys.Read("max_clear", o.max_clear, 0, 1000,
+            "attempts to clear others away; 0: two for each object");
+  keys.Read("max_looks", o.max_looks, 1, 20,
+            "looks at one table before others are cleared away: the first from the fixed sensor, "
+            "more from the wrist where look.sensor is given");
+  keys.ReadScaled("near_mm", o.near_m, base::kMm, 0.0, 1000.0,
+                  "others this near to the wanted one may be in its way");
+  keys.ReadScaled("same_place_mm", o.same_place_m, base::kMm, 0.0, 1000.0,
+                  "objects of two looks whose centers are no further apart are one");
+  trial::ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
+  keys.Finish();
+}
+
+Options ReadOptions(base::YamlMap& map) {
+  Options options;
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "`task: bring` has `runs_per_object` in its place");
+  }
+  if (map.Has("views")) map.Fail("views", "`task: bring` has bring.max_looks in its place");
+  ReadBringKeys(map, options.bring);
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: `task: bring` has no use for it, `task: grasping` has");
+  }
+  if (options.bring.known.empty()) options.bring.known = options.grasping.objects;
+  return options;
+}
+
+/// `grasps.yaml` next to the model of each.
+GraspsOf ReadGrasps(const Options& options) {
+  GraspsOf grasps;
+  for (const std::string& object : options.bring.known) {
+    const auto mjcf = trial::ObjectModelOf(options.grasping, object).mjcf;
+    grasps[object] = grasp::ReadNamedGrasps(mjcf.parent_path() / "grasps.yaml");
+  }
+  return grasps;
+}
+
+/// The number of an object in the world; nullopt: it is not there.
+std::optional<int> NumberOf(const std::string& object, const sim::World& world) {
+  for (int i = 0; i < world.objects(); ++i) {
+    if (world.object_name(i) == object && !world.parked(i)) return i;
+  }
+  return std::nullopt;
+}
+
+class BringExperiment : public experiment::Task {
+ public:
+  BringExperiment(const Options& options, const experiment::Common& common)
+      : options_(options),
+        cell_(options.grasping),
+        library_(
+            recognition::LibraryOf(options.grasping, options.bring.known, options.bring.library)),
+        grasps_(ReadGrasps(options)),
+        seed_(common.seed) {}
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (const std::string& object : cell_.options.objects) {
+      const std::uint64_t of_object = base::DeriveSeed(base::DeriveSeed(seed_, "bring"), object);
+      for (int i = 0; i < options_.bring.runs_per_object; ++i) {
+        cases.push_back({fmt::format("{}-{:04}", object, i),
+                         object,
+                         base::DeriveSeed(of_object, static_cast<std::uint64_t>(i)),
+                         {{"object", object}, {"index", i}}});
+      }
+    }
+    return cases;
+  }
+
+  experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
+
+  experiment::Result Replay(const Case& which,
+                            const experiment::ReplayOptions& options) const override {
+    return Aloud(which, {}, options);
+  }
+
+  experiment::Result Aloud(const Case& which, const std::function<void(const std::string&)>& say,
+                           const experiment::ReplayOptions& options) const {
+    const auto recorder = trial::MakeRecorder(cell_, which.id, options);
+    recorder->KeepMoments([](const std::string& moment) {
+      return moment == "start" || moment == "closed" || moment == "lifted" || moment == "taken";
+    });
+    BringObserver observer;
+    observer.on_words = say;
+    observer.execution = recorder->Observer();
+    observer.on_attempt = [&](int attempt) {
+      recorder->SetPrefix(fmt::format("{}_{:02}", which.id, attempt));
+    };
+    const auto result = RunCase(which, observer);
+    recorder->Finish();
+    return result;
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
+    stamp.identity["mujoco"] = sim::EngineVersion();
+    trial::AddTitles(cell_.options, stamp);
+  }
+
+ private:
+  experiment::Result RunCase(const Case& which, const BringObserver& observer) const {
+    const auto [wanted, index, seed] = trial::SpecOf(which);
+    base::Stopwatch watch;
+    trial::Redraws redraws;
+    auto arranged = trial::ArrangeTrial(cell_, {OnTop(wanted, index), index, seed}, redraws);
+    if (!arranged) return trial::NoArrangement(redraws);
+    sim::World& world = arranged->world;
+    auto target = NumberOf(wanted, world);
+    if (target && options_.bring.absent) {
+      world.ParkObject(*target);
+      world.Settle();
+      target.reset();
+    }
+    const double arrange_s = watch.Restart();
+    const Bring run = BringObject({options_, cell_, library_, grasps_}, wanted, target, which.seed,
+                                  world, observer);
+    experiment::Result result = ResultOf(run, wanted, target.has_value());
+    result.seconds.insert(result.seconds.begin(), {"arrange", arrange_s});
+    result.seconds.emplace_back("bring", watch.Seconds());
+    return result;
+  }
+
+  /// The object that an arrangement is drawn round. In a heap it lies on top, and the wanted one
+  /// anywhere: the others take turns.
+  std::string OnTop(const std::string& wanted, int index) const {
+    const auto& objects = cell_.options.objects;
+    const auto kind = cell_.options.arranger;
+    const bool heap = kind == trial::kPile || kind == trial::kBox;
+    if (!heap && !options_.bring.absent) return wanted;
+    const auto own = static_cast<std::size_t>(std::ranges::find(objects, wanted) - objects.begin());
+    if (objects.size() < 2) return wanted;
+    const std::size_t step = 1 + static_cast<std::size_t>(index) % (objects.size() - 1);
+    return objects[(own + step) % objects.size()];
+  }
+
+  Options options_;
+  trial::Cell cell_;
+  recognition::Library library_;
+  GraspsOf grasps_;
+  std::uint64_t seed_;
+};
+
+std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
+  const Options options = ReadOptions(map);
+  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
+  trial::CheckObjects(map, options.grasping);
+  trial::RequireOwnDetector(map, options.grasping);
+  for (const std::string& object : options.grasping.objects) {
+    if (std::ranges::find(options.bring.known, object) == options.bring.known.end() &&
+        !options.bring.absent) {
+      map.Fail(
+          "known",
+          fmt::format("has no '{}', which is wanted: add it, or take it off `objects`", object));
+    }
+  }
+  return std::make_unique<BringExperiment>(options, common);
+}
+
+}  // namespace
+
+const experiment::TaskKind& BringTask() {
+  static const experiment::TaskKind kind{
+      .name = "bring",
+      .description =
+          "A known object among others is looked for, taken as its use asks for and "
+          "handed over to a person. Beside the keys below it has all of "
+          "`task: grasping` but `trials_per_object`.",
+      .trials_key = "runs_per_object",
+      .uses_seed = true,
+      .success = trial::kHandedOver,
+      .read = Read,
+      .read_keys =
+          [](base::YamlMap& map) {
+            BringOptions options;
+            ReadBringKeys(map, options);
+          },
+      .report = ReportOf};
+  return kind;
+}
+
+experiment::Result BringAloud(const experiment::Task& task, const Case& which,
+                              const std::function<void(const std::string&)>& say,
+                              const experiment::ReplayOptions& options) {
+  const auto* bring = dynamic_cast<const BringExperiment*>(&task);
+  if (!bring) throw base::InputError("the experiment is not of `task: bring`");
+  return bring->Aloud(which, say, options);
+}
+
+experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool present) {
+  double simulated_s = run.moved_s;
+  ordered_json attempts = ordered_json::array();
+  std::vector<std::pair<std::string, double>> seconds = {{"look", run.look_s}};
+  for (const Step& step : run.steps) {
+    if (step.attempt.log) simulated_s += step.attempt.log->simulated_s;
+    attempts.push_back(JsonOf(step));
+    for (const auto& [stage, s] : step.attempt.seconds) {
+      experiment::AddSeconds(stage, s, seconds);
+    }
+  }
+  const ordered_json data = {{"wanted", wanted},
+                             {"present", present},
+                             {"said", base::Word(run.said)},
+                             {"friction", OrNull(run.friction)},
+                             {"words", run.words},
+                             {"looks", run.looks},
+                             {"cleared", run.cleared},
+                             {"simulated_s", simulated_s},
+                             {"homing_s", run.homing_s},
+                             {"attempts", attempts}};
+  const std::string stage = run.steps.empty() ? "look" : run.steps.back().attempt.stage;
+  return {run.outcome, stage, run.detail, data.dump(), seconds};
+}
+
+experiment::Report ReportOf(const experiment::Stamp& stamp,
+                            const std::vector<experiment::Record>& records) {
+  std::vector<std::pair<std::string, Row>> rows;
+  Row all;
+  for (const auto& record : records) {
+    if (rows.empty() || rows.back().first != record.which.group) {
+      rows.emplace_back(record.which.group, Row{});
+    }
+    Add(record, rows.back().second);
+    Add(record, all);
+  }
+  experiment::Grid grid;
+  grid.header = {"wanted",  "runs",           "as wanted",      "%",
+                 "95 %",    "attempts / run", "cleared / run",  "looks / run",
+                 "upright", "kept free",      "handed over by", "otherwise"};
+  grid.left.assign(grid.header.size(), false);
+  grid.left.front() = grid.left[10] = grid.left[11] = true;
+  for (const auto& [object, row] : rows) {
+    grid.rows.push_back(CellsOf(experiment::TitleOf(stamp, object), row));
+  }
+  grid.rows.push_back(CellsOf("all", all));
+  grid.total = true;
+  experiment::Report report;
+  report.sections.push_back({"", grid});
+  report.csv = grid;
+  report.notes.push_back(
+      "as wanted: handed over; where it is not there: said so. Upright: of "
+      "objects that stood upright those that stayed within 30 deg. Kept free: "
+      "of those handed over the ones whose part for the person the hand left "
+      "free");
+  if (!all.robot_s.empty()) {
+    report.notes.push_back(
+        fmt::format("the arm moves for {:.0f} s a run (median); a run takes {:.1f} s of computing "
+                    "(median), 95 % less than {:.1f} s",
+                    base::MedianOf(all.robot_s), base::MedianOf(all.compute_s),
+                    base::InterpolatedQuantileOf(all.compute_s, 0.95)));
+  }
+  return report;
+}
+
+}  // namespace rangegrasp::bring

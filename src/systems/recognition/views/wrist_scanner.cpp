@@ -1,0 +1,272 @@
+#include "recognition/views/wrist_scanner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <map>
+#include <utility>
+
+#include "base/error.h"
+#include "base/frames.h"
+#include "base/units.h"
+#include "sensing/hand_eye.h"
+#include "sensing/line_scanner.h"
+#include "sim/move_arm.h"
+
+namespace rangegrasp::views {
+namespace {
+
+/// Points lower than this above the table are noise and mixed points, and no object.
+constexpr double kStands_m = 0.015;
+/// Above the highest point, so that the space over it belongs to the region.
+constexpr double kAbove_m = 0.03;
+/// As high as anything on the table reaches, and a hand's breadth more.
+constexpr double kObstacles_m = 0.35;
+/// Distance at which the fixed scanner's calibration error of its turn shifts what it sees.
+constexpr double kFixedDistance_m = 1.0;
+/// Cells in which the highest thing is searched, and points of one at least: not a stray point's.
+constexpr double kMap_m = 0.02;
+constexpr int kMinInCell = 4;
+/// No calibration of this head is further off.
+constexpr double kOtherHead_m = 0.02;
+
+void ReadLook(base::YamlMap map, WristViewOptions& options) {
+  using base::kDeg;
+  using base::kMm;
+  constexpr double kCm3 = 1e-6;
+  map.ReadPath("sensor", options.sensor,
+               "file of the line scanner at the scene's site wrist_scanner");
+  map.ReadScaled("mount_sigma_mm", options.mount_sigma_m, kMm, 0.0, 20.0,
+                 "how far the head sits elsewhere on the flange than the robot believes, root mean "
+                 "square; one draw a trial");
+  map.ReadScaled("mount_sigma_deg", options.mount_sigma_rad, kDeg, 0.0, 5.0,
+                 "and how it is turned");
+  map.ReadPath("hand_eye", options.hand_eye,
+               "file of calibrate-hand-eye, in place of the draw: where the head sits");
+  for (const char* key : {"mount_sigma_mm", "mount_sigma_deg"}) {
+    if (!options.hand_eye.empty() && map.Has(key)) {
+      map.Fail(key,
+               "look.hand_eye says where the head sits and how well that is known; only one "
+               "of both");
+    }
+  }
+  map.Read("refine", options.refine,
+           "views are laid onto the earlier ones; off: as the arm says they are");
+  map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
+                 "space about the highest thing that views are chosen for");
+  map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
+                 "a view that would see less new space there is not taken");
+  map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
+                 "of the space that it is counted in");
+  map.Finish();
+}
+
+/// What a scanner sees: its rows, 1 / z within a span about 1 / focus distance.
+geometry::Field FieldOf(const sensing::LineScannerOptions& scanner) {
+  const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
+                      (scanner.focal_length_m * scanner.baseline_m);
+  const double at_focus = 1.0 / scanner.focus_distance_m;
+  geometry::Field field;
+  field.half_right_rad = 0.5 * scanner.pan_range_rad;
+  field.half_down_rad = 0.5 * scanner.fan_rad;
+  field.near_m = std::max(scanner.near_m, 1.0 / (at_focus + span));
+  field.far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0;
+  return field;
+}
+
+template <typename Visit>
+void ForEachPoint(const geometry::Observation& observation, const Visit& visit) {
+  for (const geometry::View& view : observation.views) {
+    for (const Eigen::Vector3d& p : view.image.points_C) {
+      if (p.allFinite()) visit(p);
+    }
+  }
+}
+
+}  // namespace
+
+void ReadWristViewOptions(base::YamlMap& map, WristViewOptions& options) {
+  map.Read(
+      "views", options.views, 1, 10,
+      "looks of a trial: the first with the sensor, others from the wrist, where they tell most");
+  ReadLook(map.Child("look", "looks from the wrist, where there is more than one view"), options);
+  if (options.views > 1 && options.sensor.empty()) {
+    map.Fail("views",
+             "more than one needs look: {sensor: FILE}, the scanner on the wrist "
+             "(models/sensors/wrist_scanner.yaml)");
+  }
+}
+
+WristScanner::WristScanner(const trial::Options& options, const robot::Robot& robot,
+                           std::uint64_t seed)
+    : options_(options),
+      look_(trial::Of<WristViewOptions>(options, kWristViews)),
+      robot_(robot),
+      seed_(base::DeriveSeed(seed, "looks")),
+      scanner_(sensing::ReadLineScanner(look_.sensor)) {
+  scanner_.color = scanner_.color || options.color;
+  if (!robot.X_HWristScanner) {
+    throw base::InputError(options.scene.string() +
+                           ": views from the wrist need a site \"wrist_scanner\" on the arm's last "
+                           "link, as scenes/tabletop_wrist.xml has");
+  }
+  if (!look_.hand_eye.empty()) {
+    BelieveCalibration(*robot.X_HWristScanner);
+    return;
+  }
+  mount_error_m_ = look_.mount_sigma_m;
+  mount_error_rad_ = look_.mount_sigma_rad;
+  base::Rng rng = Stream("mount");
+  X_SBelieved_ = base::DrawRigidError(mount_error_m_, mount_error_rad_, rng);
+}
+
+void WristScanner::BelieveCalibration(const base::Pose& X_HS) {
+  const sensing::HandEye found = sensing::ReadHandEye(look_.hand_eye);
+  X_SBelieved_ = X_HS.inverse() * found.X_HS;
+  mount_error_m_ = found.shift_error_m;
+  mount_error_rad_ = found.turn_error_rad;
+  const double off_m = X_SBelieved_.translation().norm();
+  if (off_m > kOtherHead_m) {
+    throw base::InputError(fmt::format(
+        "{}: the head that it is of sits {:.0f} mm from the one in {}: another arm's or sensor's "
+        "calibration? `rangegrasp calibrate-hand-eye {}` makes one",
+        look_.hand_eye.string(), off_m * base::kMmPerM, options_.scene.string(),
+        options_.scene.string()));
+  }
+}
+
+base::Rng WristScanner::Stream(const char* name) const {
+  return base::Rng(base::DeriveSeed(base::DeriveSeed(seed_, name), looks_));
+}
+
+std::optional<Eigen::AlignedBox3d> WristScanner::RegionOfHighest(
+    const geometry::Observation& so_far) const {
+  const double table_z_m = robot_.X_WWorkspace.translation().z();
+  const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
+  struct Cell {
+    int points = 0;
+    Eigen::Vector3d highest = Eigen::Vector3d::Constant(-1.0);
+  };
+  std::map<std::array<int, 3>, Cell> cells;
+  ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
+    if (p.z() < table_z_m + kStands_m || !workspace.Contains(p)) return;
+    const Eigen::Vector3i at = (p / kMap_m).array().floor().cast<int>();
+    Cell& cell = cells[{at.x(), at.y(), at.z()}];
+    ++cell.points;
+    if (p.z() > cell.highest.z()) cell.highest = p;
+  });
+  const Cell* highest = nullptr;
+  for (const auto& [at, cell] : cells) {
+    if (cell.points < kMinInCell) continue;
+    if (!highest || cell.highest.z() > highest->highest.z()) highest = &cell;
+  }
+  if (!highest) return std::nullopt;
+  return RegionAbout(highest->highest, so_far);
+}
+
+Eigen::AlignedBox3d WristScanner::RegionAbout(const Eigen::Vector3d& place_W,
+                                              const geometry::Observation& so_far) const {
+  const double table_z_m = robot_.X_WWorkspace.translation().z();
+  const double radius_m = look_.region_radius_m;
+  double top_m = std::max(place_W.z(), table_z_m + kStands_m);
+  ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
+    const bool near = (p - place_W).head<2>().norm() < radius_m;
+    if (near && p.z() < place_W.z() + kAbove_m) top_m = std::max(top_m, p.z());
+  });
+  // The box begins above what noise makes of the table.
+  const double low_m = table_z_m + 0.5 * look_.next.cell_m;
+  return {Eigen::Vector3d(place_W.x() - radius_m, place_W.y() - radius_m, low_m),
+          Eigen::Vector3d(place_W.x() + radius_m, place_W.y() + radius_m, top_m + kAbove_m)};
+}
+
+Eigen::AlignedBox3d WristScanner::AroundWorkspace(double below_m) const {
+  const Eigen::Vector3d middle_W = robot_.X_WWorkspace.translation();
+  const double radius_m = robot_.workspace_radius_m + options_.workspace_margin_m;
+  return {middle_W - Eigen::Vector3d(radius_m, radius_m, below_m),
+          middle_W + Eigen::Vector3d(radius_m, radius_m, kObstacles_m)};
+}
+
+std::optional<PlannedView> WristScanner::NextView(const geometry::Observation& so_far,
+                                                  const Eigen::AlignedBox3d& region_W,
+                                                  const Eigen::VectorXd& q_now) const {
+  const ViewRequest request{region_W, AroundWorkspace(0.0), FieldOf(scanner_),
+                            *robot_.X_HWristScanner, q_now};
+  base::Rng rng = Stream("next");
+  return NextBestView(robot_, so_far, request, look_.next, options_.planning, rng);
+}
+
+trial::Sensed WristScanner::Scan(const sim::World& world) {
+  base::Rng rng = Stream("scan");
+  ++looks_;
+  const base::Pose X_WS = world.SitePose("wrist_scanner");
+  sensing::Scan scan = sensing::ScanScene(world.VisualMeshes(), X_WS, scanner_, rng);
+  trial::Sensed sensed;
+  // All that was measured in the sensor's frame is where the robot believes that to be.
+  sensed.observation.views.push_back(
+      Moved(std::move(scan.view), X_WS * X_SBelieved_ * X_WS.inverse()));
+  sensed.truth.push_back(std::move(scan.truth));
+  return sensed;
+}
+
+Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
+  const Eigen::AlignedBox3d box_W = AroundWorkspace(0.05);
+  // The first view is of the cell's scanner, and off by its own calibration.
+  const sensing::LineScannerOptions fixed;
+  const auto rms = [](std::initializer_list<double> parts) {
+    double sum = 0.0;
+    for (const double part : parts) sum += part * part;
+    return std::sqrt(sum);
+  };
+  RefineOptions refine;
+  refine.error.shift_m =
+      rms({mount_error_m_, scanner_.calibration_sigma_m, fixed.calibration_sigma_m,
+           fixed.calibration_sigma_rad * kFixedDistance_m});
+  refine.error.turn_rad =
+      rms({mount_error_rad_, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
+  Refinement refinement;
+  for (std::size_t i = 0; i < look.observation.views.size(); ++i) {
+    geometry::View& view = look.observation.views[i];
+    if (look_.refine) refinement = Refine(to.observation, view, box_W, refine);
+    to.observation.views.push_back(Moved(std::move(view), refinement.X_by));
+    to.truth.push_back(std::move(look.truth[i]));
+  }
+  return refinement;
+}
+
+std::optional<trial::LookRecord> WristScanner::AddBestView(const Eigen::AlignedBox3d& region_W,
+                                                           sim::World& world, Eigen::VectorXd& q,
+                                                           trial::Sensed& to) {
+  const auto look = NextView(to.observation, region_W, q);
+  if (!look) return std::nullopt;
+  const sim::MoveLog move = sim::MoveArm(world, look->way);
+  q = move.arrived ? look->q : world.ArmPositions();
+  trial::LookRecord record{look->gain_m3, look->unseen_m3, move.simulated_s, move.arrived};
+  if (!move.arrived) return record;
+  const Refinement refinement = Add(Scan(world), to);
+  record.refined = refinement.refined;
+  record.deviations = refinement.deviations;
+  record.sigma_m = refinement.sigma_m;
+  record.pairs = refinement.pairs;
+  return record;
+}
+
+trial::LookedAround AddWristViews(const trial::Cell& cell, trial::Sensed first, sim::World& world,
+                                  std::uint64_t seed) {
+  trial::LookedAround around{std::move(first), cell.robot.home, {}};
+  WristScanner wrist(cell.options, cell.robot, seed);
+  const int views = trial::Of<WristViewOptions>(cell.options, kWristViews).views;
+  for (int view = 1; view < views; ++view) {
+    const auto region_W = wrist.RegionOfHighest(around.sensed.observation);
+    if (!region_W) break;
+    const auto look = wrist.AddBestView(*region_W, world, around.q, around.sensed);
+    if (!look) break;
+    around.looks.push_back(*look);
+    if (!look->arrived) break;
+  }
+  return around;
+}
+
+}  // namespace rangegrasp::views

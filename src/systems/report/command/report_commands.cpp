@@ -1,0 +1,271 @@
+#include "report/command/report_commands.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <numeric>
+#include <set>
+
+#include "base/error.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "cli/run.h"
+#include "experiment/runner.h"
+#include "experiment/statistics.h"
+#include "experiment/view.h"
+#include "report/film/internal/recorder.h"
+#include "report/internal/page.h"
+#include "report/internal/view_file.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using experiment::Case;
+using experiment::Record;
+using experiment::Result;
+
+struct ReportRequest {
+  std::vector<std::filesystem::path> folders;  // results folders, of several seeds, too
+  std::filesystem::path out;
+  report::ViewChoice views = report::ViewChoice::kSome;
+  int jobs = 1;
+};
+
+// A case that can be looked at, and its number in the report.
+struct Shown {
+  Record record;
+  std::size_t number = 0;
+};
+
+std::vector<report::Run> ReadRuns(const ReportRequest& request) {
+  std::vector<report::Run> runs;
+  for (const auto& folder : request.folders) {
+    report::Run& run = runs.emplace_back();
+    run.results = experiment::ReadResults(folder);
+    run.kind = &experiment::KindOf(run.results.stamp, experiment::AllKinds());
+    run.tables = experiment::ReportOf(run.results, experiment::AllKinds());
+    run.name = std::filesystem::weakly_canonical(folder).filename().string();
+    if (run.kind == runs.front().kind) continue;
+    throw base::InputError(folder.string() + ": is of another task than " +
+                           request.folders.front().string() + " (" + runs.front().kind->name + ")");
+  }
+  return runs;
+}
+
+// Runs the cases of one store again.
+// @return numbers of those that have a view now
+std::set<std::size_t> WriteViews(const std::filesystem::path& store,
+                                 const std::vector<Shown>& shown, const ReportRequest& request) {
+  const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
+  for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
+  e.task->Prepare();
+  std::map<std::string, const Shown*> by_id;
+  std::vector<Case> cases;
+  for (const Shown& one : shown) {
+    by_id[one.record.which.id] = &one;
+    cases.push_back(CaseOf(e, one.record.which.id));
+  }
+  const auto run = [&](const Case& which) {
+    experiment::View view;
+    experiment::ReplayOptions options;
+    options.view = &view;
+    Result result = e.task->Replay(which, options);
+    if (!view.Empty()) report::WriteView(view, request.out, by_id.at(which.id)->number);
+    return result;
+  };
+  std::set<std::size_t> made;
+  int differing = 0;
+  ProgressBar bar(0, static_cast<int>(cases.size()));
+  experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
+                       [&](int done, int total, const Record& replayed) {
+                         bar(done, total, replayed);
+                         const Shown& stored = *by_id.at(replayed.which.id);
+                         differing += SameButTimes(stored.record, replayed) ? 0 : 1;
+                         const auto file =
+                             request.out / "views" / (std::to_string(stored.number) + ".js");
+                         if (std::filesystem::exists(file)) made.insert(stored.number);
+                       });
+  if (differing > 0) {
+    spdlog::warn(
+        "{}: {} of {} cases differ from their records when they are run again: was the program or "
+        "a model changed since?",
+        store.string(), differing, cases.size());
+  }
+  return made;
+}
+
+// By run, positions of the cases that can be looked at: of two runs that are compared, both cases
+// of a pair that differs.
+std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs,
+                                            report::ViewChoice choice) {
+  std::vector<std::set<std::size_t>> chosen;
+  const std::string& success = runs.front().kind->success;
+  for (const report::Run& run : runs) {
+    const auto& records = run.results.records;
+    const auto of_run = report::ChooseViews(records, success, choice);
+    chosen.emplace_back(of_run.begin(), of_run.end());
+    if (choice == report::ViewChoice::kNone || success.empty()) continue;
+    auto differing = experiment::Differing(runs.front().results.records, records, success);
+    if (choice == report::ViewChoice::kSome && differing.size() > report::kFailuresShown) {
+      differing.resize(report::kFailuresShown);
+    }
+    for (const auto& [a, b] : differing) {
+      chosen.front().insert(a);
+      chosen.back().insert(b);
+    }
+  }
+  return chosen;
+}
+
+// @param first  number of the run's first case
+std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::size_t>& chosen,
+                                   const std::filesystem::path& folder, std::size_t first,
+                                   const ReportRequest& request) {
+  std::set<std::size_t> made;
+  if (!run.kind->has_views) return made;
+  auto next = chosen.begin();
+  std::size_t begin = 0;  // of a store's records among the run's
+  for (const auto& store : experiment::StoresIn(folder)) {
+    const std::size_t end =
+        begin + static_cast<std::size_t>(experiment::Store::Open(store).Count());
+    std::vector<Shown> shown;
+    for (; next != chosen.end() && *next < end; ++next) {
+      shown.push_back({run.results.records[*next], first + *next});
+    }
+    begin = end;
+    if (!shown.empty()) made.merge(WriteViews(store, shown, request));
+  }
+  return made;
+}
+
+std::uintmax_t SizeOf(const std::filesystem::path& folder) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+// Takes views away until the report is no larger than it may be.
+std::set<std::size_t> Cut(const std::set<std::size_t>& views, const std::filesystem::path& out) {
+  const auto files = [&](std::size_t number) {
+    const auto base = (out / "views" / std::to_string(number)).string();
+    return std::array{std::filesystem::path(base + ".js"), std::filesystem::path(base + ".png")};
+  };
+  std::vector<std::size_t> numbers(views.begin(), views.end());
+  std::vector<std::uintmax_t> sizes;
+  for (const std::size_t number : numbers) {
+    auto& size = sizes.emplace_back(0);
+    for (const auto& file : files(number)) size += std::filesystem::file_size(file);
+  }
+  const auto all = std::accumulate(sizes.begin(), sizes.end(), std::uintmax_t{0});
+  const auto rest = std::min(report::kMaxReport_bytes, SizeOf(out) - all);
+  std::set<std::size_t> kept;
+  for (const std::size_t i : report::Fitting(sizes, report::kMaxReport_bytes - rest)) {
+    kept.insert(numbers[i]);
+  }
+  for (const std::size_t number : numbers) {
+    if (kept.contains(number)) continue;
+    for (const auto& file : files(number)) std::filesystem::remove(file);
+  }
+  return kept;
+}
+
+// What the page and the program say of cases without a view; empty where every failure has one.
+std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::size_t>& views) {
+  const std::string& success = runs.front().kind->success;
+  std::size_t number = 0, failed = 0, shown = 0;
+  for (const report::Run& run : runs) {
+    for (const Record& record : run.results.records) {
+      const bool counts = success.empty() || record.result.outcome != success;
+      failed += counts ? 1 : 0;
+      shown += counts && views.contains(number) ? 1 : 0;
+      ++number;
+    }
+  }
+  if (shown == failed) return "";
+  return fmt::format("{} of {} cases{} can be looked at; --views all makes a view of every case.",
+                     shown, failed, success.empty() ? "" : " that failed");
+}
+
+// Writes a report of what results folders hold. Cases that can be looked at are run again; warns of
+// those that end differently from their records.
+// @throws base::InputError also where several folders are of different kinds of experiments.
+void MakeReport(const ReportRequest& request) {
+  const base::Stopwatch watch;
+  const auto runs = ReadRuns(request);
+  report::PrepareFolder(request.out);
+  const auto chosen = ChosenOf(runs, request.views);
+  std::set<std::size_t> views;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    views.merge(WriteViewsOf(runs[i], chosen[i], request.folders[i], first, request));
+    first += runs[i].results.records.size();
+  }
+  report::WritePage(request.out);
+  report::WriteData(runs, views, "", request.out);  // for its size
+  if (request.views == report::ViewChoice::kSome) views = Cut(views, request.out);
+  const bool is_cut = request.views == report::ViewChoice::kSome && runs.front().kind->has_views;
+  const std::string note = is_cut ? NoteOf(runs, views) : "";
+  report::WriteData(runs, views, note, request.out);
+  if (!note.empty()) spdlog::info(note);
+  spdlog::info("{} cases, {} to look at, in {:.1f} s: open {}", first, views.size(),
+               watch.Seconds(), (request.out / "index.html").string());
+}
+
+void AddReportCommand(CLI::App& app) {
+  struct Arguments {
+    std::vector<std::string> folders;
+    std::string out, views = "some";
+    int jobs = 1;
+  };
+  auto* command = app.add_subcommand(
+      "report",
+      "Pages of a run that a browser opens from disk: tables, charts, failures, and trials to look "
+      "at from all sides. Several runs stand beside each other, compared in pairs with the first.");
+  auto a = std::make_shared<Arguments>();
+  command->add_option("folders", a->folders, "results folders, of several seeds, too")->required();
+  command->add_option("-o,--out", a->out, "folder of the report (default: FOLDER/report)");
+  command
+      ->add_option("--views", a->views,
+                   "cases that can be looked at, which are run again: up to 100 that failed and 60 "
+                   "others, 60 MB at most (some), all, none (tasks: grasping, parts, seam)")
+      ->check(CLI::IsMember(base::WordList<report::ViewChoice>()));
+  AddJobsOption(*command, "trials", a->jobs);
+  command->footer("Example: rangegrasp report results/laser_single -o report");
+  command->callback([a] {
+    ReportRequest request;
+    request.folders = {a->folders.begin(), a->folders.end()};
+    request.out =
+        a->out.empty() ? request.folders.front() / "report" : std::filesystem::path(a->out);
+    request.views = base::FromWord<report::ViewChoice>(a->views, "--views");
+    request.jobs = a->jobs;
+    MakeReport(request);
+  });
+}
+
+}  // namespace
+}  // namespace rangegrasp::cli
+
+namespace rangegrasp {
+
+void RegisterReport() {
+  trial::SetRecorderMaker(report::MakeRecorder);
+  cli::Hooks() = {
+      .join_films = report::JoinVideos,
+      .make_report = [](const std::filesystem::path& results, int jobs) {
+        cli::MakeReport({.folders = {results}, .out = results / "report", .jobs = jobs});
+      }};
+  cli::AddLibrary("opencv", RANGEGRASP_OPENCV_VERSION);
+  cli::AddCommand(cli::AddReportCommand);
+  cli::AddCommand(cli::AddReproduceCommand);
+  cli::AddCommand(cli::AddExportCommand);
+}
+
+}  // namespace rangegrasp

@@ -1,0 +1,558 @@
+#include "seam/internal/profile_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <memory>
+
+#include "base/error.h"
+#include "base/words.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+using base::InputError;
+
+// Lines beyond are no profiles (a wrong file, a stuck pipe) and must not fill the memory.
+constexpr std::size_t kLongestLine = std::size_t{4} << 20U;
+// A line of a sensor has fewer points; bounds the memory for a text in which no profile ends.
+constexpr std::size_t kMaxPoints = 65536;
+// Whole rows that decide on the width, and rows that are held back for them at most.
+constexpr std::size_t kRowsOfWidth = 3;
+constexpr std::size_t kMaxRowsHeld = 16;
+constexpr std::string_view kBlanks = " \t";
+
+// ---- fields of a line ----
+
+// A piece of a file for a message: short, and without control characters.
+std::string Quoted(std::string_view text) {
+  constexpr std::size_t kMaxShown = 24;  // enough for a number with all its digits
+  std::string shown(text.substr(0, kMaxShown));
+  for (char& c : shown) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  return "'" + shown + (text.size() > kMaxShown ? "..." : "") + "'";
+}
+
+// Tabs that separate must stay.
+std::string_view Trimmed(std::string_view text, std::string_view blanks = kBlanks) {
+  const std::size_t begin = text.find_first_not_of(blanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
+}
+
+std::string_view Unquoted(std::string_view field) {
+  const bool quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
+  return quoted ? Trimmed(field.substr(1, field.size() - 2)) : field;
+}
+
+char SeparatorOf(std::string_view line, const TextFormat& format) {
+  constexpr std::string_view kSeparators = ",;\t ";  // of kComma, kSemicolon, kTab, kBlank
+  if (format.separator != TextSeparator::kAuto) {
+    return kSeparators[static_cast<std::size_t>(format.separator) - 1];
+  }
+  if (line.find(';') != std::string_view::npos) return ';';
+  return !format.decimal_comma && line.find(',') != std::string_view::npos ? ',' : ' ';
+}
+
+using Fields = std::vector<std::string_view>;
+
+// Trimmed, without quotes.
+Fields FieldsOf(std::string_view line, const TextFormat& format) {
+  const char separator = SeparatorOf(line, format);
+  Fields fields;
+  for (std::size_t begin = 0;;) {
+    if (separator == ' ') {
+      begin = line.find_first_not_of(kBlanks, begin);
+      if (begin == std::string_view::npos) return fields;
+      const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+      fields.push_back(Unquoted(line.substr(begin, end - begin)));
+      begin = end;
+    } else {
+      const std::size_t end = std::min(line.find(separator, begin), line.size());
+      fields.push_back(Unquoted(Trimmed(line.substr(begin, end - begin))));
+      if (end == line.size()) return fields;
+      begin = end + 1;
+    }
+  }
+}
+
+// Nullopt if it is no number, or one that no double holds.
+std::optional<double> NumberOf(std::string_view field, bool decimal_comma) {
+  if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
+  std::string pointed;
+  if (decimal_comma && field.find(',') != std::string_view::npos) {
+    if (field.find('.') != std::string_view::npos) return std::nullopt;
+    pointed = field;
+    pointed[pointed.find(',')] = '.';
+    field = pointed;
+  }
+  const auto number = base::NumberFrom<double>(field);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+// Nothing, "-" or "nan".
+bool IsNoValue(std::string_view field) {
+  if (field.empty() || field == "-") return true;
+  return field.size() == 3 && (field[0] == 'n' || field[0] == 'N') &&
+         (field[1] == 'a' || field[1] == 'A') && (field[2] == 'n' || field[2] == 'N');
+}
+
+// ---- lines of a text ----
+
+struct TextLine {
+  std::size_t number = 0;
+  bool too_long = false;
+  std::string text;  // trimmed; may be empty
+};
+
+// Lines as they arrive, without header, sections that are not wanted, comments (#) and what ends a
+// line.
+class TextLines {
+ public:
+  TextLines(std::istream& in, const TextFormat& format) : in_(in), format_(format) {}
+
+  std::optional<TextLine> Next() {
+    while (auto line = InSection()) {
+      if (!line->text.empty() && line->text.front() == '#') continue;
+      if (!TakesHeader(*line)) return line;
+    }
+    return std::nullopt;
+  }
+
+  // The columns' names; empty if there is no header.
+  const std::vector<std::string>& header() const { return header_; }
+
+ private:
+  // Before the first line of numbers.
+  bool TakesHeader(const TextLine& line) {
+    const bool counted = left_out_ < format_.header_lines;
+    const bool named = !format_.header.empty() && !has_header_;
+    if (!counted && !named) return false;
+    const auto fields = FieldsOf(line.text, format_);
+    if (counted) ++left_out_;
+    if (named && (fields.empty() || fields[0] != format_.header)) return true;
+    header_.assign(fields.begin(), fields.end());
+    has_header_ = true;
+    return true;
+  }
+
+  std::optional<TextLine> InSection() {
+    while (auto line = ReadLine()) {
+      if (format_.sections.empty()) return line;
+      if (!in_section_) {
+        in_section_ = std::ranges::find(format_.sections, line->text) != format_.sections.end();
+      } else if (line->text == "End") {
+        in_section_ = false;
+        has_header_ = false;
+      } else {
+        return line;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // The next line without its end (LF or CRLF).
+  std::optional<TextLine> ReadLine() {
+    TextLine line;
+    bool any = false;
+    std::streambuf* buffer = in_.rdbuf();
+    for (int c = buffer->sbumpc(); c != std::char_traits<char>::eof(); c = buffer->sbumpc()) {
+      any = true;
+      if (c == '\n') break;
+      if (line.text.size() < kLongestLine) {
+        line.text.push_back(static_cast<char>(c));
+      } else {
+        line.too_long = true;
+      }
+    }
+    if (!any) return std::nullopt;
+    line.number = ++number_;
+    if (number_ == 1 && line.text.starts_with("\xEF\xBB\xBF")) line.text.erase(0, 3);
+    line.text = Trimmed(line.text, format_.separator == TextSeparator::kTab ? " \r" : " \t\r");
+    return line;
+  }
+
+  std::istream& in_;
+  const TextFormat& format_;
+  std::vector<std::string> header_;
+  std::size_t number_ = 0;
+  int left_out_ = 0;  // of header_lines
+  bool has_header_ = false;
+  bool in_section_ = false;
+};
+
+// ---- rows of a text ----
+
+class TextRows {
+ public:
+  TextRows(std::istream& in, const ProfileFileOptions& options)
+      : options_(options), lines_(in, options_.text) {}
+  TextRows(const TextRows&) = delete;
+  TextRows& operator=(const TextRows&) = delete;
+
+  std::optional<RawRow> Next() {
+    if (!settled_ && options_.columns == 0 && held_.empty()) FixWidth();
+    return held_.empty() ? NextOfLayout() : TakeFirst(held_);
+  }
+
+ private:
+  // Columns from 0; below 0: there is none.
+  struct Columns {
+    int time = -1, encoder = -1, axis = -1, profile = -1, x = -1, z = -1, first = 0;
+  };
+
+  static std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {
+    if (rows.empty()) return std::nullopt;
+    RawRow row = std::move(rows.front());
+    rows.pop_front();
+    return row;
+  }
+
+  void FixWidth() {
+    std::vector<std::size_t> widths;
+    while (!settled_ && held_.size() < kMaxRowsHeld) {
+      auto row = NextOfLayout();
+      if (!row) break;
+      held_.push_back(std::move(*row));
+      if (!held_.back().fault.empty()) continue;
+      const std::size_t width = held_.back().width;
+      settled_ = width == 0 || std::ranges::find(widths, width) != widths.end();
+      widths.push_back(width);
+      if (settled_) options_.columns = static_cast<int>(width);
+      if (widths.size() == kRowsOfWidth) break;
+    }
+    if (!settled_ && !widths.empty()) options_.columns = static_cast<int>(widths[0]);
+    const auto width = static_cast<std::size_t>(options_.columns);
+    for (RawRow& row : held_) {
+      if (!row.fault.empty() || width == 0 || row.width == width) continue;
+      MarkDamaged(row, WidthFault(row.width, options_.columns));
+    }
+  }
+
+  std::optional<RawRow> NextOfLayout() {
+    if (options_.text.layout == TextLayout::kPoints) return NextOfPoints();
+    if (options_.text.layout == TextLayout::kColumns) return NextOfColumns();
+    return NextOfLines();
+  }
+
+  // -- which column is what --
+
+  int Find(const std::string& name, const char* key) const {
+    if (name.empty()) return -1;
+    const auto number = base::NumberFrom<int>(name);
+    if (number && *number >= 1) return *number - 1;
+    const auto& header = lines_.header();
+    const auto found = std::ranges::find(header, name);
+    if (found != header.end()) return static_cast<int>(found - header.begin());
+    throw InputError(
+        fmt::format("{}: {} is neither a column's number, from 1, nor in the header, which {}", key,
+                    Quoted(name), header.empty() ? "is missing" : "has " + base::Join(header)));
+  }
+
+  void FindColumns() {
+    if (columns_) return;
+    const TextFormat& text = options_.text;
+    Columns c;
+    c.time = Find(text.time_column, "time_column");
+    c.encoder = Find(text.encoder_column, "encoder_column");
+    c.axis = Find(text.axis_column, "axis_column");
+    c.profile = Find(text.profile_column, "profile_column");
+    c.first = std::max({c.time, c.encoder, c.axis, c.profile, -1}) + 1;
+    if (!text.first_column.empty()) c.first = Find(text.first_column, "first_column");
+    c.x = text.x_column.empty() ? c.first : Find(text.x_column, "x_column");
+    c.z = text.z_column.empty() ? c.x + 1 : Find(text.z_column, "z_column");
+    columns_ = c;
+    if (text.x_in_header) ReadHeaderX();
+  }
+
+  void ReadHeaderX() {
+    const auto& header = lines_.header();
+    if (header.empty()) throw InputError("x_in_header: there is no header (header_lines, header)");
+    Fields fields(header.begin(), header.end());
+    if (static_cast<int>(fields.size()) > columns_->first && fields.back().empty()) {
+      fields.pop_back();
+    }
+    const std::string fault = ParseAllX(fields, header_x_m_);
+    if (!fault.empty()) throw InputError("header, " + fault);
+  }
+
+  // -- fields; each function returns what is wrong --
+
+  // Without the nothing behind a separator at the line's end, which begins no further field.
+  Fields ValuesOf(const TextLine& line) const {
+    Fields fields = FieldsOf(line.text, options_.text);
+    const auto expected =
+        static_cast<std::size_t>(options_.columns) + static_cast<std::size_t>(columns_->first);
+    if (fields.size() > 1 && fields.back().empty() &&
+        (options_.columns == 0 || fields.size() == expected + 1)) {
+      fields.pop_back();
+    }
+    return fields;
+  }
+
+  // NaN where there is no value.
+  std::string ParseNumber(const Fields& fields, int field, double& number) const {
+    if (field >= static_cast<int>(fields.size())) {
+      return fmt::format("has {} columns; column {} is asked for", fields.size(), field + 1);
+    }
+    const std::string_view shown = fields[static_cast<std::size_t>(field)];
+    number = std::numeric_limits<double>::quiet_NaN();
+    if (IsNoValue(shown)) return {};
+    if (const auto parsed = NumberOf(shown, options_.text.decimal_comma)) {
+      number = *parsed;
+      return {};
+    }
+    std::string fault = fmt::format("column {}: {} is not a number; no value is nan, - or nothing",
+                                    field + 1, Quoted(shown));
+    const bool comma = shown.find(',') != std::string_view::npos;
+    if (comma && !options_.text.decimal_comma) fault += "; a decimal comma: decimal_comma";
+    if (row_ == 0) fault += "; a header: header_lines";
+    return fault;
+  }
+
+  std::string ParseX(const Fields& fields, int field, std::vector<double>& x_m) const {
+    double x = 0.0;
+    std::string fault = ParseNumber(fields, field, x);
+    if (fault.empty()) x_m.push_back(x * options_.text.scale.unit_m);
+    return fault;
+  }
+
+  std::string ParseAllX(const Fields& fields, std::vector<double>& x_m) const {
+    x_m.clear();
+    for (int i = columns_->first; i < static_cast<int>(fields.size()); ++i) {
+      std::string fault = ParseX(fields, i, x_m);
+      if (!fault.empty()) return fault;
+    }
+    return {};
+  }
+
+  std::string ParseHeight(const Fields& fields, int field, std::vector<float>& height_m) const {
+    double number = 0.0;
+    std::string fault = ParseNumber(fields, field, number);
+    if (!fault.empty()) return fault;
+    height_m.push_back(HeightOf(number, options_.text.scale, options_, fault));
+    if (fault.empty()) return fault;
+    return fmt::format("column {}: {} {}", field + 1,
+                       Quoted(fields[static_cast<std::size_t>(field)]), fault);
+  }
+
+  std::string ParsePoint(const Fields& fields, int x, int z, RawRow& row) const {
+    std::string fault = ParseX(fields, x, row.x_m);
+    return fault.empty() ? ParseHeight(fields, z, row.height_m) : fault;
+  }
+
+  std::string ParseStamp(const Fields& fields, int column, double unit,
+                         std::optional<double>& value) const {
+    if (column < 0) return {};
+    double number = 0.0;
+    std::string fault = ParseNumber(fields, column, number);
+    if (fault.empty() && std::isnan(number)) {
+      return fmt::format("column {}: there is no number; time and encoder must have one",
+                         column + 1);
+    }
+    if (fault.empty()) value = number * unit;
+    return fault;
+  }
+
+  std::string ParseStamps(const Fields& fields, RawRow& row) const {
+    std::string fault = ParseStamp(fields, columns_->time, options_.time_unit_s, row.time_s);
+    if (!fault.empty()) return fault;
+    return ParseStamp(fields, columns_->encoder, options_.encoder_m, row.position_m);
+  }
+
+  std::string ParseHeights(const Fields& fields, RawRow& row) const {
+    for (int i = 0; i < static_cast<int>(row.width); ++i) {
+      std::string fault = ParseHeight(fields, columns_->first + i, row.height_m);
+      if (!fault.empty()) return fault;
+    }
+    row.x_m = columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
+    if (row.x_m.empty() || row.x_m.size() == row.width) return {};
+    return fmt::format("has {} heights and {} x", row.width, row.x_m.size());
+  }
+
+  std::string ParsePairs(const Fields& fields, RawRow& row) const {
+    if (row.width % 2 != 0) {
+      return fmt::format("has {} columns; pairs of x and height are an even number", row.width);
+    }
+    const int end = columns_->first + static_cast<int>(row.width);
+    for (int field = columns_->first; field < end; field += 2) {
+      std::string fault = ParsePoint(fields, field, field + 1, row);
+      if (!fault.empty()) return fault;
+    }
+    return {};
+  }
+
+  // -- a line is a profile --
+
+  std::string Parse(const TextLine& line, RawRow& row, bool& is_profile) {
+    if (line.too_long) return "is longer than a profile can be";
+    const Fields fields = ValuesOf(line);
+    if (columns_->axis >= 0) {
+      if (columns_->axis >= static_cast<int>(fields.size())) {
+        return fmt::format("has {} columns; axis_column is {}", fields.size(), columns_->axis + 1);
+      }
+      const std::string_view axis = fields[static_cast<std::size_t>(columns_->axis)];
+      is_profile = axis == "Z";
+      if (axis == "X") return ParseAllX(fields, axis_x_m_);
+      if (!is_profile) return {};
+    }
+    row.width = fields.size() - std::min(static_cast<std::size_t>(columns_->first), fields.size());
+    if (row.width == 0) return fmt::format("has {} columns and no height", fields.size());
+    if (options_.columns != 0 && row.width != static_cast<std::size_t>(options_.columns)) {
+      return WidthFault(row.width, options_.columns);
+    }
+    std::string fault = ParseStamps(fields, row);
+    if (!fault.empty()) return fault;
+    const bool pairs = options_.text.layout == TextLayout::kPairs;
+    return pairs ? ParsePairs(fields, row) : ParseHeights(fields, row);
+  }
+
+  std::optional<RawRow> NextOfLines() {
+    while (const auto line = lines_.Next()) {
+      if (line->text.empty()) continue;
+      FindColumns();
+      RawRow row;
+      row.line = line->number;
+      bool is_profile = true;
+      const std::string fault = Parse(*line, row, is_profile);
+      if (fault.empty() && !is_profile) continue;
+      row.row = ++row_;
+      if (!fault.empty()) MarkDamaged(row, fault);
+      return row;
+    }
+    return std::nullopt;
+  }
+
+  // -- a line is a point --
+
+  std::optional<RawRow> NextOfPoints() {
+    RawRow row;
+    std::optional<std::string> profile;
+    std::string fault;
+    while (auto line = begun_ ? begun_ : lines_.Next()) {
+      begun_.reset();
+      if (line->text.empty() && row.line == 0) continue;
+      if (line->text.empty()) break;
+      FindColumns();
+      const Fields fields = FieldsOf(line->text, options_.text);
+      const auto named = static_cast<std::size_t>(std::max(columns_->profile, 0));
+      if (columns_->profile >= 0 && named < fields.size()) {
+        if (profile && *profile != fields[named]) {
+          begun_ = std::move(line);
+          break;
+        }
+        profile = fields[named];
+      }
+      if (row.line == 0) {
+        row.row = row_ + 1;
+        row.line = line->number;
+        fault = ParseStamps(fields, row);
+      }
+      if (!fault.empty()) continue;
+      if (row.x_m.size() == kMaxPoints) {
+        fault = fmt::format(
+            "has more than {} points; an empty line or another number in profile_column ends a "
+            "profile",
+            kMaxPoints);
+        break;
+      }
+      fault = line->too_long ? "is longer than a point can be"
+                             : ParsePoint(fields, columns_->x, columns_->z, row);
+      if (!fault.empty()) row.line = line->number;
+    }
+    if (row.line == 0) return std::nullopt;
+    ++row_;
+    if (!fault.empty()) MarkDamaged(row, fault);
+    return row;
+  }
+
+  // -- a column is a profile --
+
+  std::optional<RawRow> NextOfColumns() {
+    if (!transposed_all_) ReadColumns();
+    transposed_all_ = true;
+    return TakeFirst(transposed_);
+  }
+
+  void ReadColumns() {
+    std::size_t width = 0;
+    while (const auto line = lines_.Next()) {
+      if (line->text.empty()) continue;
+      FindColumns();
+      const Fields fields = ValuesOf(*line);
+      if (width == 0) width = fields.size();
+      const auto first = static_cast<std::size_t>(columns_->first) + 1;
+      std::string fault;
+      if (fields.size() != width) fault = WidthFault(fields.size(), static_cast<int>(width));
+      if (width <= first) fault = fmt::format("has {} columns; x and a height are needed", width);
+      std::vector<double> x_m;
+      if (fault.empty()) fault = ParseX(fields, columns_->first, x_m);
+      for (std::size_t i = first; i < width && fault.empty(); ++i) {
+        if (transposed_.size() <= i - first) {
+          transposed_.emplace_back();
+          transposed_.back().row = transposed_.back().line = i - first + 1;
+        }
+        transposed_[i - first].x_m.push_back(x_m[0]);
+        fault = ParseHeight(fields, static_cast<int>(i), transposed_[i - first].height_m);
+      }
+      if (!fault.empty()) {
+        throw InputError(fmt::format("line {}{}{}", line->number,
+                                     fault.starts_with("column") ? ", " : " ", fault));
+      }
+      row_ = 1;  // from now on a word is no header
+    }
+  }
+
+  ProfileFileOptions options_;  // its columns are set by FixWidth
+  TextLines lines_;
+  std::deque<RawRow> held_;  // read while the width was unknown
+  bool settled_ = false;
+  std::optional<Columns> columns_;
+  std::size_t row_ = 0;
+  std::vector<double> axis_x_m_;  // of the last row of X
+  std::vector<double> header_x_m_;
+  std::optional<TextLine> begun_;  // kPoints: the first line of the next profile
+  std::deque<RawRow> transposed_;  // kColumns
+  bool transposed_all_ = false;
+};
+
+}  // namespace
+
+void MarkDamaged(RawRow& row, const std::string& fault) {
+  RawRow named;
+  named.row = row.row;
+  named.line = row.line;
+  named.fault = fmt::format("row {}{}{}{}", row.row,
+                            row.line != row.row ? fmt::format(" (line {})", row.line) : "",
+                            fault.starts_with("column") ? ", " : " ", fault);
+  row = std::move(named);
+}
+
+std::string WidthFault(std::size_t columns, int expected) {
+  return fmt::format("has {} columns instead of {}", columns, expected);
+}
+
+float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options,
+               std::string& fault) {
+  constexpr float kMissingHeight = std::numeric_limits<float>::quiet_NaN();
+  const auto& none = scale.no_values;
+  if (std::isnan(number) || std::ranges::find(none, number) != none.end()) return kMissingHeight;
+  const double height = (number - scale.zero) * scale.unit_m;
+  if (!(height >= options.min_height_m && height <= options.max_height_m)) {
+    fault = fmt::format("is out of range; it must be from {:.6g} to {:.6g}",
+                        options.min_height_m / scale.unit_m + scale.zero,
+                        options.max_height_m / scale.unit_m + scale.zero);
+    return kMissingHeight;
+  }
+  return static_cast<float>(options.away ? -height : height);
+}
+
+RowSource RowsOfText(std::istream& in, const ProfileFileOptions& options) {
+  return [rows = std::make_shared<TextRows>(in, options)] { return rows->Next(); };
+}
+
+}  // namespace rangegrasp::seam

@@ -1,0 +1,210 @@
+#include "seam/profile.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+
+#include "seam/internal/vectorised.h"
+
+namespace rangegrasp::seam {
+namespace {
+
+// Columns whose counts stay in registers.
+constexpr std::size_t kFilterTile = 32;
+// A parabola of fewer points fits anything.
+constexpr int kMinPoints = 8;
+constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
+
+void CheckFilter(const FilterOptions& options) {
+  if (options.half_width_columns < 1 || !(options.half_height_m > 0.0) ||
+      options.min_neighbors < 0) {
+    throw std::invalid_argument(
+        "geometric filter: half_width_columns must be at least 1, half_height_m above 0, "
+        "min_neighbors at least 0");
+  }
+}
+
+bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
+
+std::size_t FirstFinite(std::span<const float> z) {
+  return static_cast<std::size_t>(std::find_if(z.begin(), z.end(), IsFinite) - z.begin());
+}
+// There must be one.
+std::size_t LastFinite(std::span<const float> z) {
+  return z.size() - 1 -
+         static_cast<std::size_t>(std::find_if(z.rbegin(), z.rend(), IsFinite) - z.rbegin());
+}
+
+// Sums over finite points z at t: t^0 .. t^4, and z t^0 .. z t^2.
+struct Moments {
+  std::array<double, 5> power{};
+  std::array<double, 3> moment{};
+};
+
+// Of columns first .. last, mapped to t in [-1, 1]. Even and odd columns are summed side by side,
+// which is faster, and always in the same order.
+Moments MomentsOf(std::span<const float> height_m, std::size_t first, std::size_t last) {
+  constexpr std::size_t kLanes = 2;
+  double sums[8][kLanes] = {};
+  const double scale = 2.0 / static_cast<double>(last - first);
+  const std::size_t pairs = (last - first + 1 + kLanes - 1) / kLanes;
+  for (std::size_t pair = 0; pair < pairs; ++pair) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t offset = kLanes * pair + lane;
+      const float height = offset <= last - first ? height_m[first + offset] : kMissing;
+      const bool there = IsFinite(height);
+      const double one = there ? 1.0 : 0.0;
+      const double z = there ? static_cast<double>(height) : 0.0;
+      const double t = static_cast<double>(static_cast<std::int32_t>(offset)) * scale - 1.0;
+      const double t1 = one * t;
+      const double t2 = t1 * t;
+      sums[0][lane] += one;
+      sums[1][lane] += t1;
+      sums[2][lane] += t2;
+      sums[3][lane] += t2 * t;
+      sums[4][lane] += t2 * t2;
+      sums[5][lane] += z;
+      sums[6][lane] += z * t;
+      sums[7][lane] += z * t2;
+    }
+  }
+  Moments result;
+  for (std::size_t k = 0; k < 5; ++k) result.power[k] = sums[k][0] + sums[k][1];
+  for (std::size_t k = 0; k < 3; ++k) result.moment[k] = sums[5 + k][0] + sums[5 + k][1];
+  return result;
+}
+
+// c0 + c1 t + c2 t^2 with t = p u + q, in powers of u.
+std::array<double, 3> Substitute(const std::array<double, 3>& c, double p, double q) {
+  return {c[0] + q * (c[1] + q * c[2]), p * (c[1] + 2.0 * q * c[2]), p * p * c[2]};
+}
+
+void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
+  const double scale = 2.0 / static_cast<double>(height_m.size() - 1);
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(height_m.size()); ++i) {
+    const double u = i * scale - 1.0;
+    height_m[static_cast<std::size_t>(i)] -= static_cast<float>(c[0] + u * (c[1] + u * c[2]));
+  }
+}
+
+// A profile of which half is missing has half the neighbors everywhere.
+FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
+  CheckFilter(options);
+  if (height_m.empty()) return options;
+  const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
+  const double share = static_cast<double>(points) / static_cast<double>(height_m.size());
+  options.min_neighbors = static_cast<int>(std::ceil(options.min_neighbors * share));
+  return options;
+}
+
+// Adds, for each column of a tile, the others within reach that lie within half_height of it.
+// Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
+RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, float half_height,
+                                          int* neighbors) {
+  for (std::size_t d = 1; d <= reach; ++d) {
+    const float* right = z + d;
+    const float* left = z - d;
+    for (std::size_t i = 0; i < kFilterTile; ++i) {
+      neighbors[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
+      neighbors[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
+  CheckFilter(options);
+  const std::size_t m = height_m.size();
+  const auto reach = std::min(static_cast<std::size_t>(options.half_width_columns), m);
+  const auto half_height = static_cast<float>(options.half_height_m);
+  const std::size_t tiles = (m + kFilterTile - 1) / kFilterTile;
+  std::vector<float> padded(tiles * kFilterTile + 2 * reach, kMissing);
+  std::copy(height_m.begin(), height_m.end(), padded.begin() + static_cast<std::ptrdiff_t>(reach));
+  std::vector<float> kept(tiles * kFilterTile);
+  for (std::size_t begin = 0; begin < m; begin += kFilterTile) {
+    const float* z = padded.data() + reach + begin;
+    std::array<int, kFilterTile> neighbors{};
+    CountNeighbors(z, reach, half_height, neighbors.data());
+    for (std::size_t i = 0; i < kFilterTile; ++i) {
+      const bool keep = neighbors[i] >= options.min_neighbors && IsFinite(z[i]);
+      kept[begin + i] = keep ? z[i] : kMissing;
+    }
+  }
+  kept.resize(m);
+  return kept;
+}
+
+std::array<double, 3> FitQuadratic(std::span<const float> height_m) {
+  const std::size_t m = height_m.size();
+  const std::size_t first = FirstFinite(height_m);
+  if (first == m) return {};
+  const std::size_t last = LastFinite(height_m);
+  if (first == last) return {static_cast<double>(height_m[first]), 0.0, 0.0};
+  const Moments sums = MomentsOf(height_m, first, last);
+  std::array<double, 3> c{};
+  if (sums.power[0] == 2.0) {
+    const auto left = static_cast<double>(height_m[first]);
+    const auto right = static_cast<double>(height_m[last]);
+    c = {0.5 * (left + right), 0.5 * (right - left), 0.0};
+  } else {
+    const auto& s = sums.power;
+    Eigen::Matrix3d normal;
+    normal << s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4];
+    const Eigen::Vector3d solved =
+        normal.ldlt().solve(Eigen::Map<const Eigen::Vector3d>(sums.moment.data()));
+    c = {solved.x(), solved.y(), solved.z()};
+  }
+  const auto width = static_cast<double>(last - first);
+  const auto whole = static_cast<double>(m - 1);
+  return Substitute(c, whole / width, (whole - static_cast<double>(first + last)) / width);
+}
+
+void FillHoles(std::span<float> height_m) {
+  const std::size_t m = height_m.size();
+  std::size_t begin = 0;
+  while (begin < m) {
+    if (IsFinite(height_m[begin])) {
+      ++begin;
+      continue;
+    }
+    std::size_t end = begin;
+    while (end < m && !IsFinite(height_m[end])) ++end;
+    if (begin == 0 && end == m) return;
+    const float left = begin > 0 ? height_m[begin - 1] : height_m[end];
+    const float right = end < m ? height_m[end] : left;
+    const std::size_t middle = begin + (end - begin) / 2;
+    for (std::size_t i = begin; i < end; ++i) height_m[i] = i < middle ? left : right;
+    begin = end;
+  }
+}
+
+PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options) {
+  if (options.min_columns < kMinPoints) {
+    throw std::invalid_argument("preprocessing: min_columns must be at least 8");
+  }
+  PreparedProfile prepared;
+  prepared.time_s = profile.time_s;
+  prepared.moved_m = profile.moved_m;
+  prepared.original_m = profile.height_m;
+  std::vector<float> height =
+      FilterGeometric(profile.height_m, ForDensity(options.filter, profile.height_m));
+  prepared.points = static_cast<int>(std::count_if(height.begin(), height.end(), IsFinite));
+  if (prepared.points > 0) {
+    prepared.first_column = static_cast<int>(FirstFinite(height));
+    prepared.last_column = static_cast<int>(LastFinite(height));
+  }
+  if (prepared.points < options.min_columns) return prepared;
+  if (options.normalise) {
+    prepared.curve = FitQuadratic(height);
+    Subtract(prepared.curve, height);
+  }
+  FillHoles(height);
+  prepared.height_m = std::move(height);
+  return prepared;
+}
+
+}  // namespace rangegrasp::seam

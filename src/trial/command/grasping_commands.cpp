@@ -1,0 +1,381 @@
+#include "trial/command/grasping_commands.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/image/image.h"
+#include "base/installation.h"
+#include "base/stopwatch.h"
+#include "base/words.h"
+#include "cli/output.h"
+#include "experiment/experiment.h"
+#include "geometry/cloud_file.h"
+#include "geometry/draw/canvas.h"
+#include "sensing/line_scanner.h"
+#include "sim/check/check.h"
+#include "sim/render.h"
+#include "trial/cell.h"
+#include "trial/grasping_task.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::cli {
+namespace {
+
+using Findings = std::vector<base::Finding>;
+
+struct CheckArguments {
+  std::string file;
+  std::string as;
+  std::string detector;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+// What its answers on a few scans were understood as. @throws base::InputError if one is wrong
+void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
+  const auto& cell = trial::CellOf(*e.task);
+  const auto* detector = trial::FindDetector(cell.options.detector);
+  if (!detector->check_answers) return;
+  std::string text;
+  const bool usable = detector->check_answers(cell, text);
+  if (!quiet) WriteResult(text);
+  if (!usable) throw base::InputError("the detector cannot be used as it is");
+}
+
+// The detector of a command line in place of the shipped experiment's.
+void CheckDetectorAlone(const CheckArguments& arguments) {
+  std::vector<std::string> words = base::Split(arguments.detector, ' ');
+  std::erase(words, "");
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (std::filesystem::exists(words[i])) words[i] = std::filesystem::absolute(words[i]).string();
+  }
+  if (!words.empty() && words.front().find('/') != std::string::npos) {
+    words.front() = std::filesystem::absolute(words.front()).string();
+  }
+  experiment::Changes changes;
+  changes.set = arguments.set;
+  changes.set.insert(changes.set.begin(),
+                     "detector={command: " + nlohmann::json(words).dump() + "}");
+  CheckDetectorOf(experiment::OpenExperiment(base::FindExperiment("laser_single"),
+                                             experiment::AllKinds(), changes));
+}
+
+bool IsExperiment(const std::filesystem::path& file) {
+  return file.extension() == ".yaml" || file.extension() == ".yml";
+}
+
+Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
+  const std::filesystem::path file = arguments.file;
+  if (IsExperiment(file)) {
+    kind = "experiment";
+    experiment::Changes changes;
+    changes.set = arguments.set;
+    Findings findings;
+    const auto e = experiment::OpenExperiment(file, experiment::AllKinds(), changes,
+                                              [&](const Findings& found) {
+                                                findings = found;
+                                                return !base::HasError(found);
+                                              });
+    if (e.task && e.kind->name == trial::GraspingTask().name) {
+      CheckDetectorOf(e, arguments.json);
+    }
+    return findings;
+  }
+  const check::Kind what = arguments.as.empty() ? check::KindOf(file)
+                                                : base::FromWord<check::Kind>(arguments.as, "--as");
+  kind = base::Word(what);
+  return what == check::Kind::kObject ? check::CheckObject({file.stem().string(), file})
+                                      : check::CheckModel(file, what);
+}
+
+std::string JsonOf(const std::string& file, const std::string& kind, const Findings& findings) {
+  nlohmann::ordered_json json = {
+      {"file", file}, {"kind", kind}, {"findings", nlohmann::ordered_json::array()}};
+  for (const base::Finding& f : findings) {
+    json["findings"].push_back({{"severity", f.error ? "error" : "warning"},
+                                {"where", f.where},
+                                {"element", f.element},
+                                {"what", f.what},
+                                {"cure", f.cure}});
+  }
+  return json.dump(2) + "\n";
+}
+
+void Check(const CheckArguments& arguments) {
+  if (arguments.file.empty() == arguments.detector.empty()) {
+    throw base::InputError("check needs either a file or --detector");
+  }
+  if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
+  std::string kind;
+  const Findings findings = CheckFile(arguments, kind);
+  const auto errors =
+      std::count_if(findings.begin(), findings.end(), [](const auto& f) { return f.error; });
+  const auto warnings = static_cast<std::ptrdiff_t>(findings.size()) - errors;
+  if (arguments.json) {
+    WriteResult(JsonOf(arguments.file, kind, findings));
+  } else {
+    std::string text;
+    for (const base::Finding& finding : findings) text += base::TextOf(finding) + "\n";
+    text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
+                        kind.find_first_of("aeo") == 0 ? "an" : "a", kind,
+                        findings.empty() ? std::string("nothing is wrong")
+                                         : fmt::format("{} errors, {} warnings", errors, warnings));
+    WriteResult(text);
+  }
+  if (errors > 0) throw base::InputError(fmt::format("{}: cannot work as it is", arguments.file));
+}
+
+// The settled world of an experiment's trial, or a scene file as it stands.
+struct Picked {
+  std::unique_ptr<sim::World> world;
+  experiment::Experiment experiment;  // empty for a scene
+  trial::TrialSpec spec;
+  std::uint64_t seed = 1;
+
+  const trial::Cell& cell() const { return trial::CellOf(*experiment.task); }
+};
+
+Picked PickScene(const std::filesystem::path& file, std::optional<std::uint64_t> seed) {
+  Picked picked;
+  picked.world =
+      std::make_unique<sim::World>(file, std::vector<sim::ObjectModel>{}, sim::PhysicsOptions{});
+  picked.world->SetArm(robot::Robot::Load(file).home);
+  picked.world->Settle();
+  picked.seed = seed.value_or(picked.seed);
+  return picked;
+}
+
+// A sensor's file, or one of the installed ones by its word.
+std::filesystem::path SensorFile(const std::string& sensor) {
+  if (sensor == "laser") return base::DataFolder() / "models/sensors/line_scanner.yaml";
+  if (sensor == "stereo") return base::DataFolder() / "models/sensors/stereo_camera.yaml";
+  return std::filesystem::absolute(sensor);
+}
+
+Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
+                 std::optional<std::uint64_t> seed, const std::string& sensor) {
+  Picked picked;
+  experiment::Changes changes;
+  changes.seed = seed;
+  if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
+  picked.experiment = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
+  const trial::Cell& cell = picked.cell();
+  cell.sensor->Prepare();  // before the world is there, whose engine starts threads
+  picked.spec = trial::SpecOf(trial.empty() ? picked.experiment.cases.front()
+                                            : CaseOf(picked.experiment, trial));
+  picked.seed = picked.spec.seed;
+  auto arranged = ArrangeTrial(cell, picked.spec);
+  if (!arranged) {
+    throw base::RunError(file.string() + ": no arrangement of " + TrialId(picked.spec) +
+                         " came to rest in view");
+  }
+  picked.world = std::make_unique<sim::World>(std::move(arranged->world));
+  return picked;
+}
+
+Picked Pick(const std::filesystem::path& file, const std::string& trial,
+            std::optional<std::uint64_t> seed, const std::string& sensor = "") {
+  if (IsExperiment(file)) return PickTrial(file, trial, seed, sensor);
+  if (!trial.empty()) {
+    throw base::InputError("--trial goes with an experiment file, not with " + file.string());
+  }
+  return PickScene(file, seed);
+}
+
+void AddSnapshot(CLI::App& app) {
+  struct Arguments {
+    std::string file, out, trial, camera, size = "1280x960";
+    std::optional<std::uint64_t> seed;
+  };
+  auto* command = app.add_subcommand(
+      "snapshot",
+      "Picture of a scene, of an object, or of an experiment's trial at its start, as PNG.");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "scene or object (MJCF) or experiment (YAML)")
+      ->required();
+  command->add_option("-o,--out", arguments->out, "PNG file")->required();
+  command->add_option("--camera", arguments->camera,
+                      "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
+                      "overview; near by of an object)");
+  command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels");
+  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+      ->check(CLI::NonNegativeNumber);
+  command->footer(
+      "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
+  command->callback([arguments] {
+    CheckEnding(arguments->out, {".png"});
+    const auto [width, height] = ParseSize(arguments->size);
+    if (!IsExperiment(arguments->file) && check::IsObjectFile(arguments->file)) {
+      const std::filesystem::path file = arguments->file;
+      image::WritePng(arguments->out, sim::DrawObject({file.stem().string(), file},
+                                                      arguments->camera, width, height));
+      return;
+    }
+    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
+    const std::string camera = arguments->camera.empty() ? "overview" : arguments->camera;
+    image::WritePng(arguments->out,
+                    sim::Renderer(*picked.world, width, height).Render(*picked.world, camera));
+  });
+}
+
+/// The image with nothing measured but the target.
+geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
+  geometry::RangeImage image = scan.view.image;
+  for (std::size_t i = 0; i < image.points_C.size(); ++i) {
+    if (scan.truth.label[i] != 1) {
+      image.points_C[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return image;
+}
+
+/// The scan, objects and table apart, and the shadows on the table plane round the workspace.
+image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMesh>& meshes,
+                      const base::Pose& X_WS, const sensing::LineScannerOptions& options) {
+  constexpr double kHalf_m = 0.30;
+  constexpr double kStep_m = 0.0015;
+  geometry::Points grid;
+  for (double x = -kHalf_m; x <= kHalf_m; x += kStep_m) {
+    for (double y = -kHalf_m; y <= kHalf_m; y += kStep_m)
+      grid.emplace_back(x, y, 0.001);  // above what is painted on the table
+  }
+  const auto states = sensing::ClassifySurface(grid, meshes, X_WS, options);
+  draw::Canvas canvas;
+  const auto add = [&](sensing::SurfaceState state, const draw::Color& color) {
+    geometry::Points chosen;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      if (states[i] == state) chosen.push_back(grid[i]);
+    }
+    canvas.dots.push_back({std::move(chosen), color, 3.0F});
+  };
+  add(sensing::SurfaceState::kLaserShadow, {0.90F, 0.25F, 0.20F, 1.0F});
+  add(sensing::SurfaceState::kCameraShadow, {0.95F, 0.75F, 0.15F, 1.0F});
+  add(sensing::SurfaceState::kBothShadows, {0.35F, 0.15F, 0.15F, 1.0F});
+  geometry::Points scene, target;
+  for (std::size_t i = 0; i < scan.view.image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p = scan.view.image.points_C[i];
+    if (!p.allFinite() || p.head<2>().norm() > 1.5 * kHalf_m) continue;
+    (scan.truth.label[i] == 0 ? scene : target).push_back(p);
+  }
+  canvas.dots.push_back({std::move(scene), {0.45F, 0.58F, 0.80F, 1.0F}, 1.5F});
+  canvas.dots.push_back({std::move(target), {0.10F, 0.45F, 0.20F, 1.0F}, 2.5F});
+  const draw::View view{{0.75, -0.35, 0.75}, {-0.02, 0.0, 0.0}, Eigen::Vector3d::UnitZ(), 0.55};
+  return draw::Render(canvas, view, 1280, 960);
+}
+
+struct ScanArguments {
+  std::string file, out, trial, sensor, picture;
+  std::optional<std::uint64_t> seed;
+  bool target_only = false;
+};
+
+// The sensor writes the cloud itself, with what lies between. @return whether it does that
+bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
+  if (!picked.experiment.task || picked.cell().options.sensor_type == trial::kLineScanner) {
+    return false;
+  }
+  base::Rng rng = trial::StageStream(picked.seed, "scan");
+  const std::string written = picked.cell().sensor->WriteLook(*picked.world, rng, arguments.out);
+  if (written.empty()) return false;
+  if (arguments.target_only || !arguments.picture.empty()) {
+    throw base::InputError("--picture and --target-only go with a line scanner");
+  }
+  spdlog::info(written);
+  return true;
+}
+
+void AddScan(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "scan", "One simulated scan as an organised PCD or PLY cloud with labels.");
+  auto arguments = std::make_shared<ScanArguments>();
+  command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
+  command->add_option("-o,--out", arguments->out, "cloud, .pcd or .ply")->required();
+  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--picture", arguments->picture, "PNG of the cloud and both shadows");
+  command->add_option(
+      "--sensor", arguments->sensor,
+      "in place of the experiment's: laser, stereo, or a file (YAML); for a scene a line "
+      "scanner's file");
+  command->add_flag("--target-only", arguments->target_only,
+                    "of an experiment: only the target's points, as for rangegrasp parts");
+  command->footer(
+      "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
+      "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
+      "state (0 measured, 1 camera shadow, 2 "
+      "dropout, "
+      "3 out of view), and rgb with `color: true`.\n--picture draws the shadows that the objects "
+      "throw on the table: laser "
+      "red, "
+      "camera yellow, both dark.\nOf a stereo camera, a folder beside the cloud holds left.png, "
+      "right.png, rectified.png, "
+      "disparity.png, disparity16.png and calibration.yaml, as rangegrasp stereo takes them.");
+  command->callback([arguments] {
+    CheckEnding(arguments->out, {".pcd", ".ply"});
+    if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
+    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
+    if (WriteItsLook(picked, *arguments)) return;
+    const auto options = picked.experiment.task ? picked.cell().scanner
+                         : arguments->sensor.empty()
+                             ? sensing::LineScannerOptions{}
+                             : sensing::ReadLineScanner(SensorFile(arguments->sensor));
+    if (arguments->target_only && !picked.experiment.task) {
+      throw base::InputError("--target-only: a scene has no target; give an experiment");
+    }
+    const auto meshes = picked.world->VisualMeshes();
+    const base::Pose X_WS = picked.world->SitePose("scanner");
+    base::Rng rng(base::DeriveSeed(picked.seed, "scan"));
+    base::Stopwatch watch;
+    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
+    const double seconds = watch.Seconds();
+    geometry::WriteCloud(arguments->out,
+                         arguments->target_only ? TargetOnly(scan) : scan.view.image,
+                         trial::TruthFields(scan.view, scan.truth));
+    if (!arguments->picture.empty()) {
+      image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
+    }
+    const auto measured = std::count(scan.truth.state.begin(), scan.truth.state.end(),
+                                     sensing::SampleState::kMeasured);
+    spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured,
+                 scan.view.image.profiles, scan.view.image.samples, seconds * 1e3);
+  });
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "check",
+      "Look for what is wrong with a scene, an arm, a hand, an object (MJCF), an experiment "
+      "(YAML) or a detector of your own, and say how one edit cures it.");
+  auto a = std::make_shared<CheckArguments>();
+  command->add_option("file", a->file, "MJCF or experiment file");
+  command->add_option("--as", a->as, "what an MJCF file is (default: by what it holds)")
+      ->check(CLI::IsMember(base::WordList<check::Kind>()));
+  command->add_option("--detector", a->detector,
+                      "in place of a file: a grasp detector of your own, e.g. \"python3 "
+                      "my_detector.py\"; it is asked about a few scans");
+  command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
+  command->add_flag("--json", a->json, "findings as JSON");
+  command->footer(
+      "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 nothing that keeps it from "
+      "working, 2 errors. `run` does the same before its first trial.");
+  command->callback([a] { Check(*a); });
+}
+
+void AddPictureCommands(CLI::App& app) {
+  AddSnapshot(app);
+  AddScan(app);
+}
+
+}  // namespace rangegrasp::cli

@@ -1,0 +1,189 @@
+#include "base/installation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "base/error.h"
+#include "base/yaml_map.h"
+#include "error_of.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::base {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing_support::TempFolder;
+
+constexpr const char* kVariable = "RANGEGRASP_DATA";
+
+// A data folder of two experiments.
+std::filesystem::path MakeData(const TempFolder& folder, const std::string& name) {
+  folder.Write(name + "/models/cup.xml", "");
+  folder.Write(name + "/scenes/table.xml", "");
+  folder.Write(name + "/experiments/pile.yaml", "");
+  folder.Write(name + "/experiments/box.yaml", "");
+  folder.Write(name + "/experiments/reference/box.csv", "");
+  return folder / name;
+}
+
+// Sets RANGEGRASP_DATA for as long as it lives.
+class DataVariable {
+ public:
+  explicit DataVariable(const std::filesystem::path& folder) {
+    setenv(kVariable, folder.c_str(), /*overwrite=*/1);
+  }
+  ~DataVariable() { unsetenv(kVariable); }
+  DataVariable(const DataVariable&) = delete;
+  DataVariable& operator=(const DataVariable&) = delete;
+};
+
+template <typename Call>
+std::string DataFolderErrorOf(Call call) {
+  try {
+    call();
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(DataFolder, AnInstalledProgramFindsItBesideItself) {
+  const TempFolder folder;
+  const auto data = MakeData(folder, "moved/share/rangegrasp");
+  EXPECT_EQ(DataFolderOf(folder.Write("moved/bin/rangegrasp", "")), data);
+}
+
+TEST(DataFolder, ABuiltProgramFindsTheSourceTreeThatItsBuildFolderLiesIn) {
+  const TempFolder folder;
+  const auto tree = MakeData(folder, "tree");
+  EXPECT_EQ(DataFolderOf(folder.Write("tree/build/dev/src/cli/rangegrasp", "")), tree);
+  EXPECT_EQ(DataFolder(), RANGEGRASP_SOURCE_DIR);
+}
+
+TEST(DataFolder, HoldsModelsScenesAndExperimentsOrIsNone) {
+  for (const char* missing : {"models", "scenes", "experiments"}) {
+    const TempFolder folder;
+    const auto data = MakeData(folder, "share/rangegrasp");
+    std::filesystem::remove_all(data / missing);
+    const auto program = folder.Write("bin/rangegrasp", "");
+    EXPECT_THAT(DataFolderErrorOf([&] { DataFolderOf(program); }), HasSubstr(kVariable)) << missing;
+  }
+}
+
+TEST(DataFolder, SaysWhereItLookedAndWhatHelps) {
+  const TempFolder folder;
+  const auto program = folder.Write("bin/rangegrasp", "");
+  const auto error = DataFolderErrorOf([&] { DataFolderOf(program); });
+  EXPECT_THAT(error, HasSubstr((folder / "share/rangegrasp").string()));
+  EXPECT_THAT(error, HasSubstr(kVariable));
+}
+
+TEST(DataFolder, TheEnvironmentComesFirstAndIsChecked) {
+  const TempFolder folder;
+  const auto data = MakeData(folder, "data");
+  {
+    const DataVariable variable(data);
+    EXPECT_EQ(DataFolder(), data);
+  }
+  {
+    const DataVariable variable(folder.path());
+    EXPECT_THAT(DataFolderErrorOf([] { DataFolder(); }), HasSubstr(folder.path().string()));
+  }
+  const DataVariable variable("");
+  EXPECT_EQ(DataFolder(), RANGEGRASP_SOURCE_DIR);
+}
+
+TEST(FindExperiment, NamesStandForTheFilesOfTheDataFolder) {
+  const TempFolder folder;
+  const auto data = MakeData(folder, "data");
+  const DataVariable variable(data);
+  EXPECT_THAT(ExperimentNames(data), ElementsAre("box", "pile"));
+  for (const char* name : {"pile", "pile.yaml", "experiments/pile", "experiments/pile.yaml"}) {
+    EXPECT_EQ(FindExperiment(name), data / "experiments/pile.yaml");
+  }
+}
+
+TEST(FindExperiment, APathThatExistsIsTakenAsItIs) {
+  const TempFolder folder;
+  const auto data = MakeData(folder, "data");
+  const DataVariable variable(data);
+  const auto own = folder.Write("own/pile.yaml", "");
+  EXPECT_EQ(FindExperiment(own), own);
+}
+
+TEST(FindExperiment, AMistakeIsToldWithTheNearestName) {
+  const TempFolder folder;
+  const auto data = MakeData(folder, "data");
+  const DataVariable variable(data);
+  EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment("piel"); }), HasSubstr("nearest: 'pile'"));
+  // A path to somewhere else never means one of the program's own experiments.
+  EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment(folder / "pile.yaml"); }),
+              HasSubstr("no such file"));
+}
+
+using testing::AllOf;
+
+// What CMake writes of systems that are left out, for words that no system has.
+class SystemsTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    AddWordNotBuilt({"command", "juggle", "circus"});
+    AddWordNotBuilt({"key", "show.clowns", "circus"});
+    AddWordNotBuilt({"value", "show.kind=circus", "circus"});
+  }
+  static std::string SystemMissingFor(const std::function<void()>& run) {
+    try {
+      run();
+    } catch (const NotBuilt& missing) {
+      return missing.system();
+    }
+    return "";
+  }
+};
+
+TEST_F(SystemsTest, AWordOfASystemThatIsNotBuiltIsNamedWithIt) {
+  EXPECT_THAT(testing_support::ErrorOf([] { CheckBuilt("command", "juggle"); }),
+              AllOf(HasSubstr("command 'juggle'"), HasSubstr("the system 'circus'"),
+                    HasSubstr("-DRANGEGRASP_SYSTEMS=circus")));
+  EXPECT_EQ(SystemMissingFor([] { CheckBuilt("command", "juggle"); }), "circus");
+}
+
+TEST_F(SystemsTest, OtherWordsAndOtherKindsOfWordsAreNot) {
+  EXPECT_NO_THROW(CheckBuilt("command", "run"));
+  EXPECT_NO_THROW(CheckBuilt("task", "juggle"));
+}
+
+TEST_F(SystemsTest, AKeyOfAFileSaysWhereItStandsAndWhoseItIs) {
+  const auto read = [](const std::string& text) {
+    auto map = YamlMap::FromText(text, "show.yaml");
+    auto show = map.Child("show");
+    std::string kind = "theatre";
+    show.Read("kind", kind, {"theatre", "opera"}, "of show");
+    show.Finish();
+    map.Finish();
+  };
+  EXPECT_THAT(
+      testing_support::ErrorOf([&] { read("show:\n  clowns: 3\n"); }),
+      AllOf(HasSubstr("show.yaml:2: "), HasSubstr("key 'show.clowns'"), HasSubstr("'circus'")));
+  EXPECT_EQ(SystemMissingFor([&] { read("show: {clowns: 3}\n"); }), "circus");
+  EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: circus}\n"); }), "circus");
+  EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: opera}\n"); }), "");
+  // A misspelt word is nobody's.
+  EXPECT_THAT(testing_support::ErrorOf([&] { read("show: {clown: 3}\n"); }),
+              HasSubstr("unknown key 'clown'"));
+  EXPECT_EQ(SystemMissingFor([&] {
+              try {
+                read("show: {kind: circuss}\n");
+              } catch (const NotBuilt&) {
+                throw;
+              } catch (const InputError&) {
+              }
+            }),
+            "");
+}
+
+}  // namespace
+}  // namespace rangegrasp::base

@@ -1,0 +1,84 @@
+#include "experiment/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "error_of.h"
+
+namespace rangegrasp::experiment {
+namespace {
+
+using testing::HasSubstr;
+using testing_support::MessageOf;
+
+const Stamp kStamp{
+    {{"experiment", "demo"}, {"seed", "1"}}, {{"version", "0.1"}, {"commit", "abc"}}, {}};
+
+std::string StampErrorOf(const Stamp& other) {
+  return MessageOf([&] { CheckSameRun(other, kStamp, "results/demo"); });
+}
+
+TEST(Params, AreReadBackTheSameInTheirOrder) {
+  const Params params = {{"seam", 3}, {"noise", 2.0}, {"a", "wave, \"slow\""}};
+  EXPECT_EQ(ToJson(params), R"({"seam":3,"noise":2.0,"a":"wave, \"slow\""})");
+  EXPECT_EQ(Params::FromJson(ToJson(params)), params);
+  EXPECT_EQ(Params::FromJson("{}"), Params());
+}
+
+TEST(Params, AreTakenByNameAndType) {
+  const Params params = {{"seam", 3}, {"noise", 2.0}, {"shape", "wave"}};
+  EXPECT_EQ(params.Int("seam"), 3);
+  EXPECT_EQ(params.Number("noise"), 2.0);
+  EXPECT_EQ(params.Text("shape"), "wave");
+  EXPECT_TRUE(params.Has("seam"));
+  EXPECT_FALSE(params.Has("run"));
+  EXPECT_THAT(MessageOf([&] { params.Int("run"); }), HasSubstr("no 'run' of the right type"));
+  EXPECT_THAT(MessageOf([&] { params.Int("shape"); }), HasSubstr("no 'shape' of the right type"));
+}
+
+TEST(Params, ADamagedTextIsRefused) {
+  for (const char* text : {"", "{", "[1]x", R"({"a": [1]})", R"({"a": null})"}) {
+    EXPECT_THAT(MessageOf([&] { Params::FromJson(text); }), HasSubstr("damaged")) << text;
+  }
+}
+
+TEST(CheckSameRun, NamesWhatDiffers) {
+  Stamp other = kStamp;
+  other.identity["seed"] = "2";
+  EXPECT_THAT(StampErrorOf(other),
+              HasSubstr("results/demo: was made with another seed ('2', not '1')"));
+}
+
+TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
+  Stamp other = kStamp;
+  other.identity["scene_hash"] = "x";
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("another scene_hash"));
+  other = kStamp;
+  other.identity.erase("seed");
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("another seed"));
+}
+
+TEST(CheckSameRun, BuildAndDataMayDiffer) {
+  Stamp other = kStamp;
+  other.build["commit"] = "def";
+  other.data["title.mug"] = "Mug";
+  EXPECT_EQ(StampErrorOf(other), "");
+}
+
+TEST(Need, SaysThatTheRunWasKilled) {
+  EXPECT_EQ(Need(kStamp.identity, "seed"), "1");
+  EXPECT_THAT(testing_support::ErrorOf([] { Need(kStamp.identity, "task"); }),
+              HasSubstr("no stamp 'task'"));
+}
+
+TEST(LineOf, BeginsWithNameVersionAndCommit) {
+  EXPECT_EQ(LineOf(kStamp), "demo: rangegrasp 0.1 (abc), seed 1");
+  Stamp many = kStamp;
+  many.identity["groups"] = "a,b,c";  // a row of the table each
+  EXPECT_EQ(LineOf(many), LineOf(kStamp));
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::experiment

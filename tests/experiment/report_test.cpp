@@ -1,0 +1,65 @@
+#include "experiment/report.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace rangegrasp::experiment {
+namespace {
+
+const Grid kGrid = {{"what", "n"}, {true, false}, {{"a", "1"}, {"long word", "10"}}, true};
+
+TEST(Grid, TextAlignsWordsLeftAndNumbersRight) {
+  EXPECT_EQ(TextOf(kGrid),
+            "what        n\n"
+            "-------------\n"
+            "a           1\n"
+            "-------------\n"
+            "long word  10\n");
+}
+
+TEST(Grid, LinesEndWithoutBlanks) {
+  const Grid grid = {{"n", "what"}, {false, true}, {{"1", "a"}, {"10", "long word"}}, false};
+  EXPECT_EQ(TextOf(grid),
+            " n  what\n"
+            "-------------\n"
+            " 1  a\n"
+            "10  long word\n");
+}
+
+TEST(Format, TablesAreJsonWithNumbersAndNullForNothing) {
+  Report report;
+  report.sections = {{"sizes", {{"what", "n"}, {true, false}, {{"a", "1.5"}, {"1x", "-"}}, false}}};
+  const auto json = nlohmann::json::parse(Format(report, {}, TableFormat::kJson));
+  EXPECT_EQ(json["tables"][0]["title"], "sizes");
+  EXPECT_EQ(json["tables"][0]["rows"], nlohmann::json::parse(R"([["a", 1.5], ["1x", null]])"));
+}
+
+TEST(Format, CsvIsTheOneTableThatIsMeantForIt) {
+  Report report;
+  report.sections = {{"", kGrid}};
+  EXPECT_EQ(Format(report, {}, TableFormat::kCsv), CsvOf(kGrid) + "\n");
+  report.csv = {{"x"}, {}, {{"1"}}, false};
+  EXPECT_EQ(Format(report, {}, TableFormat::kCsv), "x\n1\n");
+}
+
+TEST(Grid, MarkdownSaysHowColumnsAlign) {
+  EXPECT_EQ(MarkdownOf(kGrid), "| what | n |\n| --- | ---: |\n| a | 1 |\n| long word | 10 |\n");
+}
+
+TEST(Grid, CsvQuotesOnlyWhatNeedsIt) {
+  Grid grid = kGrid;
+  grid.rows = {{"a, \"b\"", "1"}};
+  EXPECT_EQ(CsvOf(grid), "what,n\n\"a, \"\"b\"\"\",1\n");
+}
+
+TEST(Grid, NumbersAreRoundedAndIntervalsAreWilsons) {
+  EXPECT_EQ(Fixed(1.005, 1), "1.0");
+  EXPECT_EQ(Fixed(-2.25, 0), "-2");
+  EXPECT_EQ(IntervalText(0, 0), "-");
+  EXPECT_EQ(IntervalText(10, 10), "72-100");  // 10 / (10 + 1.96^2) = 0.7225
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::experiment

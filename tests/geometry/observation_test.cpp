@@ -1,0 +1,185 @@
+#include "geometry/observation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/rng.h"
+#include "geometry/box_scan.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// A flat grid, samples along_m apart along the profile and profiles across_m.
+RangeImage Grid(int profiles, int samples, double along_m, double across_m) {
+  RangeImage image{profiles, samples, {}, {Eigen::Vector3d::Zero()}};
+  for (int p = 0; p < profiles; ++p) {
+    for (int s = 0; s < samples; ++s) image.points_C.emplace_back(along_m * s, across_m * p, 1.0);
+  }
+  return image;
+}
+
+TEST(MedianSpacing, IsTheMeanOfBothDirectionsOfAGrid) {
+  EXPECT_NEAR(MedianSpacing(Grid(30, 40, 0.001, 0.003)), 0.002, 1e-12);
+  EXPECT_NEAR(MedianSpacing(Grid(1, 40, 0.001, 0.003)), 0.001, 1e-12);
+  EXPECT_NEAR(MedianSpacing(Grid(30, 1, 0.001, 0.003)), 0.003, 1e-12);
+}
+
+// Neither gaps nor jumps of depth, which a few samples have, move it.
+TEST(MedianSpacing, HoldsWithGapsAndSteps) {
+  RangeImage image = Grid(60, 60, 0.001, 0.003);
+  base::Rng rng(1);
+  for (int k = 0; k < 600; ++k) {
+    image.points_C[rng.Index(image.points_C.size())] = Eigen::Vector3d::Constant(kNaN);
+  }
+  for (int p = 0; p < 60; ++p) {
+    for (int s = 30; s < 60; ++s) image.points_C[image.Index(p, s)].z() = 2.0;
+  }
+  EXPECT_NEAR(MedianSpacing(image), 0.002, 1e-12);
+}
+
+TEST(RangeImage, AProfileHasItsOrigin) {
+  RangeImage image = Grid(2, 5, 0.001, 0.003);
+  EXPECT_EQ(image.OriginOf(9), Eigen::Vector3d::Zero());
+  image.origins_C = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(image.OriginOf(i), i < 5 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY()) << i;
+  }
+  image.origins_C.resize(3);
+  EXPECT_THROW(image.OriginOf(0), std::invalid_argument);
+}
+
+TEST(ToCloud, TakesWhatWasMeasuredAndSaysWhere) {
+  RangeImage image = Grid(2, 3, 0.001, 0.003);
+  image.points_C[1].setConstant(kNaN);
+  image.points_C[4].x() = kNaN;
+  Indices source{7, 7};
+  const PointCloud cloud = ToCloud(image, &source);
+  EXPECT_EQ(source, (Indices{0, 2, 3, 5}));
+  ASSERT_EQ(cloud.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(cloud.points[k], image.points_C[source[k]]);
+}
+
+TEST(MedianSpacing, IsZeroWithoutNeighbors) {
+  EXPECT_EQ(MedianSpacing({}), 0.0);
+  EXPECT_EQ(MedianSpacing(Grid(1, 1, 0.001, 0.001)), 0.0);
+  RangeImage image = Grid(3, 3, 0.001, 0.001);
+  for (std::size_t i = 1; i < 9; i += 2) image.points_C[i].setConstant(kNaN);
+  EXPECT_EQ(MedianSpacing(image), 0.0);  // what is left touches at corners only
+}
+
+}  // namespace
+}  // namespace rangegrasp::geometry
+
+namespace rangegrasp::views {
+namespace {
+
+using geometry::SeenSpace;
+using geometry::samples::LookFrom;
+using geometry::samples::ScanBox;
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+const AlignedBox3d kBox(Vector3d(-0.05, -0.04, 0.0), Vector3d(0.05, 0.04, 0.12));
+const AlignedBox3d kRegion(Vector3d(-0.15, -0.15, 0.005), Vector3d(0.15, 0.15, 0.165));
+const Vector3d kMiddle(0.0, 0.0, 0.06);
+const Vector3d kFront(0.40, 0.0, 0.30);
+constexpr double kDepth_m = 0.03;
+
+SeenSpace SpaceSeenFrom(const std::vector<Vector3d>& places, double cell_m = 0.01) {
+  SeenSpace space(kRegion, cell_m);
+  base::Rng rng(1);
+  for (const Vector3d& place : places) {
+    space.Add(ScanBox(LookFrom(place, kMiddle), kBox, 0.0, rng));
+  }
+  return space;
+}
+
+// Every cell against geometry alone: the segment to it from the sensor crosses the box, well inside
+// of its silhouette, and ends well behind the face where it enters. Cells are 10 mm wide: those
+// that a silhouette or a face cuts may be either.
+TEST(SeenSpace, CallsFreeNothingThatTheSensorDoesNotSee) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  const AlignedBox3d inner(kBox.min() + Vector3d(0.0, 0.015, 0.0),
+                           kBox.max() - Vector3d(0.0, 0.015, 0.015));
+  int hidden = 0;
+  int free = 0;
+  for (int z = 0; z < space.Size().z(); ++z) {
+    for (int y = 0; y < space.Size().y(); ++y) {
+      for (int x = 0; x < space.Size().x(); ++x) {
+        const Vector3d p = space.MiddleOf({x, y, z});
+        const Vector3d way = p - kFront;
+        const Eigen::Array3d a = (inner.min() - kFront).array() / way.array();
+        const Eigen::Array3d b = (inner.max() - kFront).array() / way.array();
+        const double enter = a.min(b).maxCoeff();
+        const bool crosses = enter < std::min(1.0, a.max(b).minCoeff());
+        const auto cell = space.At({x, y, z});
+        if (crosses && (1.0 - enter) * way.norm() > 0.02) {
+          EXPECT_NE(cell, SeenSpace::Cell::kFree) << p.transpose();
+          ++hidden;
+        }
+        free += cell == SeenSpace::Cell::kFree ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(hidden, 300);
+  EXPECT_GT(free, 5000);
+}
+
+TEST(SeenSpace, TheFarSideIsWorthMoreThanTheSideThatWasSeen) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  const auto gain = [&](const Vector3d& from) {
+    return space.GainFrom(LookFrom(from, kMiddle), {}, kRegion, kDepth_m);
+  };
+  const double behind = gain({-0.40, 0.0, 0.30});
+  EXPECT_GT(behind, 3.0 * gain(kFront));
+  // The shadow of the box on the table: its face from y = -0.04 to 0.04, 0.12 high, and its shadow
+  // is at most that long; what is seen of it is some of that and no more.
+  EXPECT_GT(behind, 0.1e-3);
+  EXPECT_LT(behind, space.UnseenVolume());
+}
+
+TEST(SeenSpace, ALookTakesItsGainAway) {
+  const Vector3d back(-0.40, 0.0, 0.30);
+  const auto gain = [&](const SeenSpace& space) {
+    return space.GainFrom(LookFrom(back, kMiddle), {}, kRegion, kDepth_m);
+  };
+  EXPECT_LT(gain(SpaceSeenFrom({kFront, back})), 0.25 * gain(SpaceSeenFrom({kFront})));
+}
+
+TEST(SeenSpace, KnownSurfacesHideWhatIsBehindThem) {
+  // From the front all that is unseen lies behind the faces that were seen.
+  const SeenSpace space = SpaceSeenFrom({kFront}, 0.005);
+  const double gain = space.GainFrom(LookFrom(kFront, kMiddle), {}, kRegion, kDepth_m);
+  EXPECT_LT(gain, 0.2 * space.UnseenVolume());
+}
+
+TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {
+  const SeenSpace space = SpaceSeenFrom({kFront});
+  const geometry::TriangleMesh ceiling = space.Ceiling(0.01);
+  double highest = 0.0;
+  double foremost = -1.0;
+  for (const Vector3d& v : ceiling.vertices) {
+    if (std::abs(v.y()) > 0.035) continue;  // beyond, the corners of the region are out of view
+    highest = std::max(highest, v.z());
+    if (v.z() > 0.05) foremost = std::max(foremost, v.x());
+  }
+  EXPECT_GE(highest, 0.12);
+  EXPECT_LE(highest, 0.12 + 0.01 + 2.0 * 0.01);  // margin, and the cells that the top lies in
+  EXPECT_GE(foremost, 0.05);
+  EXPECT_LE(foremost, 0.05 + 2.0 * 0.01);  // before the box nothing may be
+}
+
+TEST(SeenSpace, RefusesABoxWithoutCells) {
+  EXPECT_THROW(SeenSpace(AlignedBox3d(Vector3d::Zero(), Vector3d(0.1, 0.1, 0.005)), 0.01),
+               std::invalid_argument);
+  EXPECT_THROW(SeenSpace(AlignedBox3d(), 0.01), std::invalid_argument);
+  EXPECT_THROW(SeenSpace(kRegion, 0.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace rangegrasp::views

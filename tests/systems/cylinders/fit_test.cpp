@@ -1,0 +1,269 @@
+#include "cylinders/fit.h"
+
+#include <gtest/gtest.h>
+
+#include "cylinders/seen_cylinder.h"
+
+namespace rangegrasp::cylinders {
+namespace {
+
+const Barrel kBarrel{{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX()}, 0.02};
+
+TEST(Incidence, IsThatOfTheNormalWhereTheRayMeetsTheBarrel) {
+  const Eigen::Vector3d eye(0.3, 0.0, 0.7);
+  for (const double angle : {-1.2, -0.4, 0.0, 0.9}) {
+    const Eigen::Vector3d normal(0.0, std::sin(angle), std::cos(angle));
+    const Eigen::Vector3d p = kBarrel.radius_m * normal;
+    const Eigen::Vector3d ray = (p - eye).normalized();
+    const Eigen::Vector3d tangent = Eigen::Vector3d::UnitX().cross(normal);
+    const Incidence incidence = IncidenceOf(kBarrel, eye, p);
+    EXPECT_NEAR(incidence.radial, std::abs(ray.dot(normal)), 1e-12);
+    EXPECT_NEAR(incidence.tangential, std::abs(ray.dot(tangent)), 1e-12);
+    // A point that noise moved along the ray has the same.
+    EXPECT_NEAR(IncidenceOf(kBarrel, eye, p + 0.003 * ray).radial, incidence.radial, 1e-12);
+  }
+}
+
+TEST(Incidence, OfARayPastTheBarrelIsThatOfItsOutline) {
+  const Incidence incidence = IncidenceOf(kBarrel, {0.0, 0.0, 0.7}, {0.0, 0.05, 0.0});
+  EXPECT_EQ(incidence.radial, 0.0);
+  EXPECT_NEAR(incidence.tangential, 1.0, 1e-12);
+}
+
+TEST(DistanceNoise, IsThatOfDrawnPoints) {
+  const Eigen::Vector3d eye(0.3, 0.0, 0.7);
+  const RayNoise noise{0.0008, 0.0};
+  for (const double angle : {0.0, 0.8, 1.3}) {
+    const Eigen::Vector3d p =
+        kBarrel.radius_m * Eigen::Vector3d(0.0, std::sin(angle), std::cos(angle));
+    const Eigen::Vector3d ray = (p - eye).normalized();
+    base::Rng rng(5);
+    constexpr int kDraws = 100000;
+    double sum = 0.0, squares = 0.0;
+    for (int k = 0; k < kDraws; ++k) {
+      const double distance = kBarrel.Distance(p + noise.along_m * rng.Normal() * ray);
+      sum += distance;
+      squares += distance * distance;
+    }
+    const double mean = sum / kDraws;
+    const double variance = squares / kDraws - mean * mean;
+    const DistanceNoise expected =
+        DistanceNoiseOf(noise, IncidenceOf(kBarrel, eye, p), kBarrel.radius_m);
+    // 5 standard errors of the mean, and terms of third order: s^3 / r^2.
+    EXPECT_NEAR(expected.mean_m, mean,
+                5.0 * std::sqrt(variance / kDraws) + std::pow(0.0008, 3) / std::pow(0.02, 2));
+    // 5 standard errors of a variance are 5 sqrt(2 / n) = 2.2 %; next terms: (s / r)^2 = 0.2 %.
+    EXPECT_NEAR(expected.variance_m2 / variance, 1.0, 0.03);
+  }
+}
+
+using testing_support::SeenCylinder;
+
+// |(I - d d^T)(p - c)| - r, written out (eq. 2.14) for a unit d.
+double Transcribed(const BarrelParameters& x, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d d = x.segment<3>(3).normalized();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - d * d.transpose();
+  return (across * (p - x.head<3>())).norm() - x[6];
+}
+
+TEST(BarrelResidual, IsEquation214ForAnyLengthOfTheDirection) {
+  base::Rng rng(1);
+  for (int k = 0; k < 100; ++k) {
+    BarrelParameters x;
+    for (int i = 0; i < x.size(); ++i) x[i] = rng.Normal();
+    const double a = rng.Normal();
+    const double b = rng.Normal();
+    const double c = rng.Normal();
+    EXPECT_NEAR(BarrelResidual(x, {a, b, c}), Transcribed(x, {a, b, c}), 1e-12);
+  }
+}
+
+TEST(BarrelResidual, GradientIsThatOfFiniteDifferences) {
+  BarrelParameters x;
+  x << 0.1, -0.2, 0.3, 0.5, 0.8, -0.4, 0.05;
+  const Eigen::Vector3d p(0.4, 0.1, -0.2);
+  BarrelParameters gradient;
+  BarrelResidual(x, p, &gradient);
+  constexpr double kStep = 1e-6;  // central: the error is of its square
+  for (int i = 0; i < x.size(); ++i) {
+    BarrelParameters high = x, low = x;
+    high[i] += kStep;
+    low[i] -= kStep;
+    EXPECT_NEAR(gradient[i], (Transcribed(high, p) - Transcribed(low, p)) / (2.0 * kStep), 1e-8);
+  }
+}
+
+TEST(LeastSquares, FindTheCylinderOfExactPointsOfItsSeenSide) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const base::Pose X_AB = testing_support::SomePose();
+  geometry::Points points = truth.Points(30, 20, false, 0.0, rng);
+  for (auto& p : points) p = X_AB * p;
+  const auto fit = FitLeastSquares(points);
+  ASSERT_TRUE(fit);
+  // The solver rests at a relative step of 1e-8 (the root of the rounding).
+  EXPECT_NEAR(fit->barrel.radius_m, truth.radius_m, 1e-7);
+  EXPECT_LT(AngleBetween(fit->barrel.axis.direction, X_AB.linear().col(0)), 1e-6);
+  EXPECT_LT(fit->barrel.axis.Distance(X_AB.translation()), 1e-7);
+}
+
+TEST(LeastSquares, TheSeenEndMakesTheRadiusTooSmall) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const auto fit = FitLeastSquares(truth.Points(30, 20, true, 0.0, rng));
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->barrel.radius_m, 0.99 * truth.radius_m);
+}
+
+TEST(LeastSquares, MakeNoMoreIterationsThanGranted) {
+  base::Rng rng(1);
+  const auto points = SeenCylinder{}.Points(30, 20, false, 0.0, rng);
+  const auto one = FitLeastSquares(points, 1);
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->iterations, 1);
+  EXPECT_GT(std::abs(one->barrel.radius_m - SeenCylinder{}.radius_m), 1e-6);
+}
+
+TEST(LeastSquares, RefuseWhatIsNoCylinder) {
+  EXPECT_FALSE(FitLeastSquares(geometry::Points(6, Eigen::Vector3d::UnitX())));
+  EXPECT_FALSE(FitLeastSquares(geometry::Points(20, Eigen::Vector3d::UnitX())));
+  EXPECT_THROW(FitLeastSquares(geometry::Points(20), 0), std::invalid_argument);
+}
+
+const Eigen::Vector3d kAxis = Eigen::Vector3d::UnitX();
+
+TEST(Gate, AsPrintedComparesSigns) {
+  const Eigen::Vector3d to_eye(0.5, 0.0, 1.0);
+  RcfOptions options = RcfAsPrinted();
+  // n_x = 0.1, n_y = -0.99, n_z = 0.05: the wall's outline.
+  const Eigen::Vector3d outline = Eigen::Vector3d(0.1, -0.99, 0.05).normalized();
+  EXPECT_TRUE(PassesGate(outline, kAxis, to_eye, options));
+  EXPECT_TRUE(PassesGate(kAxis, kAxis, to_eye, options));
+  options.gate = RimGate::kHalfway;
+  EXPECT_FALSE(PassesGate(kAxis, kAxis, to_eye, options));
+  EXPECT_TRUE(PassesGate(Eigen::Vector3d(1.0, 0.0, 1.0).normalized(), kAxis, to_eye, options));
+}
+
+TEST(CircleOnAxis, OfExactPointsIsExactAndStepsOverOutliers) {
+  geometry::Points rim;
+  for (int k = 0; k < 60; ++k) {
+    const double angle = base::Deg(6.0 * k);
+    rim.emplace_back(0.001 * (k % 3), 0.004 + 0.03 * std::cos(angle), 0.03 * std::sin(angle));
+  }
+  for (int k = 0; k < 10; ++k) rim.emplace_back(0.0, 0.004 + 0.02, 0.001 * k);
+  const auto circle = CircleOnAxis(rim, kAxis, {Eigen::Vector3d::Zero(), kAxis, 0.025});
+  ASSERT_TRUE(circle);
+  // A sum of sizes rests on the many; squares count below 1e-4 of the radius.
+  EXPECT_NEAR(circle->radius_m, 0.03, 1e-5);
+  EXPECT_NEAR(circle->center.y(), 0.004, 1e-5);
+}
+
+TEST(Rcf, FindsACylinderThatIsSeenFromAbove) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const auto points = truth.Points(80, 60, true, 0.0, rng);
+  const FitInput input{points, truth.eye, kAxis};
+  const RcfOptions options;
+  const auto fit = FitRcf(input, PrepareRcf(input, options), options, rng);
+  ASSERT_TRUE(fit);
+  // The rim is known to the points' spacing, 2 mm round the end.
+  EXPECT_NEAR(fit->barrel.radius_m, truth.radius_m, 0.001);
+  EXPECT_LT(AngleBetween(fit->barrel.axis.direction, kAxis), base::Deg(0.5));
+}
+
+TEST(Rcf, WithoutARimThereIsNoFit) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const auto points = truth.Points(80, 60, false, 0.0, rng);
+  const FitInput input{points, truth.eye, kAxis};
+  const RcfOptions options;
+  EXPECT_FALSE(FitRcf(input, PrepareRcf(input, options), options, rng));
+}
+
+TEST(Rcf, RefusesBadOptions) {
+  RcfOptions options;
+  options.neighborhood_m = 0.0;
+  EXPECT_THROW(PrepareRcf({}, options), std::invalid_argument);
+}
+
+const Eigen::Vector3d kFitRefinedAxis = Eigen::Vector3d::UnitX();
+
+// Off by more than random circles are.
+Barrel Start(const SeenCylinder& truth) {
+  return {{Eigen::Vector3d(0.0, 0.001, -0.001), Eigen::Vector3d(1.0, 0.01, -0.02).normalized()},
+          1.05 * truth.radius_m};
+}
+
+TEST(Refined, IsExactForExactPointsAndLeavesTheEndOut) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const auto points = truth.Points(40, 30, true, 0.0, rng);
+  const auto fit = FitRefined({points, truth.eye, kFitRefinedAxis}, Start(truth));
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->barrel.radius_m, truth.radius_m, 1e-9);
+  EXPECT_LT(AngleBetween(fit->barrel.axis.direction, kFitRefinedAxis), 1e-8);
+  EXPECT_LT(fit->barrel.axis.Distance(Eigen::Vector3d::Zero()), 1e-9);
+}
+
+TEST(Refined, MovesWithItsPoints) {
+  base::Rng rng(2);
+  const SeenCylinder truth;
+  const base::Pose X_AB = testing_support::SomePose();
+  const auto points = truth.Points(40, 30, true, 0.0003, rng);
+  geometry::Points moved;
+  for (const auto& p : points) moved.push_back(X_AB * p);
+  Barrel start = Start(truth);
+  const auto fit = FitRefined({points, truth.eye, kFitRefinedAxis}, start);
+  start.axis = {X_AB * start.axis.point, X_AB.linear() * start.axis.direction};
+  const auto there = FitRefined({moved, X_AB * truth.eye, X_AB.linear() * kFitRefinedAxis}, start);
+  ASSERT_TRUE(fit && there);
+  // Both rest within 1e-9 m.
+  EXPECT_NEAR(fit->barrel.radius_m, there->barrel.radius_m, 1e-8);
+  EXPECT_LT(AngleBetween(there->barrel.axis.direction, X_AB.linear() * fit->barrel.axis.direction),
+            1e-7);
+}
+
+TEST(Refined, ManyRangeImagesWithoutWeightsScatterMore) {
+  const SeenCylinder truth;
+  RefineOptions alike;
+  alike.weigh_incidence = false;
+  double with = 0.0, without = 0.0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    base::Rng rng(seed);
+    const auto points = truth.Points(30, 40, false, 0.0003, rng);
+    const FitInput input{points, truth.eye, kFitRefinedAxis};
+    const auto weighed = FitRefined(input, Start(truth));
+    const auto plain = FitRefined(input, Start(truth), alike);
+    ASSERT_TRUE(weighed && plain) << seed;
+    with += std::pow(weighed->barrel.radius_m - truth.radius_m, 2);
+    without += std::pow(plain->barrel.radius_m - truth.radius_m, 2);
+  }
+  // Of 40 squares each the ratio of sums scatters by 32 %; the weights make it smaller than half.
+  EXPECT_LT(with, 0.7 * without);
+}
+
+TEST(Refined, PointsOffTheCylinderDoNotCount) {
+  base::Rng rng(3);
+  const SeenCylinder truth;
+  auto points = truth.Points(40, 30, false, 0.0, rng);
+  const std::size_t wall = points.size();
+  for (std::size_t i = 0; i < wall; i += 10) {  // one in eleven hangs behind the outline
+    points.push_back(points[i] + Eigen::Vector3d(0.0, 0.004, -0.01));
+  }
+  const auto fit = FitRefined({points, truth.eye, kFitRefinedAxis}, Start(truth));
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->barrel.radius_m, truth.radius_m, 1e-6);
+}
+
+TEST(Refined, RefusesTooFewPointsAndBadOptions) {
+  const geometry::Points few(6, Eigen::Vector3d::UnitZ());
+  EXPECT_FALSE(FitRefined({few, Eigen::Vector3d(0.0, 0.0, 2.0), kFitRefinedAxis}, Start({})));
+  RefineOptions options;
+  options.rounds = 0;
+  EXPECT_THROW(FitRefined({few, Eigen::Vector3d::Zero(), kFitRefinedAxis}, Start({}), options),
+               std::invalid_argument);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::cylinders

@@ -1,0 +1,89 @@
+#include "cylinders/task/cylinder_scans.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "base/error.h"
+
+namespace rangegrasp::cylinders {
+namespace {
+
+// How far p is from the surface of the cylinder.
+double OffSurface(const CylinderShape& shape, const Eigen::Vector3d& p) {
+  const double across = p.tail<2>().norm() - shape.radius_m;
+  const double along = std::abs(p.x()) - 0.5 * shape.height_m;
+  return std::abs(std::max(across, along));
+}
+
+TEST(SyntheticScan, HasSoManyPointsOnTheSurfaceThatTheEyeSees) {
+  const CylinderShape shape{0.02575, 0.173};
+  const Viewpoint viewpoint;
+  base::Rng rng(3);
+  const CylinderView view = SyntheticScan(shape, viewpoint, 5000, 0.0, rng);
+  ASSERT_EQ(view.points.size(), 5000u);
+  ASSERT_EQ(view.lines.size(), 5000u);
+  int end = 0;
+  for (const auto& p : view.points) {
+    EXPECT_LT(OffSurface(shape, p), 1e-9);
+    const bool on_end = p.x() > 0.5 * shape.height_m - 1e-9;
+    end += on_end ? 1 : 0;
+    // The wall's outward normal faces the eye.
+    const Eigen::Vector3d normal(0.0, p.y(), p.z());
+    EXPECT_TRUE(on_end || normal.dot(view.eye - p) > -1e-9);
+  }
+  // Seen from far the end's ellipse has pi r^2 sin(37 deg) of it and 2 r h cos(37 deg) of the wall;
+  // from 0.9 m the nearer end has a few more.
+  EXPECT_NEAR(end / 5000.0, 0.15, 0.03);
+}
+
+TEST(SyntheticScan, NoiseMovesPointsAlongTheirRays) {
+  const CylinderShape shape;
+  base::Rng rng(3), same(3);
+  const CylinderView exact = SyntheticScan(shape, {}, 1000, 0.0, rng);
+  const CylinderView noisy = SyntheticScan(shape, {}, 1000, 0.0005, same);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const Eigen::Vector3d moved = noisy.points[i] - exact.points[i];
+    EXPECT_LT(moved.cross(exact.points[i] - exact.eye).norm(), 1e-12);
+    squares += moved.squaredNorm();
+  }
+  // 5 standard errors of a standard deviation of 1,000 are 11 %.
+  EXPECT_NEAR(std::sqrt(squares / 1000.0), 0.0005, 0.00006);
+}
+
+TEST(SyntheticScan, RefusesFewerThanThreePoints) {
+  base::Rng rng(1);
+  EXPECT_THROW(SyntheticScan({}, {}, 2, 0.0, rng), base::InputError);
+}
+
+TEST(ScannedCylinder, HasSoManyPointsNearTheSurfaceAndNoneOfTheTable) {
+  const CylinderShape shape;
+  base::Rng rng(3);
+  const CylinderView view = ScanCylinder(shape, {}, 1000, {}, rng);
+  ASSERT_EQ(view.points.size(), 1000u);
+  int far = 0;
+  for (const auto& p : view.points) {
+    EXPECT_GT(p.x(), -0.5 * shape.height_m + 0.002);
+    far += OffSurface(shape, p) > 0.003 ? 1 : 0;  // mixed points at the outline
+  }
+  EXPECT_LT(far, 50);
+}
+
+TEST(KeepEvenly, KeepsTheOrderAndTheEndsShare) {
+  CylinderView view;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    view.points.emplace_back(i, 0.0, 0.0);
+    view.lines.push_back(i);
+  }
+  KeepEvenly(25, view);
+  ASSERT_EQ(view.points.size(), 25u);
+  for (std::size_t i = 0; i < 25; ++i) {
+    EXPECT_EQ(view.points[i].x(), static_cast<double>(4 * i + 3));
+    EXPECT_EQ(view.lines[i], 4 * i + 3);
+  }
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::cylinders

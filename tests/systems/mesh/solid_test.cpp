@@ -1,0 +1,238 @@
+#include "mesh/solid.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "base/units.h"
+#include "error_of.h"
+#include "geometry/mesh.h"
+#include "geometry/random_points.h"
+#include "geometry/sample_meshes.h"
+#include "geometry/shape.h"
+
+namespace rangegrasp::geometry {
+namespace {
+
+using samples::BoxMesh;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+TriangleMesh RepairBall(double radius, const Eigen::Vector3d& center = {0, 0, 0}) {
+  Shape ball;
+  ball.size.setConstant(radius);
+  ball.X_BS.translation() = center;
+  return Tessellate(ball, 32);
+}
+
+std::string Complaint(const TriangleMesh& mesh) {
+  return testing_support::ErrorOf([&] { RepairMesh(mesh); });
+}
+
+TEST(Repair, ASolidStaysAsItIs) {
+  const Repaired repaired = RepairMesh(BoxMesh({1, 2, 3}));
+  EXPECT_NEAR(Volume(repaired.mesh), 48.0, 1e-9);
+  EXPECT_EQ(repaired.mesh.triangles.size(), 12U);
+  EXPECT_THAT(repaired.done, IsEmpty());
+}
+
+// As STL has it: each triangle with vertices of its own.
+TEST(Repair, JoinsLooseTriangles) {
+  const TriangleMesh box = BoxMesh({1, 2, 3});
+  TriangleMesh loose;
+  for (const auto& triangle : box.triangles) {
+    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
+    for (const std::uint32_t corner : triangle) loose.vertices.push_back(box.vertices[corner]);
+    loose.triangles.push_back({first, first + 1, first + 2});
+  }
+  const Repaired repaired = RepairMesh(loose);
+  EXPECT_EQ(repaired.mesh.vertices.size(), 8U);
+  EXPECT_NEAR(Volume(repaired.mesh), 48.0, 1e-9);
+}
+
+TEST(Repair, TurnsFacesThatPointInward) {
+  TriangleMesh box = BoxMesh({1, 2, 3});
+  for (auto& t : box.triangles) std::swap(t[0], t[1]);
+  const Repaired all = RepairMesh(box);
+  EXPECT_NEAR(Volume(all.mesh), 48.0, 1e-9);
+  EXPECT_TRUE(all.turned_inside_out);
+  TriangleMesh one = BoxMesh({1, 2, 3});
+  std::swap(one.triangles[5][0], one.triangles[5][1]);
+  EXPECT_NEAR(Volume(RepairMesh(one).mesh), 48.0, 1e-9);
+}
+
+TEST(Repair, ClosesASmallHole) {
+  TriangleMesh ball = RepairBall(1.0);
+  const double whole = Volume(ball);
+  ball.triangles.erase(ball.triangles.begin() + 300);
+  const Repaired repaired = RepairMesh(ball);
+  EXPECT_NEAR(Volume(repaired.mesh), whole, 0.01 * whole);
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("hole")));
+}
+
+// A cup of one sheet: its mouth is no hole to close.
+TEST(Repair, RefusesALargeHoleUnlessTold) {
+  TriangleMesh box = BoxMesh({1, 1, 1});
+  std::erase_if(box.triangles, [&](const auto& t) {
+    return box.vertices[t[0]].z() > 0 && box.vertices[t[1]].z() > 0 && box.vertices[t[2]].z() > 0;
+  });
+  EXPECT_THAT(Complaint(box), HasSubstr("is open"));
+  RepairOptions any;
+  any.max_hole = 1.0;
+  EXPECT_NEAR(Volume(RepairMesh(box, any).mesh), 8.0, 1e-9);
+}
+
+// Two boxes that overlap by half: 12 of volume, where a sum of both would be 16.
+TEST(Repair, WrapsWhatCrossesItself) {
+  TriangleMesh both = BoxMesh({1, 1, 1});
+  Append(BoxMesh({1, 1, 1}, {1, 0.1, 0.1}), both);
+  const Repaired repaired = RepairMesh(both);
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("crosses itself")));
+  // The overlap is 1 x 1.9 x 1.9; the wrap stands off by 0.2 % of the size on all sides.
+  EXPECT_NEAR(Volume(repaired.mesh), 16.0 - 3.61, 0.06 * 12.39);
+}
+
+TEST(Repair, RefusesASheetAndWhatHasNoArea) {
+  // Two sides of the same rectangle: closed, and empty.
+  TriangleMesh sheet;
+  sheet.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 1}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}};
+  EXPECT_NE(Complaint(sheet), "");
+  EXPECT_THAT(Complaint(BoxMesh({1, 1, 1e-7})), HasSubstr("no volume"));
+  TriangleMesh line;
+  line.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  line.triangles = {{0, 1, 2}};
+  EXPECT_THAT(Complaint(line), HasSubstr("no triangle with an area"));
+  TriangleMesh one;
+  one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  one.triangles = {{0, 1, 2}};
+  EXPECT_THAT(Complaint(one), HasSubstr("is open"));
+}
+
+TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
+  // Two squares beside each other, 0.05 apart.
+  TriangleMesh sheet;
+  for (const double x : {-1.025, -0.025, 0.025, 1.025}) {
+    sheet.vertices.emplace_back(x, 0.0, 0.0);
+    sheet.vertices.emplace_back(x, 1.0, 0.0);
+  }
+  sheet.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 6, 7}, {4, 7, 5}};
+  const double offset = 0.05;
+  const TriangleMesh slab = AlphaWrap(sheet, 0.03, offset);
+  EXPECT_THAT(RepairMesh(slab).done, IsEmpty());  // closed, turned outwards, in one
+  // Both sides, and half a tube about a border of 6.1. Faces in balls of 0.03 lie up to 0.01 within
+  // the tube, which is a third of it.
+  const double sides = 2.0 * offset * 2.05;
+  const double border = 6.1 * 0.5 * base::kPi * offset * offset;
+  EXPECT_LE(Volume(slab), sides + border);
+  EXPECT_GE(Volume(slab), sides + 0.67 * border);
+}
+
+TEST(AlphaWrap, ABallHasNoInnerSide) {
+  const double offset = 0.05;
+  const TriangleMesh wrap = AlphaWrap(RepairBall(1.0), 0.2, offset);
+  // Edges of the ball's faces are up to 0.2 long, so that they lie up to 0.2^2 / 4 within it.
+  for (const Eigen::Vector3d& p : wrap.vertices) EXPECT_NEAR(p.norm(), 1.0 + offset, 0.01);
+}
+
+TEST(Simplified, KeepsShapeWithFewerTriangles) {
+  const TriangleMesh ball = RepairBall(1.0);
+  const TriangleMesh coarse = Simplified(ball, 300);
+  EXPECT_LE(coarse.triangles.size(), 300U);
+  EXPECT_NEAR(Volume(coarse), Volume(ball), 0.03 * Volume(ball));
+}
+
+TEST(OverlapOf, IsOneForTheSolidItselfAndHalfForAHalf) {
+  const TriangleMesh box = BoxMesh({1, 1, 1});
+  EXPECT_DOUBLE_EQ(OverlapOf(box, {box}).covered, 1.0);
+  EXPECT_DOUBLE_EQ(OverlapOf(box, {box}).beyond, 0.0);
+  const Overlap half = OverlapOf(box, {BoxMesh({1, 1, 1}, {1, 0, 0})});
+  EXPECT_NEAR(half.covered, 0.5, 0.03);
+  EXPECT_NEAR(half.beyond, 0.5, 0.03);
+}
+
+// m (b^2 + c^2) / 12 and its parallel-axis shift is none, about the center.
+TEST(MassProperties, AreThoseOfABoxWhereverItStands) {
+  const MassProperties box = MassPropertiesOf(BoxMesh({1, 2, 3}, {10, -20, 30}));
+  EXPECT_NEAR(box.volume_m3, 48.0, 1e-9);
+  EXPECT_TRUE(box.center_M.isApprox(Eigen::Vector3d(10, -20, 30), 1e-12));
+  EXPECT_NEAR(box.inertia_M(0, 0), 48.0 * (16 + 36) / 12, 1e-8);
+  EXPECT_NEAR(box.inertia_M(1, 1), 48.0 * (4 + 36) / 12, 1e-8);
+  EXPECT_NEAR(box.inertia_M(2, 2), 48.0 * (4 + 16) / 12, 1e-8);
+  EXPECT_NEAR(box.inertia_M(0, 1), 0.0, 1e-8);
+}
+
+// A tetrahedron at the corner of the axes has products of inertia: -V a b / 20 + shift.
+TEST(MassProperties, HaveTheProductsOfATetrahedron) {
+  TriangleMesh tetrahedron;
+  tetrahedron.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  tetrahedron.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  const MassProperties m = MassPropertiesOf(tetrahedron);
+  EXPECT_NEAR(m.volume_m3, 1.0 / 6, 1e-15);
+  EXPECT_TRUE(m.center_M.isApprox(Eigen::Vector3d::Constant(0.25), 1e-12));
+  // int xy dV = 1 / 120 about the corner; less V x y of the center.
+  EXPECT_NEAR(m.inertia_M(0, 1), -(1.0 / 120 - 1.0 / 96), 1e-15);
+  EXPECT_NEAR(m.inertia_M(0, 0), 2 * (1.0 / 60 - 1.0 / 96), 1e-15);
+}
+
+using samples::RandomDirection;
+
+constexpr double kRadius_m = 0.05;
+
+/// Points of a ball's surface, about 2 mm apart, at any place.
+PointCloud Ball(std::uint64_t seed) {
+  base::Rng rng(seed);
+  PointCloud cloud;
+  for (int i = 0; i < 8000; ++i) {
+    cloud.normals.push_back(RandomDirection(rng));
+    cloud.points.push_back(Eigen::Vector3d(0.3, -0.2, 0.1) + kRadius_m * cloud.normals.back());
+  }
+  return cloud;
+}
+
+TEST(PoissonSurface, OfABallIsItAndClosed) {
+  const auto mesh = PoissonSurface(Ball(1), 0.002);
+  ASSERT_TRUE(mesh);
+  EXPECT_TRUE(samples::IsClosed(*mesh));
+  // Flat triangles of a ball of r with sagitta s lie within it by 2 s / 3 in the mean; a quarter of
+  // the spacing is 1 % of r.
+  const double ball_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(kRadius_m, 3);
+  EXPECT_NEAR(Volume(*mesh) / ball_m3, 1.0, 0.02);
+  for (const Eigen::Vector3d& v : mesh->vertices) {
+    EXPECT_NEAR((v - Eigen::Vector3d(0.3, -0.2, 0.1)).norm(), kRadius_m, 0.0005);
+  }
+}
+
+TEST(PoissonSurface, ClosesWhatIsOpen) {
+  PointCloud bowl;
+  const PointCloud ball = Ball(2);
+  for (std::size_t i = 0; i < ball.size(); ++i) {
+    if (ball.normals[i].z() > 0.8) continue;
+    bowl.points.push_back(ball.points[i]);
+    bowl.normals.push_back(ball.normals[i]);
+  }
+  const auto mesh = PoissonSurface(bowl, 0.002);
+  ASSERT_TRUE(mesh);
+  EXPECT_TRUE(samples::IsClosed(*mesh));
+}
+
+// Triangles differ from call to call, what they stand for does not.
+TEST(PoissonSurface, TheSamePointsGiveTheSameSurface) {
+  const auto first = PoissonSurface(Ball(3), 0.002);
+  const auto second = PoissonSurface(Ball(3), 0.002);
+  ASSERT_TRUE(first && second);
+  EXPECT_NEAR(Volume(*first) / Volume(*second), 1.0, 0.003);
+}
+
+TEST(PoissonSurface, RefusesWhatIsNoOrientedCloud) {
+  PointCloud ball = Ball(4);
+  ball.normals.pop_back();
+  EXPECT_THROW(PoissonSurface(ball, 0.002), std::invalid_argument);
+  EXPECT_THROW(PoissonSurface({}, 0.002), std::invalid_argument);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::geometry

@@ -1,0 +1,112 @@
+#include "parts/hierarchy/internal/cuts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/rng.h"
+#include "base/units.h"
+#include "parts/hierarchy/internal/cells.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+/// Cells in a row, each a solid lump: its normals look away from the row's middle.
+Cells Row(const std::vector<double>& areas, const std::vector<double>& borders) {
+  Cells cells;
+  cells.area = areas;
+  cells.on_edge.assign(areas.size(), false);
+  cells.links.resize(areas.size());
+  for (std::uint32_t c = 0; c < areas.size(); ++c) {
+    cells.center.emplace_back(c, 0.0, 0.0);
+    cells.normal.push_back(Eigen::Vector3d::UnitX());
+    if (c > 0) cells.links[c].push_back({c - 1, borders[c - 1], borders[c - 1]});
+    if (c + 1 < areas.size()) cells.links[c].push_back({c + 1, borders[c], borders[c]});
+  }
+  return cells;
+}
+
+std::vector<bool> FirstCells(std::size_t n, std::size_t count) {
+  std::vector<bool> set(n, false);
+  std::fill(set.begin(), set.begin() + static_cast<std::ptrdiff_t>(count), true);
+  return set;
+}
+
+TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
+  const Cells row = Row({1, 1, 1, 1, 1, 1}, {5, 2, 3, 1, 5});
+  std::vector<std::vector<bool>> candidates;
+  for (std::size_t k = 1; k < 6; ++k) candidates.push_back(FirstCells(6, k));
+  // Any solidity: all normals look the same way.
+  const CutOff best = BestSplit(row, candidates, {.min_area = 0.5, .solidity = -1e9});
+  // Cuts cost 5, 2, 3, 1, 5; smaller sides are 1, 2, 3, 2, 1: the fourth by far.
+  EXPECT_NEAR(best.quality, 1.0 / std::sqrt(4.0 * base::kPi * 2.0), 1e-12);
+  EXPECT_TRUE(best.off == (Indices{0, 1, 2, 3}) || best.off == (Indices{4, 5}));
+  // Where sides of two are too small only the middle is left.
+  const CutOff middle = BestSplit(row, candidates, {.min_area = 2.5, .solidity = -1e9});
+  EXPECT_NEAR(middle.quality, 3.0 / std::sqrt(4.0 * base::kPi * 3.0), 1e-12);
+  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 3.5, .solidity = -1e9}).quality));
+  // And none is solid enough.
+  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 0.5, .solidity = 1e9}).quality));
+}
+
+TEST(Divide, CrumbsGoWithWhatIsTakenOff) {
+  // Without cell 2 a row falls into {0, 1} and {3, 4, 5}; without 1, into {0} and the rest.
+  const Cells row = Row({0.1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1});
+  EXPECT_EQ(Divide(row, {2}, 0.5), (std::vector<Indices>{{0, 1}, {2}, {3, 4, 5}}));
+  EXPECT_EQ(Divide(row, {1}, 0.5), (std::vector<Indices>{{0, 1}, {2, 3, 4, 5}}));
+  EXPECT_EQ(Divide(row, {1}, 0.05), (std::vector<Indices>{{0}, {1}, {2, 3, 4, 5}}));
+}
+
+TEST(Divide, TheLargestRestStaysHoweverSmall) {
+  const Cells row = Row({1, 1, 2}, {1, 1});
+  EXPECT_EQ(Divide(row, {1}, 10.0), (std::vector<Indices>{{0, 1}, {2}}));
+}
+
+// A row has one border between its ends, a ring has two; a border at what was cut off before is
+// none.
+TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
+  Cells row = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
+  const std::vector<bool> off = FirstCells(16, 6);
+  EXPECT_EQ(HandleLoops(row, off), 1.0);
+  Cells ring = row;
+  ring.links[0].push_back({15, 1.0, 1.0});
+  ring.links[15].push_back({0, 1.0, 1.0});
+  EXPECT_EQ(HandleLoops(ring, off), 2.0);
+  ring.on_edge[5] = true;
+  EXPECT_EQ(HandleLoops(ring, off), 1.0);
+}
+
+// Two borders of a ring are the price of one handle: half of what a row's would cost.
+TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
+  Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
+  ring.links[0].push_back({15, 1.0, 1.0});
+  ring.links[15].push_back({0, 1.0, 1.0});
+  const CutOff split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
+  EXPECT_NEAR(split.quality, 0.5 * 2.0 / std::sqrt(4.0 * base::kPi * 6.0), 1e-12);
+}
+
+TEST(ConnectedSets, AreThoseOfEachSide) {
+  const Cells row = Row({1, 1, 1, 1, 1}, {1, 1, 1, 1});
+  EXPECT_EQ(ConnectedSets(row, {true, false, false, true, true}),
+            (std::vector<Indices>{{0}, {1, 2}, {3, 4}}));
+}
+
+// One edge of length 2, bent by b: e^-gb where it is concave, 1 + g / 4 |b| where it is convex.
+TEST(BendCosts, AGrooveIsCheapAndARidgeIsDear) {
+  Shape two;
+  two.points = {{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, -1, 0}};
+  two.faces = {{0, 1, 2}, {1, 0, 3}};
+  const FaceGraph faces = BuildFaceGraph(two);
+  ASSERT_EQ(faces.neighbor.size(), 2U);
+  for (const double bend : {0.3, 1.5}) {
+    EXPECT_NEAR(BendCosts(two, faces, {bend, bend}, 2.0)[0], 2.0 * std::exp(-2.0 * bend), 1e-12);
+    EXPECT_NEAR(BendCosts(two, faces, {-bend, -bend}, 2.0)[1], 2.0 * (1.0 + 0.5 * bend), 1e-12);
+  }
+  EXPECT_EQ(BendCosts(two, faces, {0.0, 0.0}, 2.0)[0], 2.0);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::parts

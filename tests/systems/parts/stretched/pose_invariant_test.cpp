@@ -1,0 +1,520 @@
+#include "parts/stretched/pose_invariant.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "base/rng.h"
+#include "geometry/mesh.h"
+#include "parts/figure.h"
+#include "parts/solids.h"
+#include "parts/stretched/embedding.h"
+
+namespace rangegrasp::parts {
+namespace {
+
+/// A tree of rods of elements: rod k starts at the end of another and has so many elements, each
+/// 0.1 further out.
+StandingOut Rods(const std::vector<std::pair<int, int>>& parent_and_length) {
+  StandingOut out;
+  std::vector<std::vector<std::uint32_t>> links(1);
+  std::vector<std::uint32_t> end;
+  out.growth.push_back(1.0);
+  for (const auto& [parent, length] : parent_and_length) {
+    std::uint32_t at = parent < 0 ? 0 : end[static_cast<std::size_t>(parent)];
+    for (int k = 0; k < length; ++k) {
+      const auto next = static_cast<std::uint32_t>(out.growth.size());
+      out.growth.push_back(out.growth[at] + 0.1);
+      links.emplace_back();
+      links[at].push_back(next);
+      links[next].push_back(at);
+      at = next;
+    }
+    end.push_back(at);
+  }
+  out.remoteness = out.growth;
+  out.weight.assign(out.growth.size(), 1.0);
+  out.begin.push_back(0);
+  for (const auto& around : links) {
+    out.neighbor.insert(out.neighbor.end(), around.begin(), around.end());
+    out.begin.push_back(static_cast<std::uint32_t>(out.neighbor.size()));
+  }
+  return out;
+}
+
+int Count(const StandingOut& out) {
+  const auto label = LabelLimbs(out, {});
+  return *std::max_element(label.begin(), label.end());
+}
+
+TEST(LabelLimbs, AChestFallsApartAndAnArmWithFingersStaysWhole) {
+  EXPECT_EQ(Count(Rods({{-1, 10}})), 1);
+  EXPECT_EQ(Count(Rods({{-1, 5}, {0, 10}, {0, 12}, {0, 8}})), 3);  // 10 on average, above 5
+  EXPECT_EQ(Count(Rods({{-1, 10}, {0, 5}, {0, 4}, {0, 5}})), 1);
+  // Both at once: a chest with two arms that have fingers.
+  EXPECT_EQ(Count(Rods({{-1, 5}, {0, 12}, {0, 12}, {1, 4}, {1, 4}, {2, 4}, {2, 4}})), 2);
+}
+
+TEST(LabelLimbs, WhatDoesNotLeadAwayIsTheCores) {
+  StandingOut out = Rods({{-1, 10}, {-1, 10}});
+  for (std::size_t i = 11; i < out.growth.size(); ++i) out.remoteness[i] = 1.0;
+  EXPECT_EQ(Count(out), 1);
+  EXPECT_TRUE(LabelLimbs({}, {}).empty());
+}
+
+TEST(LabelLimbs, AHeadWhoseEarsDoNotLeadAwayStaysWhole) {
+  StandingOut out = Rods({{-1, 5}, {0, 10}, {0, 10}});
+  for (std::size_t i = 6; i < out.growth.size(); ++i) out.remoteness[i] = out.remoteness[5];
+  const std::vector<std::int32_t> label = LabelLimbs(out, {});
+  EXPECT_EQ(label.front(), 0);
+  EXPECT_EQ(std::count(label.begin(), label.end(), 1), 25);
+}
+
+/// Head, arms and legs are a part each, and there is no other.
+void ExpectFiveLimbs(const Shape& shape, const geometry::Points& tips) {
+  const Segmentation result = SegmentPoseInvariant(shape, {});
+  EXPECT_EQ(result.parts, 6);
+  std::set<std::int32_t> found;
+  for (const Eigen::Vector3d& tip : tips) {
+    std::size_t nearest = 0;
+    const auto distance = [&](std::size_t i) {
+      return (shape.points[shape.IsMesh() ? shape.faces[i][0] : i] - tip).norm();
+    };
+    for (std::size_t i = 0; i < shape.Elements(); ++i) {
+      if (distance(i) < distance(nearest)) nearest = i;
+    }
+    found.insert(result.label[nearest]);
+  }
+  EXPECT_EQ(found.size(), 5u);
+  EXPECT_FALSE(found.contains(0));
+}
+
+class Postures : public ::testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {};
+
+TEST_P(Postures, HeadArmsAndLegsComeOffInEveryPosture) {
+  const auto [build, posture] = GetParam();
+  samples::Figure figure =
+      samples::FigureMaker(samples::kBuilds[build], samples::kPostures[posture]).Make(0.035);
+  ExpectFiveLimbs(figure.shape, figure.tips);
+  figure.shape.faces.clear();
+  figure.shape.element_of_input.resize(figure.shape.points.size());
+  ExpectFiveLimbs(figure.shape, figure.tips);
+}
+INSTANTIATE_TEST_SUITE_P(People, Postures,
+                         ::testing::Combine(::testing::Range<std::size_t>(0, 3),
+                                            ::testing::Range<std::size_t>(0, 5)));
+
+using Eigen::Index;
+using Eigen::MatrixX3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+MatrixX3d RandomPositions(Index n, base::Rng& rng) {
+  MatrixX3d x(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < 3; ++k) x(i, k) = rng.Normal();
+  }
+  return x;
+}
+
+/// Symmetric and positive, of no Euclidean space and not even a metric.
+MatrixXd RandomDistances(Index n, base::Rng& rng) {
+  MatrixXd d = MatrixXd::Zero(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < i; ++j) d(i, j) = d(j, i) = rng.Uniform(0.1, 2.0);
+  }
+  return d;
+}
+
+MatrixXd DistancesOf(const MatrixX3d& x) {
+  MatrixXd d(x.rows(), x.rows());
+  for (Index i = 0; i < x.rows(); ++i) {
+    for (Index j = 0; j < x.rows(); ++j) d(i, j) = (x.row(i) - x.row(j)).norm();
+  }
+  return d;
+}
+
+// Eq. 2.33, 2.35 and 2.36 word by word.
+double SlowStress(const MatrixXd& delta, const MatrixX3d& x) {
+  const MatrixXd d = DistancesOf(x);
+  double sum = 0.0;
+  for (Index j = 0; j < d.rows(); ++j) {
+    for (Index i = 0; i < j; ++i) sum += (d(i, j) - delta(i, j)) * (d(i, j) - delta(i, j));
+  }
+  return sum;
+}
+
+MatrixXd SlowU(Index n) {
+  MatrixXd u = MatrixXd::Constant(n, n, -1.0);
+  u.diagonal().setConstant(static_cast<double>(n - 1));
+  return u;
+}
+
+MatrixXd SlowB(const MatrixXd& delta, const MatrixX3d& x) {
+  const MatrixXd d = DistancesOf(x);
+  MatrixXd b = MatrixXd::Zero(d.rows(), d.rows());
+  for (Index i = 0; i < d.rows(); ++i) {
+    for (Index j = 0; j < d.rows(); ++j) {
+      if (i != j && d(i, j) != 0.0) b(i, j) = -delta(i, j) / d(i, j);
+    }
+    b(i, i) = -b.row(i).sum();
+  }
+  return b;
+}
+
+class SeededEmbedding : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededEmbedding, ::testing::Range<std::uint64_t>(0, 20));
+
+TEST_P(SeededEmbedding, GuttmanTransformIsThePseudoinverseOfUTimesBTimesX) {
+  base::Rng rng(GetParam());
+  const Index n = 4 + static_cast<Index>(rng.Index(20));
+  const MatrixXd delta = RandomDistances(n, rng);
+  MatrixX3d x = RandomPositions(n, rng);
+  x.row(1) = x.row(0);  // d_ij = 0
+  MatrixX3d next;
+  EXPECT_NEAR(GuttmanTransform(delta, x, next), SlowStress(delta, x), 1e-10);
+  EXPECT_NEAR(Stress(delta, x), SlowStress(delta, x), 1e-10);
+  const MatrixXd pseudoinverse = SlowU(n).completeOrthogonalDecomposition().pseudoInverse();
+  EXPECT_LT((next - pseudoinverse * SlowB(delta, x) * x).norm(), 1e-10);
+}
+
+TEST_P(SeededEmbedding, GuttmanTransformStepsAgainstTheGradientOfStress) {
+  base::Rng rng(GetParam());
+  const Index n = 12;
+  const MatrixXd delta = RandomDistances(n, rng);
+  MatrixX3d x = RandomPositions(n, rng);
+  x.rowwise() -= x.colwise().mean().eval();
+  MatrixX3d numeric(n, 3);
+  constexpr double kStep = 1e-5;
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < 3; ++k) {
+      MatrixX3d more = x;
+      MatrixX3d less = x;
+      more(i, k) += kStep;
+      less(i, k) -= kStep;
+      numeric(i, k) = (SlowStress(delta, more) - SlowStress(delta, less)) / (2.0 * kStep);
+    }
+  }
+  // Eq. 2.34; central differences err by about step^2.
+  EXPECT_LT((2.0 * SlowU(n) * x - 2.0 * SlowB(delta, x) * x - numeric).cwiseAbs().maxCoeff(), 1e-6);
+  MatrixX3d next;
+  GuttmanTransform(delta, x, next);
+  EXPECT_LT((x - numeric / (2.0 * static_cast<double>(n)) - next).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Smacof, StressNeverRisesOverManySeeds) {
+  for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    base::Rng rng(seed);
+    const Index n = 4 + static_cast<Index>(rng.Index(30));
+    const MatrixXd delta = RandomDistances(n, rng);
+    MatrixX3d x = RandomPositions(n, rng);
+    double before = SlowStress(delta, x);
+    MatrixX3d next;
+    for (int i = 0; i < 25; ++i) {
+      GuttmanTransform(delta, x, next);
+      x.swap(next);
+      const double after = SlowStress(delta, x);
+      ASSERT_LE(after, before * (1.0 + 1e-12)) << "seed " << seed << " step " << i;
+      before = after;
+    }
+  }
+}
+
+TEST_P(SeededEmbedding, StressRecordedIsThatOfTheStepsAndOfTheResult) {
+  base::Rng rng(GetParam());
+  const MatrixXd delta = RandomDistances(20, rng);
+  const MatrixX3d start = RandomPositions(20, rng);
+  const Embedding embedding = Smacof(delta, {.iterations = 40, .tolerance = 0.0}, &start);
+  ASSERT_EQ(embedding.stress.size(), 40u);
+  MatrixX3d x = start;
+  MatrixX3d next;
+  for (const double stress : embedding.stress) {
+    GuttmanTransform(delta, x, next);
+    x.swap(next);
+    EXPECT_NEAR(stress, SlowStress(delta, x), 1e-9);
+  }
+  EXPECT_LT((embedding.positions - x).norm(), 1e-9);
+}
+
+TEST_P(SeededEmbedding, PointsComeBackFromTheirDistancesUpToARigidMotion) {
+  base::Rng rng(GetParam());
+  // Below and above the size from which only the leading eigenvectors are sought.
+  for (const Index n : {5, 60, 230}) {
+    const MatrixXd delta = DistancesOf(RandomPositions(n, rng));
+    const Embedding embedding = Smacof(delta, {});
+    EXPECT_LT((DistancesOf(embedding.positions) - delta).cwiseAbs().maxCoeff(), 1e-9) << n;
+    EXPECT_LT(embedding.stress.back(), 1e-15);
+  }
+}
+
+TEST_P(SeededEmbedding, LeadingCoordinatesAreThoseOfAllEigenvectors) {
+  base::Rng rng(GetParam());
+  // A metric much like a shape's: three long axes and many short ones.
+  const Index n = 220;
+  MatrixXd x(n, 12);
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < x.cols(); ++k) x(i, k) = rng.Normal() * std::pow(0.6, k);
+  }
+  MatrixXd delta(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j) delta(i, j) = (x.row(i) - x.row(j)).norm();
+  }
+  const MatrixX3d coordinates = ClassicalScaling(delta);
+  x.rowwise() -= x.colwise().mean().eval();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> all(x * x.transpose());
+  for (Index k = 0; k < 3; ++k) {
+    EXPECT_NEAR(coordinates.col(k).squaredNorm() / all.eigenvalues()[n - 1 - k], 1.0, 1e-9);
+    EXPECT_NEAR(std::abs(coordinates.col(k).normalized().dot(all.eigenvectors().col(n - 1 - k))),
+                1.0, 1e-9);
+  }
+}
+
+TEST(Smacof, RefusesWhatIsNoDistanceMatrix) {
+  EXPECT_THROW(Smacof(MatrixXd::Zero(3, 4), {}), std::invalid_argument);
+  EXPECT_THROW(Smacof(MatrixXd::Zero(0, 0), {}), std::invalid_argument);
+  EXPECT_THROW(Smacof(MatrixXd::Constant(4, 4, std::numeric_limits<double>::infinity()), {}),
+               std::invalid_argument);
+  EXPECT_THROW(Smacof(MatrixXd::Zero(4, 4), {.iterations = 0}), std::invalid_argument);
+  const MatrixX3d start = MatrixX3d::Zero(3, 3);
+  EXPECT_THROW(Smacof(MatrixXd::Zero(4, 4), {}, &start), std::invalid_argument);
+}
+
+TEST_P(SeededEmbedding, PlacementFindsAPointFromItsDistances) {
+  base::Rng rng(GetParam());
+  const MatrixX3d landmarks = RandomPositions(15, rng);
+  const LandmarkPlacement placement(landmarks);
+  const Vector3d p(rng.Normal(), rng.Normal(), rng.Normal());
+  const Eigen::VectorXd delta = (landmarks.rowwise() - p.transpose()).rowwise().norm();
+  EXPECT_LT((placement.Place(delta, 0) - p).norm(), 1e-9);
+  EXPECT_LT((placement.Place(delta, 10) - p).norm(), 1e-9);
+}
+
+TEST_P(SeededEmbedding, PlacementStepsNeverRaiseThePointsStress) {
+  base::Rng rng(GetParam());
+  const MatrixX3d landmarks = RandomPositions(15, rng);
+  const LandmarkPlacement placement(landmarks);
+  const Eigen::VectorXd delta = RandomPositions(15, rng).rowwise().norm();
+  double before = std::numeric_limits<double>::infinity();
+  for (int steps = 0; steps < 30; ++steps) {
+    const Vector3d x = placement.Place(delta, steps);
+    const double stress =
+        ((landmarks.rowwise() - x.transpose()).rowwise().norm() - delta).squaredNorm();
+    EXPECT_LE(stress, before * (1.0 + 1e-12));
+    before = stress;
+  }
+}
+
+VertexGraph StretchedRandomGraph(std::uint32_t n, std::size_t links, base::Rng& rng) {
+  MatrixXd length = MatrixXd::Zero(n, n);
+  for (std::uint32_t i = 1; i < n; ++i) {  // a tree first
+    const auto j = static_cast<Index>(rng.Index(i));
+    length(i, j) = length(j, i) = rng.Uniform(0.1, 1.0);
+  }
+  for (std::size_t k = 0; k < links; ++k) {
+    const auto i = static_cast<Index>(rng.Index(n));
+    const auto j = static_cast<Index>(rng.Index(n));
+    if (i != j) length(i, j) = length(j, i) = rng.Uniform(0.1, 1.0);
+  }
+  VertexGraph graph;
+  graph.begin.push_back(0);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = 0; j < n; ++j) {
+      if (!(length(i, j) > 0.0)) continue;
+      graph.neighbor.push_back(j);
+      graph.length.push_back(length(i, j));
+    }
+    graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbor.size()));
+  }
+  return graph;
+}
+
+MatrixXd FloydWarshall(const VertexGraph& graph) {
+  const auto n = static_cast<Index>(graph.begin.size() - 1);
+  MatrixXd d = MatrixXd::Constant(n, n, std::numeric_limits<double>::infinity());
+  for (Index i = 0; i < n; ++i) {
+    d(i, i) = 0.0;
+    for (auto k = graph.begin[static_cast<std::size_t>(i)];
+         k < graph.begin[static_cast<std::size_t>(i) + 1]; ++k) {
+      d(i, graph.neighbor[k]) = graph.length[k];
+    }
+  }
+  for (Index k = 0; k < n; ++k) {
+    for (Index i = 0; i < n; ++i) {
+      for (Index j = 0; j < n; ++j) d(i, j) = std::min(d(i, j), d(i, k) + d(k, j));
+    }
+  }
+  return d;
+}
+
+TEST_P(SeededEmbedding, EachNextPointIsTheFarthestFromThoseBefore) {
+  base::Rng rng(GetParam());
+  const VertexGraph graph = StretchedRandomGraph(40, 60, rng);
+  const MatrixXd all = FloydWarshall(graph);
+  const LandmarkDistances spread = SpreadLandmarks(graph, 12);
+  const std::vector<std::uint32_t>& points = spread.landmark;
+  ASSERT_EQ(points.size(), 12u);
+  EXPECT_NEAR(all(0, points[0]), all.row(0).maxCoeff(), 1e-12);
+  Eigen::RowVectorXd nearest = all.row(points[0]);
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    EXPECT_NEAR(nearest[points[k]], nearest.maxCoeff(), 1e-12);
+    nearest = nearest.cwiseMin(all.row(points[k]));
+  }
+  EXPECT_NEAR(spread.spacing, nearest.maxCoeff(), 1e-12);
+  for (std::uint32_t v = 0; v < 40; ++v) {
+    EXPECT_NEAR(spread.distance(v, spread.nearest[v]), nearest[v], 1e-12);
+    EXPECT_NEAR(spread.distance(v, 5), all(v, points[5]), 1e-12);
+  }
+  EXPECT_EQ(SpreadLandmarks(graph, 1000).landmark.size(), 40u);
+  EXPECT_THROW(SpreadLandmarks(graph, 0), std::invalid_argument);
+}
+
+TEST(Geodesic, AnUnfoldedDiagonalIsStraight) {
+  const Vector3d a(0, 0, 0), b(1, 0, 0), c(0.5, 1, 0);
+  for (const double fold : {0.0, 0.7, 2.0}) {  // the other triangle turned about a-b
+    const Vector3d d(0.5, -2.0 * std::cos(fold), 2.0 * std::sin(fold));
+    ASSERT_TRUE(UnfoldedDistance(a, b, c, d));
+    EXPECT_NEAR(*UnfoldedDistance(a, b, c, d), 3.0, 1e-12);
+  }
+  EXPECT_FALSE(UnfoldedDistance(a, b, Vector3d(-1, 1, 0), Vector3d(-1, -1, 0)));
+  EXPECT_FALSE(UnfoldedDistance(a, a, c, Vector3d(0.5, -1, 0)));
+}
+
+TEST(Geodesic, DistancesOnABallAreNearlyThoseAlongGreatCircles) {
+  const Shape ball = samples::Ball(24, [](const Vector3d&) { return 1.0; });
+  const std::vector<std::uint32_t> sources = {0, 100, 500};
+  const VertexGraph graph = GeodesicGraph(ball);
+  double sum = 0.0;
+  for (const std::uint32_t source : sources) {
+    const std::vector<double> d = geometry::DistancesFrom({{source}}, graph.Links());
+    for (std::uint32_t v = 0; v < ball.points.size(); ++v) {
+      if (v == source) continue;
+      const double arc = std::acos(std::clamp(ball.points[source].dot(ball.points[v]), -1.0, 1.0));
+      const double ratio = d[v] / arc;
+      // Chords are shorter than arcs by h^2 / 24 < 0.001. A vertex of this grid has neighbors,
+      // with those across edges, at most 45 degrees apart, at the cube's corners 62: 1 / cos(31
+      // degrees).
+      ASSERT_GT(ratio, 0.999);
+      ASSERT_LT(ratio, 1.167);
+      sum += ratio;
+    }
+  }
+  // Along edges alone it is above 1.06.
+  EXPECT_LT(sum / static_cast<double>(3 * ball.points.size()), 1.04);
+}
+
+TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
+  Shape two = samples::Ball(4, [](const Vector3d&) { return 1.0; });
+  const auto n = static_cast<std::uint32_t>(two.points.size());
+  const Shape one = two;
+  for (const Vector3d& p : one.points) two.points.emplace_back(p + Vector3d(5, 0, 0));
+  for (const auto& [a, b, c] : one.faces) two.faces.push_back({a + n, b + n, c + n});
+  two.element_of_input.clear();
+  const std::vector<double> d = geometry::DistancesFrom({{0U}}, GeodesicGraph(two).Links());
+  for (const double x : d) EXPECT_TRUE(std::isfinite(x));
+  double gap = std::numeric_limits<double>::infinity();
+  std::uint32_t end = 0;  // of the link, on the first ball
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = n; j < 2 * n; ++j) {
+      if ((two.points[i] - two.points[j]).norm() >= gap) continue;
+      gap = (two.points[i] - two.points[j]).norm();
+      end = i;
+    }
+  }
+  EXPECT_NEAR(*std::min_element(d.begin() + n, d.end()), d[end] + gap, 1e-12);
+}
+
+/// Middle of the ring of a tube made by samples::Tube.
+Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = 0; k < around; ++k) sum += tube.points[ring * around + k];
+  return sum / static_cast<double>(around);
+}
+
+TEST(PoseInvariant, ABentTubeBecomesStraight) {
+  constexpr std::size_t kLimbRings = 81;
+  constexpr std::size_t kAround = 16;
+  // Half a circle of radius 1: its ends are 2 apart, along the tube they are pi apart.
+  const auto arc = [](double t) {
+    const double angle = std::numbers::pi * t;
+    return Vector3d(std::cos(angle), std::sin(angle), 0.0);
+  };
+  const Shape tube = samples::Tube(kLimbRings, kAround, arc, [](double) { return 0.01; });
+  const Shape straight = PoseInvariant(tube, {});
+  EXPECT_EQ(straight.faces, tube.faces);
+  const Vector3d first = RingCenter(straight, 0, kAround);
+  const Vector3d last = RingCenter(straight, kLimbRings - 1, kAround);
+  EXPECT_NEAR((last - first).norm(), std::numbers::pi, 0.1 * std::numbers::pi);
+  const Vector3d axis = (last - first).normalized();
+  for (std::size_t ring = 0; ring < kLimbRings; ++ring) {
+    const Vector3d p = RingCenter(straight, ring, kAround) - first;
+    // Before, the middle is 1 off the line between the ends. What is left: the inner side of the
+    // bend is shorter than the outer one, by pi * 0.02; a thick tube stays bent in part.
+    EXPECT_LT((p - axis.dot(p) * axis).norm(), 0.1) << ring;
+  }
+  EXPECT_GT(geometry::Volume({straight.points, straight.faces}), 0.0);
+}
+
+TEST(PoseInvariant, KnowsNoTurnShiftAndScale) {
+  const auto bump = [](const Vector3d& n) { return 1.0 + 0.5 * n.x() * n.x() + 0.2 * n.y(); };
+  const Shape shape = samples::Ball(10, bump);
+  Shape moved = shape;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  for (Vector3d& p : moved.points) p = 40.0 * (turn * p) + Vector3d(3, -2, 7);
+  const Shape a = PoseInvariant(shape, {.landmarks = 100});
+  const Shape b = PoseInvariant(moved, {.landmarks = 100});
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    for (const std::size_t j : {std::size_t{0}, std::size_t{33}}) {
+      EXPECT_NEAR((b.points[i] - b.points[j]).norm(), 40.0 * (a.points[i] - a.points[j]).norm(),
+                  1e-4);
+    }
+  }
+  EXPECT_GT(geometry::Volume({a.points, a.faces}), 0.0);
+  EXPECT_THROW(PoseInvariant(shape, {.landmarks = 3}), std::invalid_argument);
+}
+
+TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
+  const auto arc = [](double t) {
+    const double angle = std::numbers::pi * t;
+    return Vector3d(std::cos(angle), std::sin(angle), 0.0);
+  };
+  Shape cloud = samples::Tube(81, 16, arc, [](double) { return 0.08; });
+  cloud.faces.clear();
+  const Shape straight = PoseInvariant(cloud, {});
+  EXPECT_TRUE(straight.faces.empty());
+  EXPECT_NEAR((RingCenter(straight, 80, 16) - RingCenter(straight, 0, 16)).norm(), std::numbers::pi,
+              0.1 * std::numbers::pi);
+}
+
+TEST(PoseInvariant, BentFingersComeOffThePalm) {
+  const samples::Hand hand = samples::BentHand();
+  const Segmentation result = SegmentPoseInvariant(hand.shape, {});
+  EXPECT_TRUE(result.has_core);
+  EXPECT_EQ(samples::LargeParts(result).size(), 5u);
+  std::set<std::int32_t> tips;
+  for (const auto& [root, bend, tip] : hand.fingers) {
+    std::size_t nearest = 0;
+    for (std::size_t f = 0; f < hand.shape.faces.size(); ++f) {
+      const auto to_tip = [&](std::size_t i) {
+        return (hand.shape.points[hand.shape.faces[i][0]] - tip).norm();
+      };
+      if (to_tip(f) < to_tip(nearest)) nearest = f;
+    }
+    tips.insert(result.label[nearest]);
+  }
+  EXPECT_EQ(tips.size(), 5u);
+  EXPECT_FALSE(tips.contains(0));
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::parts

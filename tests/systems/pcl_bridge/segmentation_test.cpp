@@ -1,0 +1,377 @@
+#include "pcl_bridge/segmentation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "geometry/graph.h"
+#include "geometry/synthetic.h"
+#include "labelled_cloud.h"
+#include "noisy_surfaces.h"
+#include "separation_score.h"
+
+namespace rangegrasp::pcl_bridge {
+namespace {
+
+class SeededClusters : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededClusters, ::testing::Range<std::uint64_t>(0, 20));
+
+TEST_P(SeededClusters, EuclideanClustersAreTheComponentsOfPairsWithinTheTolerance) {
+  base::Rng rng(GetParam());
+  const auto points = geometry::samples::RandomPoints(400, 0.1, rng);
+  const EuclideanClusterOptions options{.tolerance_m = 0.017, .min_points = 3};
+  geometry::UnionFind sets(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    for (std::uint32_t j = 0; j < i; ++j) {
+      if ((points[i] - points[j]).norm() < options.tolerance_m) sets.Unite(i, j);
+    }
+  }
+  std::map<std::uint32_t, geometry::Indices> expected;
+  for (std::uint32_t i = 0; i < points.size(); ++i) expected[sets.Find(i)].push_back(i);
+  std::erase_if(expected, [](const auto& set) { return set.second.size() < 3; });
+  auto clusters = EuclideanClusters(Cloud(points), options);
+  EXPECT_TRUE(std::ranges::is_sorted(clusters, std::greater(), &geometry::Indices::size));
+  std::vector<geometry::Indices> sorted;
+  for (const auto& [root, set] : expected) sorted.push_back(set);
+  std::ranges::sort(sorted);
+  std::ranges::sort(clusters);
+  EXPECT_GT(sorted.size(), 1u);
+  EXPECT_EQ(clusters, sorted);
+}
+
+using synthetic::Box;
+
+class SeededConvexity : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededConvexity, ::testing::Range<std::uint64_t>(0, 10));
+
+/// The solids without the table.
+synthetic::Scan MakeScan(const std::vector<synthetic::Solid>& solids, std::uint64_t seed) {
+  synthetic::ScanOptions options;
+  options.table_half = {0.001, 0.001};  // under the solids: hidden
+  options.seed = seed;
+  return synthetic::MakeScan(solids, options);
+}
+
+Cloud ToCloud(const synthetic::Scan& scan) {
+  return Cloud(scan.points_W, synthetic::ScanOptions{}.sensor_W);
+}
+
+/// How many points of each solid are in each segment.
+std::map<int, std::map<int, int>> Shared(const synthetic::Scan& scan,
+                                         const std::vector<std::int32_t>& segment) {
+  std::map<int, std::map<int, int>> shared;
+  for (std::size_t i = 0; i < segment.size(); ++i) ++shared[scan.label[i]][segment[i]];
+  return shared;
+}
+
+/// The segment with the most points of it, and their share.
+std::pair<int, double> MainSegment(const std::map<int, int>& segments) {
+  int sum = 0;
+  for (const auto& [segment, count] : segments) sum += count;
+  const auto best = std::ranges::max_element(segments, {}, [](const auto& s) { return s.second; });
+  return {best->first, static_cast<double>(best->second) / sum};
+}
+
+// Half a supervoxel (10 mm) beside the seam may go to the other side: 0.2 m of seam are 0.002 m2 of
+// the 0.017 m2 that are seen of the upper box.
+constexpr double kNearlyAll = 0.85;
+
+TEST_P(SeededConvexity, AConvexBoxIsOneSegment) {
+  const auto scan = MakeScan(
+      {Box{{0, 0, 0.06}, {0.1, 0.08, 0.12}, 0.1 * static_cast<double>(GetParam())}}, GetParam());
+  const auto [segment, share] =
+      MainSegment(Shared(scan, SegmentByLocalConvexity(ToCloud(scan)).segment)[0]);
+  EXPECT_GE(segment, 0);
+  EXPECT_GT(share, kNearlyAll);
+}
+
+// A small box on a large one.
+TEST_P(SeededConvexity, TouchingBoxesComeApartAtTheirConcaveEdges) {
+  const double yaw = 0.06 * static_cast<double>(GetParam());
+  const auto scan = MakeScan(
+      {Box{{0, 0, 0.03}, {0.16, 0.16, 0.06}, 0.0}, Box{{0, 0, 0.10}, {0.07, 0.07, 0.08}, yaw}},
+      GetParam());
+  auto shared = Shared(scan, SegmentByLocalConvexity(ToCloud(scan)).segment);
+  const auto [lower, lower_share] = MainSegment(shared[0]);
+  const auto [upper, upper_share] = MainSegment(shared[1]);
+  EXPECT_NE(lower, upper);
+  EXPECT_GT(lower_share, kNearlyAll);
+  EXPECT_GT(upper_share, kNearlyAll);
+}
+
+// The same surface seen from the other side: what was concave is convex.
+TEST(Convexity, IsSeenFromTheCloudsOrigin) {
+  base::Rng rng(1);
+  auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.05, 0.0001, 8000, rng);
+  samples::Append(
+      samples::OnSquare({0.05, 0, 1.05}, Eigen::Vector3d::UnitX(), 0.05, 0.0001, 8000, rng),
+      points);
+  const LocalConvexityOptions options{.voxel_m = 0.004, .seed_m = 0.012};
+  EXPECT_GE(SegmentByLocalConvexity(Cloud(points, {-1.0, 0.0, 2.0}), options).segments, 2);
+  EXPECT_EQ(SegmentByLocalConvexity(Cloud(points, {1.0, 0.0, 0.0}), options).segments, 1);
+}
+
+TEST_P(SeededConvexity, LabelsCentersAndEdgesAgreeWithEachOther) {
+  synthetic::ScanOptions options;
+  options.seed = GetParam();
+  options.outliers = 20;
+  const auto scan = synthetic::MakeScan(synthetic::MixedObjects(), options);
+  const LocalConvexity found = SegmentByLocalConvexity(ToCloud(scan));
+  const auto supervoxels = static_cast<std::int32_t>(found.supervoxel_segment.size());
+  ASSERT_EQ(found.segment.size(), scan.points_W.size());
+  ASSERT_EQ(found.supervoxel.size(), scan.points_W.size());
+  std::set<std::int32_t> used;
+  for (std::size_t i = 0; i < found.segment.size(); ++i) {
+    ASSERT_GE(found.supervoxel[i], -1);
+    ASSERT_LT(found.supervoxel[i], supervoxels);
+    ASSERT_EQ(found.segment[i] < 0, found.supervoxel[i] < 0);
+    if (found.segment[i] < 0) continue;
+    EXPECT_EQ(found.segment[i],
+              found.supervoxel_segment[static_cast<std::size_t>(found.supervoxel[i])]);
+    used.insert(found.segment[i]);
+  }
+  EXPECT_EQ(static_cast<int>(used.size()), found.segments);
+  EXPECT_EQ(*used.rbegin(), found.segments - 1);
+  for (const auto& edge : found.edges) {
+    ASSERT_GE(edge.a, 0);
+    ASSERT_LT(edge.a, edge.b);
+    ASSERT_LT(edge.b, supervoxels);
+    if (edge.connects) {
+      EXPECT_EQ(found.supervoxel_segment[static_cast<std::size_t>(edge.a)],
+                found.supervoxel_segment[static_cast<std::size_t>(edge.b)]);
+    }
+  }
+}
+
+// A segment that has a neighbor is larger than min_supervoxels, and with 0 none is joined: then the
+// segments are the components of the edges that connect.
+TEST_P(SeededConvexity, SmallSegmentsJoinANeighbor) {
+  synthetic::ScanOptions options;
+  options.seed = GetParam();
+  const Cloud cloud = ToCloud(synthetic::MakeScan(synthetic::MixedObjects(), options));
+  const auto check = [](const LocalConvexity& found, int min) {
+    std::map<std::int32_t, int> size;
+    for (const std::int32_t s : found.supervoxel_segment) ++size[s];
+    int small = 0;
+    for (const auto& e : found.edges) {
+      const auto a = found.supervoxel_segment[static_cast<std::size_t>(e.a)];
+      const auto b = found.supervoxel_segment[static_cast<std::size_t>(e.b)];
+      if (a != b) small += size[a] <= min || size[b] <= min ? 1 : 0;
+    }
+    return small;
+  };
+  const LocalConvexity apart = SegmentByLocalConvexity(cloud, {.min_supervoxels = 0});
+  EXPECT_GT(check(apart, 5), 0);
+  const LocalConvexity joined = SegmentByLocalConvexity(cloud, {.min_supervoxels = 5});
+  EXPECT_EQ(check(joined, 5), 0);
+  EXPECT_LT(joined.segments, apart.segments);
+  // Joining only joins.
+  std::map<std::int32_t, std::set<std::int32_t>> into;
+  for (std::size_t i = 0; i < apart.supervoxel_segment.size(); ++i) {
+    into[apart.supervoxel_segment[i]].insert(joined.supervoxel_segment[i]);
+  }
+  for (const auto& [segment, targets] : into) EXPECT_EQ(targets.size(), 1u) << segment;
+}
+
+// The library orders segments by the addresses of graph nodes. Here the free list of the heap is
+// shuffled between two calls, so that addresses come in another order.
+TEST_P(SeededConvexity, TheHeapsOrderDoesNotShow) {
+  synthetic::ScanOptions options;
+  options.seed = GetParam();
+  options.sigma_m = 0.001;  // many small segments
+  const Cloud cloud = ToCloud(synthetic::MakeScan(synthetic::MixedObjects(), options));
+  const LocalConvexity first = SegmentByLocalConvexity(cloud);
+  EXPECT_GE(first.segments, 5);  // the objects' number
+  base::Rng rng(GetParam());
+  for (int again = 0; again < 3; ++again) {
+    std::vector<std::unique_ptr<char[]>> blocks;
+    for (int i = 0; i < 50000; ++i)
+      blocks.push_back(std::make_unique<char[]>(16 + 16 * rng.Index(16)));
+    for (const auto i : geometry::samples::Permutation(blocks.size(), rng)) {
+      if (i % 2 == 0) blocks[i].reset();
+    }
+    const LocalConvexity other = SegmentByLocalConvexity(cloud);
+    EXPECT_EQ(other.segments, first.segments);
+    EXPECT_EQ(other.segment, first.segment);
+    EXPECT_EQ(other.supervoxel, first.supervoxel);
+  }
+}
+
+// Twice as far away and twice as large: a camera sees the same.
+TEST(Convexity, WithCameraDepthVoxelsGrowWithTheDepth) {
+  base::Rng rng(2);
+  const auto near = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.1, 0.0, 4000, rng);
+  geometry::Points far;
+  for (const auto& p : near) far.push_back(4.0 * p);
+  // At 4 m points are 13 mm apart: voxels of 10 mm lose touch with each other.
+  LocalConvexityOptions options{.voxel_m = 0.01, .seed_m = 0.08, .min_supervoxels = 0};
+  EXPECT_GT(SegmentByLocalConvexity(Cloud(far), options).segments, 1);
+  options.camera_depth = true;
+  EXPECT_EQ(SegmentByLocalConvexity(Cloud(far), options).segments, 1);
+}
+
+using samples::Append;
+using samples::RandomDirection;
+using samples::RandomPoint;
+
+constexpr double kSigma_m = 0.0003;
+/// Single precision, of coordinates below 1 m, over a few operations.
+constexpr double kFloat = 2e-6;
+
+class SeededModels : public ::testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, SeededModels, ::testing::Range<std::uint64_t>(0, 20));
+
+struct PlaneScene {
+  geometry::Points points;  ///< 1000 of the plane, then 400 anywhere
+  Eigen::Vector3d center;
+  Eigen::Vector3d normal;
+};
+constexpr double kHalf_m = 0.1;
+constexpr std::size_t kOnPlane = 1000;
+
+PlaneScene MakePlaneScene(base::Rng& rng) {
+  PlaneScene scene;
+  scene.center = RandomPoint(0.3, rng);
+  scene.normal = RandomDirection(rng);
+  scene.points = samples::OnSquare(scene.center, scene.normal, kHalf_m, kSigma_m, kOnPlane, rng);
+  for (int i = 0; i < 400; ++i) scene.points.push_back(scene.center + RandomPoint(kHalf_m, rng));
+  return scene;
+}
+
+// Standard errors of a least-squares plane: sigma / sqrt(n) across it, times sqrt(3) / half for its
+// angles. Points anywhere that happen to be within the 2 mm add 400 (2 / 100) = 8 with 1.2 mm each:
+// their share shifts the plane by 8 / 1000 * 1.2 mm / sqrt(8) = 3 um, a third of sigma / sqrt(n).
+TEST_P(SeededModels, PlaneIsTheTrueOneWithinItsStandardErrors) {
+  base::Rng rng(GetParam());
+  const PlaneScene scene = MakePlaneScene(rng);
+  const Eigen::Vector3d sensor = scene.center + 0.5 * scene.normal + RandomPoint(0.2, rng);
+  const auto fit = FitPlane(Cloud(scene.points, sensor));
+  ASSERT_TRUE(fit);
+  const double across = 6.0 * kSigma_m / std::sqrt(static_cast<double>(kOnPlane)) + kFloat;
+  EXPECT_NEAR(fit->plane.Distance(scene.center), 0.0, across);
+  EXPECT_NEAR(fit->plane.normal.norm(), 1.0, 1e-12);
+  EXPECT_LT((fit->plane.normal - scene.normal).norm(), std::sqrt(3.0) * across / kHalf_m);
+  EXPECT_GT(fit->plane.Distance(sensor), 0.0);
+}
+
+TEST_P(SeededModels, PlanesInliersAreExactlyThePointsWithinTheDistance) {
+  base::Rng rng(GetParam());
+  const PlaneScene scene = MakePlaneScene(rng);
+  const PlaneOptions options;
+  const auto fit = FitPlane(Cloud(scene.points), options);
+  ASSERT_TRUE(fit);
+  EXPECT_TRUE(std::ranges::is_sorted(fit->inliers));
+  for (std::uint32_t i = 0; i < scene.points.size(); ++i) {
+    const double distance = std::abs(fit->plane.Distance(scene.points[i]));
+    if (std::abs(distance - options.inlier_distance_m) < kFloat) continue;
+    EXPECT_EQ(std::ranges::binary_search(fit->inliers, i), distance < options.inlier_distance_m)
+        << i;
+  }
+}
+
+// The library's refit (Levenberg-Marquardt in single precision, with numeric derivatives) ends
+// before the least-squares optimum: it is held to the noise of one point, where the optimum's
+// standard error would be sigma / sqrt(n) = 6 um. Along the axis sigma counts on the lever
+// half_length / sqrt(3).
+TEST_P(SeededModels, CylinderIsTheTrueOneWithinItsStandardErrors) {
+  base::Rng rng(GetParam());
+  const samples::Tube tube{RandomPoint(0.2, rng), RandomDirection(rng), rng.Uniform(0.02, 0.05),
+                           0.06};
+  constexpr std::size_t kOnTube = 3000;
+  geometry::Points points = samples::OnTube(tube, kSigma_m, kOnTube, rng);
+  for (int i = 0; i < 300; ++i) points.push_back(tube.center + RandomPoint(0.15, rng));
+  const Cloud cloud(points, tube.center + 1.0 * RandomDirection(rng));
+  const geometry::Points normals = EstimateNormals(cloud, {.radius_m = 0.008});
+  const auto fit = FitCylinder(cloud, normals);
+  ASSERT_TRUE(fit);
+  const Cylinder& found = fit->cylinder;
+  EXPECT_NEAR(found.radius_m, tube.radius_m, kSigma_m);
+  EXPECT_NEAR(found.axis.norm(), 1.0, 1e-12);
+  EXPECT_LT(found.axis.cross(tube.axis).norm(), std::sqrt(3.0) * kSigma_m / tube.half_length_m);
+  EXPECT_LT((found.point - tube.center).cross(tube.axis).norm(), kSigma_m);
+  // Beside the middle: the mean of n uniform places has the error half_length / sqrt(3 n).
+  EXPECT_LT(std::abs((found.point - tube.center).dot(tube.axis)),
+            6.0 * tube.half_length_m / std::sqrt(3.0 * 0.8 * kOnTube));
+  const auto on_tube =
+      std::ranges::count_if(fit->inliers, [](std::uint32_t i) { return i < kOnTube; });
+  EXPECT_GT(on_tube,
+            0.8 * kOnTube);  // ends and neighbors of stray points have normals that are off
+}
+
+struct Drawn {
+  std::optional<geometry::PlaneFit> plane;
+  std::optional<CylinderFit> cylinder;
+};
+
+/// So few draws that they decide.
+Drawn FitWithFewDraws(std::uint64_t seed) {
+  base::Rng rng(seed);
+  const Cloud cloud(MakePlaneScene(rng).points);
+  const CylinderOptions wide{.max_draws = 3, .inlier_distance_m = 0.01, .max_radius_m = 1.0};
+  return {FitPlane(cloud, {.max_draws = 3}),
+          FitCylinder(cloud, EstimateNormals(cloud, {.radius_m = 0.02}), wide)};
+}
+
+// A generator that is seeded by the clock, as the library's can be, gives the same within a second.
+TEST(Models, SameCloudGivesTheSameModelsASecondLater) {
+  constexpr std::uint64_t kClouds = 10;
+  std::vector<Drawn> first;
+  for (std::uint64_t seed = 0; seed < kClouds; ++seed) first.push_back(FitWithFewDraws(seed));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  for (std::uint64_t seed = 0; seed < kClouds; ++seed) {
+    const Drawn again = FitWithFewDraws(seed);
+    ASSERT_TRUE(again.plane && first[seed].plane);
+    EXPECT_EQ(again.plane->plane.normal, first[seed].plane->plane.normal);
+    EXPECT_EQ(again.plane->inliers, first[seed].plane->inliers);
+    ASSERT_EQ(again.cylinder.has_value(), first[seed].cylinder.has_value());
+    if (!again.cylinder) continue;
+    EXPECT_EQ(again.cylinder->cylinder.axis, first[seed].cylinder->cylinder.axis);
+    EXPECT_EQ(again.cylinder->inliers, first[seed].cylinder->inliers);
+  }
+}
+
+TEST(Models, CylinderKeepsToTheRadiiAskedFor) {
+  base::Rng rng(3);
+  const samples::Tube tube{{0, 0, 0.5}, Eigen::Vector3d::UnitX(), 0.03, 0.05};
+  const Cloud cloud(samples::OnTube(tube, 0.0, 2000, rng));
+  const geometry::Points normals = EstimateNormals(cloud, {.radius_m = 0.008});
+  EXPECT_TRUE(FitCylinder(cloud, normals, {.min_radius_m = 0.02, .max_radius_m = 0.04}));
+  const auto large = FitCylinder(cloud, normals, {.min_radius_m = 0.05, .max_radius_m = 0.1});
+  EXPECT_TRUE(!large || large->inliers.size() < 1000u);
+}
+
+// Labelled clouds of a depth camera, where they are at hand: data/kinect in the folder that
+// RANGEGRASP_SHARED names, or in ../shared beside the project.
+TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
+  if (!std::filesystem::exists(labelled::KinectFolder())) {
+    GTEST_SKIP() << "no labelled clouds in " << labelled::KinectFolder();
+  }
+  double sum = 0.0;
+  const std::vector<int> numbers = {2, 20, 40};  // boxes, a stack, cylinders
+  for (const int number : numbers) {
+    const auto [file, label] = labelled::ReadKinect(number);
+    // Spacing and noise of a depth camera: voxels of 7.5 mm at 1 m, seeds of 30 mm.
+    const LocalConvexityOptions options{.voxel_m = 0.0075, .seed_m = 0.03, .camera_depth = true};
+    const LocalConvexity found = SegmentByLocalConvexity(Cloud(file.points), options);
+    const double overlap = labelled::Compare(label, found.segment).overlap;
+    RecordProperty("weighted_overlap_" + std::to_string(number), std::to_string(overlap));
+    EXPECT_GT(overlap, 0.85) << "learn" << number;
+    sum += overlap;
+  }
+  // Measured: 0.993, 0.956 and 0.941, with 3, 3 and 5 segments. A tenth is left for other versions.
+  EXPECT_GT(sum / static_cast<double>(numbers.size()), 0.9);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::pcl_bridge

@@ -1,0 +1,153 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/file.h"
+#include "cli/command.h"
+#include "geometry/cloud_file.h"
+#include "geometry/mesh.h"
+#include "geometry/mesh_file.h"
+#include "geometry/synthetic.h"
+#include "temp_folder.h"
+
+namespace rangegrasp {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Not;
+using testing::HasSubstr;
+using testing_support::RunProgram;
+
+const fs::path kRepository = RANGEGRASP_SOURCE_DIR;
+
+class RecognizeTest : public testing::Test {
+ protected:
+  /// A box of dextrose alone on the table.
+  std::string Scan(bool color) const {
+    const auto file = folder_ / (color ? "colored.yaml" : "plain.yaml");
+    base::WriteFile(
+        file, "name: scan\ntask: grasping\nscene: " + Path("scenes/tabletop.xml") +
+                  "\narrangement: single\nsensor: " + Path("models/sensors/line_scanner.yaml") +
+                  "\nobject_folder: " + Path("models/objects") +
+                  "\nobjects: [dextrose]\ncolor: " + (color ? "true" : "false") + "\n");
+    const auto cloud = (folder_ / (color ? "colored.pcd" : "plain.pcd")).string();
+    const auto ran = RunProgram({"scan", file.string(), "-o", cloud});
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return cloud;
+  }
+
+  static std::string Path(const std::string& in_repository) {
+    return (kRepository / in_repository).string();
+  }
+
+  /// A package of the shape of the box, with the print of another one.
+  std::string FolderOfTwins() const {
+    const fs::path objects = kRepository / "models/objects";
+    for (const std::string name : {"dextrose", "twin"}) {
+      const fs::path folder = folder_ / "twins" / name;
+      fs::create_directories(folder);
+      for (const char* part : {"visual.obj", "label.png"}) {
+        fs::copy_file(objects / "dextrose" / part, folder / part);
+      }
+      fs::copy_file(objects / "dextrose/dextrose.xml", folder / (name + ".xml"));
+    }
+    fs::copy_file(objects / "salt_cuboid/label.png", folder_ / "twins/twin/label.png",
+                  fs::copy_options::overwrite_existing);
+    return (folder_ / "twins").string();
+  }
+
+  static nlohmann::json Found(const std::string& cloud, const std::string& library) {
+    const auto ran = RunProgram({"recognize", cloud, "--library", library, "--crop",
+                                 "-0.3,-0.3,-0.05,0.3,0.3,0.4", "--json"});
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out).at("found");
+  }
+
+  const testing_support::TempFolder folder_;
+};
+
+TEST_F(RecognizeTest, TheObjectIsNamedAndTellsHowItsColorsAgree) {
+  for (const bool color : {false, true}) {
+    const auto found = Found(Scan(color), Path("models/objects"));
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0]["object"], "dextrose");
+    const double agree = found[0]["color"];
+    if (color) {
+      EXPECT_GT(agree, 0.7);
+      EXPECT_LT(agree, 1.0);
+    } else {
+      EXPECT_EQ(agree, 1.0);
+    }
+  }
+}
+
+TEST_F(RecognizeTest, TwinsAreToldApartByTheirPrintAlone) {
+  const auto twins = FolderOfTwins();
+  EXPECT_TRUE(Found(Scan(false), twins).empty());
+  const auto found = Found(Scan(true), twins);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0]["object"], "dextrose");
+}
+
+TEST_F(RecognizeTest, AFolderWithoutObjectsIsNamed) {
+  fs::create_directories(folder_ / "empty");
+  const auto ran =
+      RunProgram({"recognize", Scan(false), "--library", (folder_ / "empty").string()});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("NAME/NAME.xml"));
+}
+
+// What `learn` makes of views of a thing, and what it says of too few of them.
+
+class LearnTest : public testing::Test {
+ protected:
+  /// A cylinder on a table, seen from 0.8 m aside and 0.62 m above, from that direction.
+  std::string View(double direction_rad) const {
+    synthetic::ScanOptions options;
+    options.sensor_W = {0.8 * std::cos(direction_rad), 0.8 * std::sin(direction_rad), 0.62};
+    options.seed = static_cast<std::uint64_t>(1000.0 * direction_rad);
+    const auto scan =
+        synthetic::MakeScan({synthetic::Cylinder{{0.01, 0.02, 0.06}, 0.035, 0.12}}, options);
+    geometry::RangeImage image{.profiles = 1,
+                               .samples = static_cast<int>(scan.points_W.size()),
+                               .points_C = scan.points_W,
+                               .origins_C = {options.sensor_W}};
+    const auto file = folder_ / ("view" + std::to_string(options.seed) + ".pcd");
+    geometry::WriteCloud(file, image);
+    return file.string();
+  }
+  std::string Mesh() const { return (folder_ / "cylinder.stl").string(); }
+
+  const testing_support::TempFolder folder_;
+};
+
+TEST_F(LearnTest, ACylinderFromThreeSidesIsIt) {
+  const auto ran = RunProgram({"learn", View(0.0), View(2.1), View(4.2), "-o", Mesh()});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, Not(HasSubstr("guessed")));
+  const auto mesh = geometry::ReadMesh(Mesh());
+  const Eigen::Vector3d size = geometry::BoundsOf(mesh.vertices).sizes();
+  EXPECT_NEAR(size.x(), 0.07, 0.003);
+  EXPECT_NEAR(size.y(), 0.07, 0.003);
+  EXPECT_NEAR(size.z(), 0.12, 0.003);
+}
+
+TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {
+  const auto ran = RunProgram({"learn", View(0.0), "-o", Mesh()});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("what was not seen is guessed"));
+}
+
+TEST_F(LearnTest, AnEmptyTableIsRefused) {
+  const auto view = View(0.0);
+  const auto ran = RunProgram(
+      {"learn", view, "-o", Mesh(), "--crop", "-0.14", "-0.14", "-0.1", "-0.05", "0.14", "0.3"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr(view + ": 0 points of a thing on the table"));
+  EXPECT_FALSE(std::filesystem::exists(Mesh()));
+}
+
+}  // namespace
+}  // namespace rangegrasp

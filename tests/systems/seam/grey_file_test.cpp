@@ -1,0 +1,194 @@
+#include "seam/internal/grey_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/image/random_pictures.h"
+#include "base/rng.h"
+#include "temp_folder.h"
+#include "tiff_file.h"
+
+namespace rangegrasp::image {
+namespace {
+
+using ::testing::HasSubstr;
+using std::string_literals::operator""s;
+
+TEST(Pgm, GivesBackWhatWasWritten) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    const auto picture = RandomPicture<Grey16>(seed);
+    const Grey16 read = DecodePgm(EncodePgm(picture));
+    ASSERT_EQ(read.width, picture.width);
+    ASSERT_EQ(read.height, picture.height);
+    ASSERT_EQ(read.grey, picture.grey);
+  }
+}
+
+TEST(Pgm, BytesAreThoseOfTheFormat) {
+  EXPECT_EQ(EncodePgm({2, 1, {0x0102, 0xfffe}}), "P5\n2 1\n65535\n\x01\x02\xff\xfe"s);
+  const Grey16 read = DecodePgm("P5 # a note\n 2\t1 1023\n\x01\x02\x03\xff"s);
+  EXPECT_EQ(read.width, 2);
+  EXPECT_EQ(read.height, 1);
+  EXPECT_EQ(read.grey, (std::vector<std::uint16_t>{0x0102, 0x03ff}));
+}
+
+TEST(Pgm, SaysWhatIsWrong) {
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"", "must begin with P5"},
+      {"P7 2 2 65535 12345678", "must begin with P5"},
+      {"P2 2 2 65535 1 2 3 4", "of the kind P2"},
+      {"P5 2 2 255 1234", "8-bit grey"},
+      {"P5 2 2 70000 12345678", "from 256 to 65535"},
+      {"P5 2 0 65535 1", "height"},
+      {"P5 x 2 65535 1", "width"},
+      {"P5 2 2 65535 12345", "cut off in row 2 of 2"},
+      {"P5 99999999 2 65535 1", "width"},
+      {"P5 9999999 9999999 65535 1", "cut off in row 1"},
+      {"P5 2 1 256 \x01\x01\x01\x00"s, "row 1, column 1: 257 is above"}};
+  for (const auto& [bytes, says] : wrong) {
+    try {
+      DecodePgm(bytes);
+      FAIL() << bytes;
+    } catch (const base::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(says));
+    }
+  }
+}
+
+TEST(Pgm, DamagedBytesGiveAPictureOrAnError) {
+  const std::string whole = EncodePgm(RandomPicture<Grey16>(3));
+  int read = 0;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    try {
+      const Grey16 picture = DecodePgm(Damaged(whole, seed));
+      ASSERT_EQ(picture.grey.size(),
+                static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+      ++read;
+    } catch (const base::InputError&) {
+    }
+  }
+  EXPECT_GT(read, 100);  // there is no checksum
+}
+
+using base::InputError;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing_support::TempFolder;
+using testing_support::TiffPage;
+using testing_support::WriteTiff;
+
+class TiffTest : public testing::Test {
+ protected:
+  template <typename Pixel>
+  Tiff Read(const std::vector<TiffPage<Pixel>>& pages, int compression = COMPRESSION_NONE,
+            const char* mode = "w") {
+    WriteTiff(folder_ / "p.tif", pages, compression, mode);
+    return DecodeTiff(base::ReadFile(folder_ / "p.tif"));
+  }
+  template <typename Pixel>
+  void ExpectRefused(const std::vector<TiffPage<Pixel>>& pages, const std::string& says) {
+    try {
+      Read(pages);
+      FAIL() << says;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(says));
+    }
+  }
+  TempFolder folder_;
+};
+
+TEST_F(TiffTest, ReadsEveryKindOfPixel) {
+  const Tiff grey = Read<std::uint16_t>({{2, {0, 1, 32768, 65535}}});
+  EXPECT_EQ(grey.pixel, TiffPixel::kUnsigned16);
+  EXPECT_EQ(grey.picture.width, 2);
+  EXPECT_EQ(grey.picture.height, 2);
+  EXPECT_THAT(grey.picture.grey, ElementsAre(0.0F, 1.0F, 32768.0F, 65535.0F));
+  const Tiff with_sign = Read<std::int16_t>({{2, {-32768, -1, 0, 32767}}});
+  EXPECT_EQ(with_sign.pixel, TiffPixel::kSigned16);
+  EXPECT_THAT(with_sign.picture.grey, ElementsAre(-32768.0F, -1.0F, 0.0F, 32767.0F));
+  const Tiff real = Read<float>({{3, {-0.25F, 0.0F, 1e-9F}}});
+  EXPECT_EQ(real.pixel, TiffPixel::kFloat32);
+  EXPECT_THAT(real.picture.grey, ElementsAre(-0.25F, 0.0F, 1e-9F));
+}
+
+TEST_F(TiffTest, ReadsCompressedFilesAndThoseOfTheOtherByteOrder) {
+  const std::vector<TiffPage<std::uint16_t>> pages = {{4, {1, 2, 3, 4, 500, 600, 700, 800}}};
+  const auto plain = Read(pages).picture.grey;
+  for (const int compression : {COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+    EXPECT_EQ(Read(pages, compression).picture.grey, plain) << compression;
+  }
+  EXPECT_EQ(Read(pages, COMPRESSION_NONE, "wb").picture.grey, plain);
+}
+
+TEST_F(TiffTest, PagesStandBelowEachOther) {
+  const Tiff tiff = Read<std::uint16_t>({{2, {1, 2}}, {2, {3, 4, 5, 6}}, {2, {7, 8}}});
+  EXPECT_EQ(tiff.picture.height, 4);
+  EXPECT_THAT(tiff.picture.grey, ElementsAre(1, 2, 3, 4, 5, 6, 7, 8));
+}
+
+TEST_F(TiffTest, OtherPixelsAreRefused) {
+  ExpectRefused<std::uint8_t>({{2, {1, 2}}}, "1 channel of 8-bit whole-number pixels");
+  ExpectRefused<std::uint16_t>({{1, {1, 2, 3}, 3}}, "3 channels of 16-bit whole-number pixels");
+  ExpectRefused<double>({{2, {1, 2}}}, "64-bit floating-point pixels");
+  ExpectRefused<std::uint32_t>({{2, {1, 2}}}, "32-bit whole-number pixels");
+  ExpectRefused<std::uint16_t>({{16, std::vector<std::uint16_t>(256), 1, true}}, "tiled");
+  ExpectRefused<std::uint16_t>({{2, {1, 2}}, {3, {1, 2, 3}}},
+                               "page 2 is 3 columns wide and page 1 2");
+  EXPECT_THROW(DecodeTiff(""), InputError);
+  EXPECT_THROW(DecodeTiff("P5\n2 2\n65535\n12345678"), InputError);
+}
+
+TEST_F(TiffTest, WhatIsEncodedIsDecodedAndTheSameBytes) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    base::Rng rng(seed);
+    Grey16 picture{1 + static_cast<int>(rng.Index(300)), 1 + static_cast<int>(rng.Index(60)), {}};
+    for (int i = 0; i < picture.width * picture.height; ++i) {
+      picture.grey.push_back(static_cast<std::uint16_t>(rng.Index(65536)));
+    }
+    const std::string bytes = EncodeTiff(picture);
+    EXPECT_EQ(EncodeTiff(picture), bytes);
+    const Tiff read = DecodeTiff(bytes);
+    EXPECT_EQ(read.picture.width, picture.width);
+    EXPECT_EQ(read.picture.height, picture.height);
+    EXPECT_TRUE(std::ranges::equal(read.picture.grey, picture.grey));
+  }
+  EXPECT_THROW(EncodeTiff({}), std::invalid_argument);
+  EXPECT_THROW(EncodeTiff({2, 2, {1, 2, 3}}), std::invalid_argument);
+}
+
+// Whatever bytes a file holds: a picture of its own size, or an error.
+TEST_F(TiffTest, DamagedFilesGiveAPictureOrAnError) {
+  std::vector<std::string> whole;
+  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE}) {
+    const std::vector<std::uint16_t> pixels(400, 1234);
+    Read<std::uint16_t>({{20, pixels}, {20, pixels}}, compression);
+    whole.push_back(base::ReadFile(folder_ / "p.tif"));
+  }
+  int refused = 0;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    base::Rng rng(seed);
+    std::string bytes = whole[seed % whole.size()];
+    if (rng.Uniform() < 0.3) bytes.resize(rng.Index(bytes.size()));
+    const std::size_t changes = 1 + rng.Index(4);
+    for (std::size_t k = 0; k < changes && !bytes.empty(); ++k) {
+      bytes[rng.Index(bytes.size())] = static_cast<char>(rng.Index(256));
+    }
+    try {
+      const Tiff tiff = DecodeTiff(bytes);
+      const auto size = static_cast<std::size_t>(tiff.picture.width) *
+                        static_cast<std::size_t>(tiff.picture.height);
+      ASSERT_EQ(tiff.picture.grey.size(), size);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 500);
+}
+
+}  // namespace
+
+}  // namespace rangegrasp::image
