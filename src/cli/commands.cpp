@@ -71,7 +71,7 @@ constexpr const char* kKeysPage = R"(# Experiment files
 
 An experiment file is YAML: `key: value` lines, with keys below keys where a table says so (`physics.timestep_ms` is
 `timestep_ms` below `physics`). What is not given keeps its default. The unit stands in the key's name. Paths are relative
-to the file. An unknown key, a value of the wrong type or out of its range, or a file that is missing is told with its line
+to the file. An unknown key, a value of the wrong type or out of its range, or a file that is missing is reported with its line
 and the nearest valid word. `rangegrasp run FILE --set KEY=VALUE` changes any key without a change to the file.
 
 This page is made by `rangegrasp list keys` from the code that reads the files; a test compares them.

@@ -10,7 +10,7 @@
 #include "cylinders/detect.h"
 #include "cylinders/tabletop_scan.h"
 #include "pcl_bridge/cloud.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 namespace rangegrasp::bench {
 namespace {

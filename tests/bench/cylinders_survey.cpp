@@ -1,7 +1,7 @@
 // How often given cylinders are found in clutter, and how well: two given ones, standing or lying,
 // among three to six boxes and other cylinders, touching half of the time, as one sensor at one
-// place sees them (tests/systems/cylinders/tabletop_scan.h). One line a cylinder as CSV; then, to stderr,
-// recall, precision and errors. Truth scores what was found and nothing else.
+// place sees them (tests/systems/cylinders/tabletop_scan.h). One line a cylinder as CSV; then, to
+// stderr, recall, precision and errors. Truth scores what was found and nothing else.
 //
 //   rangegrasp_cylinders_survey --scenes 500 --seed N [--as-published] [--only SCENE]
 

@@ -4,7 +4,7 @@
 
 #include "base/stopwatch.h"
 #include "pcl_bridge/cloud.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 namespace rangegrasp::bench {
 namespace {

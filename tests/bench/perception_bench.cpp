@@ -6,7 +6,7 @@
 #include <map>
 
 #include "base/stopwatch.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 #include "pcl_pipeline.h"
 #include "perception/perceive.h"
 #include "tabletop.h"

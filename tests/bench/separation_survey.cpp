@@ -22,7 +22,7 @@
 #include "experiment/experiment.h"
 #include "labelled_cloud.h"
 #include "labelled_scan.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 #include "perception/perceive.h"
 #include "perception/preprocess.h"
 #include "register_all.h"

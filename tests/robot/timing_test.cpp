@@ -155,7 +155,6 @@ TEST(TimingOfCorners, ReversalsAndRepeatedPointsStopThereAndKeepTheLimits) {
   EXPECT_THROW(TimeParameterise(robot, {one}, {.velocity_scale = 1.5}), std::invalid_argument);
 }
 
-
 using Eigen::VectorXd;
 
 VectorXd At(double x, double y) { return Eigen::Vector2d(x, y); }

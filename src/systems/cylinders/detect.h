@@ -45,7 +45,8 @@ constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const Dete
       {"widened_normals", &A::widened_normals,
        "normals from further off where all points near lie on one scan line"},
       {"table_gate", &A::table_gate,
-       "points of a top are told by the table's normal; off: by n_x > n_y, n_z in the sensor's "
+       "points of a top are recognized by the table's normal; off: by n_x > n_y, n_z in the "
+       "sensor's "
        "frame"},
       {"wide_links", &A::wide_links,
        "fragments hold together over several mean distances; off: below d_ca"},

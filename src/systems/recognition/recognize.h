@@ -136,7 +136,7 @@ std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
 std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found);
 
 /// Finds for another scan from where the first view was taken, of a scene that may have changed
-/// since: what further views alone told of them is left out. What has not moved need not be found
+/// since: what only further views saw of them is left out. What has not moved need not be found
 /// again, and what has fits no longer (Recognize).
 std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found);
 

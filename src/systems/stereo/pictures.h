@@ -4,7 +4,7 @@
 
 #include "base/image/image.h"
 #include "stereo/camera.h"
-#include "stereo/match.h"
+#include "stereo/disparity.h"
 #include "stereo/reconstruct.h"
 
 namespace rangegrasp::stereo {

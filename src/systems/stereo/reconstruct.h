@@ -10,7 +10,7 @@
 #include "geometry/observation.h"
 #include "geometry/plane.h"
 #include "stereo/camera.h"
-#include "stereo/match.h"
+#include "stereo/disparity.h"
 
 namespace rangegrasp::stereo {
 

@@ -115,22 +115,27 @@ TEST(DetectCylinders, AsPublishedFindsStandingCylindersInTheSensorsFrame) {
   // The dissertation's x is away from the table.
   options.R_CS << 0, 1, 0, 0, 0, 1, 1, 0, 0;
   int found_there = 0;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     base::Rng rng(seed);
     const auto scene = Detect(Scan(tabletop, {.profiles = 360, .samples = 360}, rng),
                               {{0.02575, 0.173}, {0.03675, 0.134}}, options);
     EXPECT_EQ(scene.sampling.noise_m, 0.0);
     EXPECT_GE(scene.fragments.size(), 2u);
-    for (const auto& found : scene.cylinders) {
-      const Cylinder& truth = tabletop.cylinders[found.given];
-      EXPECT_NEAR(found.cylinder_C.radius_m, truth.radius_m, 0.002);
-      EXPECT_GT(found.rim_share, 0.8);
-      const bool there = (found.cylinder_C.center - truth.center).norm() < 0.005 &&
-                         DetectAngleBetween(found.cylinder_C.axis, truth.axis) < base::Deg(5.0);
+    for (const auto& one : scene.cylinders) {
+      const Cylinder& truth = tabletop.cylinders[one.given];
+      EXPECT_NEAR(one.cylinder_C.radius_m, truth.radius_m, 0.002);
+      EXPECT_GT(one.rim_share, 0.8);
+      const bool there = (one.cylinder_C.center - truth.center).norm() < 0.005 &&
+                         DetectAngleBetween(one.cylinder_C.axis, truth.axis) < base::Deg(5.0);
       found_there += there;
+      ++found;
     }
   }
-  EXPECT_GE(found_there, 4);
+  // Of 400 cylinders (seeds 1 to 200), 206 were found and 203 were there. Three standard deviations
+  // below 51 % of 80 are 27; more than three of 41 that are not there are as rare.
+  EXPECT_GE(found_there, 27);
+  EXPECT_LE(found - found_there, 3);
 }
 
 TEST(DetectCylinders, OneThatWasNotGivenIsLeftAlone) {

@@ -10,7 +10,7 @@
 
 #include "geometry/plane.h"
 #include "noisy_surfaces.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 namespace rangegrasp::pcl_bridge {
 namespace {

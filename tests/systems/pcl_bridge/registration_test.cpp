@@ -135,8 +135,9 @@ TEST(Registration, TooFewPointsAreRefused) {
                std::invalid_argument);
   const PlaneTarget target({geometry::Points(3, Eigen::Vector3d::UnitZ()),
                             geometry::Points(3, Eigen::Vector3d::UnitZ())});
-  EXPECT_THROW(RegisterPointToPlane(Cloud(geometry::PointSpan()), target, Eigen::Isometry3d::Identity()),
-               std::invalid_argument);
+  EXPECT_THROW(
+      RegisterPointToPlane(Cloud(geometry::PointSpan()), target, Eigen::Isometry3d::Identity()),
+      std::invalid_argument);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "error_of.h"
-#include "stereo/hand_eye.h"
+#include "stereo/calibrate_hand_eye.h"
 #include "stereo/synthetic_board.h"
 #include "temp_folder.h"
 

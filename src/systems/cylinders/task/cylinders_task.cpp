@@ -9,7 +9,7 @@
 #include "base/stopwatch.h"
 #include "base/words.h"
 #include "cylinders/task/cylinders_report.h"
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 #include "sensing/line_scanner.h"
 
 namespace rangegrasp::cylinders {

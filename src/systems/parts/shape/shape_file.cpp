@@ -35,9 +35,9 @@ void AppendColor(std::int32_t label, std::string& bytes) {
   for (const std::uint8_t channel : PartColor(label)) AppendRaw(channel, bytes);
 }
 
-constexpr float kDot_px = 3.0F;         // of a cloud: smaller is hardly seen, larger hides gaps
-constexpr double kAir = 1.05;           // round a shape, of its size
-constexpr double kMinDistance = 1e-12;  // of the eye from a single point
+constexpr float kDot_px = 3.0F;            // of a cloud: smaller is hardly seen, larger hides gaps
+constexpr double kAir = 1.05;              // round a shape, of its size
+constexpr double kMinEyeDistance = 1e-12;  // of the eye from a single point
 // The eye stands before the shape, by these parts of the way to the right and above.
 constexpr double kRightOfFront = 0.6, kAboveFront = 0.5;
 // Of the picture: larger shows smaller parts, and takes more time and disk.
@@ -47,7 +47,7 @@ constexpr int kWidth_px = 960, kHeight_px = 720;
 double DistanceFor(geometry::PointSpan points, const draw::View& view,
                    const Eigen::Vector3d& back) {
   const double tangent = std::tan(0.5 * view.field_of_view_rad);
-  double distance = kMinDistance;
+  double distance = kMinEyeDistance;
   for (const Eigen::Vector3d& p : points) {
     if (!p.allFinite()) continue;
     const Eigen::Vector3d q = p - view.target;

@@ -145,18 +145,25 @@ class PartsExperiment : public experiment::Task {
  private:
   void AddCases(const ModelClass& one, int id, Split split, std::vector<Case>& cases) const {
     for (const Method method : setup_.methods) {
-      const experiment::Params params = {{"class", one.name},
-                                         {"model", id},
-                                         {"method", std::string(base::Word(method))},
-                                         {"split", std::string(base::Word(split))}};
-      const std::string name = fmt::format("{}-{:04}-{}", one.name, id, base::Word(method));
-      cases.push_back({name, one.name, /*seed=*/0, params});
+      const std::string word(base::Word(method));
+      const std::string name = fmt::format("{}-{:04}-{}", one.name, id, word);
+      // Names in alphabetical order, as in stores that were written before.
+      const std::pair<std::string, experiment::Params::Value> part_of{
+          "split", std::string(base::Word(split))};
+      cases.push_back({name,
+                       one.name,
+                       /*seed=*/0,
+                       {{"class", one.name}, {"method", word}, {"model", id}, part_of}});
       for (const CloudGrade& grade : setup_.clouds) {
-        experiment::Params of_cloud = params;
-        of_cloud.Add("points", grade.points);
-        of_cloud.Add("noise_percent", grade.noise_percent);
-        cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent), one.name,
-                         /*seed=*/0, of_cloud});
+        cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent),
+                         one.name,
+                         /*seed=*/0,
+                         {{"class", one.name},
+                          {"method", word},
+                          {"model", id},
+                          {"noise_percent", grade.noise_percent},
+                          {"points", grade.points},
+                          part_of}});
       }
     }
   }

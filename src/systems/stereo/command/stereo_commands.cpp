@@ -19,7 +19,7 @@
 #include "experiment/experiment.h"
 #include "geometry/cloud_file.h"
 #include "sensing/hand_eye.h"
-#include "stereo/hand_eye.h"
+#include "stereo/calibrate_hand_eye.h"
 #include "stereo/pictures.h"
 #include "stereo/sensing/internal/simulated_calibration.h"
 #include "stereo/sensing/stereo_sensor.h"

@@ -47,7 +47,7 @@ TEST_F(PartsTaskTest, ACaseIsOneMethodOnOneModelInTheOrderOfTheFile) {
   EXPECT_EQ(groups.front(), "peanut");
   EXPECT_EQ(groups.back(), "other");
   EXPECT_EQ(ToJson(task_->Cases()[1].params),
-            R"({"class":"peanut","model":1,"method":"sdf","split":"tune"})");
+            R"({"class":"peanut","method":"sdf","model":1,"split":"tune"})");
   EXPECT_FALSE(PartsTask().uses_seed);
 }
 

@@ -16,8 +16,8 @@ namespace rangegrasp {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::Not;
 using testing::HasSubstr;
+using testing::Not;
 using testing_support::RunProgram;
 
 const fs::path kRepository = RANGEGRASP_SOURCE_DIR;

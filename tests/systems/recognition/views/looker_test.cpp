@@ -23,7 +23,8 @@ LookedAround LookTwice() {
   const Cell& cell = CellOf(*experiment.task);
   const TrialSpec spec{"coffee_cup", 0, TrialSeed(11, "coffee_cup", 0)};
   Arrangement arranged = *ArrangeTrial(cell, spec);
-  return views::AddWristViews(cell, Look(cell, arranged.world, spec.seed), arranged.world, spec.seed);
+  return views::AddWristViews(cell, Look(cell, arranged.world, spec.seed), arranged.world,
+                              spec.seed);
 }
 
 const LookedAround& Twice() {

@@ -109,9 +109,8 @@ TEST(SeamTask, ResultsAreReadBackTheSame) {
 }
 
 TEST(SeamTask, DamagedRecordsAreRefused) {
-  for (const experiment::Params& params :
-       {experiment::Params(), experiment::Params{{"seam", 3}},
-        experiment::Params{{"run", 1}, {"shape", "step"}}}) {
+  for (const experiment::Params& params : {experiment::Params(), experiment::Params{{"seam", 3}},
+                                           experiment::Params{{"run", 1}, {"shape", "step"}}}) {
     EXPECT_THROW(ParamsFrom(params), base::InputError) << ToJson(params);
   }
   EXPECT_THROW(SeamResultFrom({}, "{}"), base::RunError);

@@ -1,3 +1,5 @@
+#include "stereo/calibrate_hand_eye.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,7 +8,6 @@
 #include "base/image/image.h"
 #include "cli/command.h"
 #include "sensing/hand_eye.h"
-#include "stereo/hand_eye.h"
 #include "temp_folder.h"
 
 namespace rangegrasp {

@@ -151,9 +151,10 @@ class FilmState {
     image::Image picture = draw::Blank(kFilmWidth_px, kFilmHeight_px);
     draw::Paste(scene, 0, 0, picture);
     if (scan_.width > 0) draw::Paste(scan_, kFilmScene_px, 0, picture);
-    const std::vector<draw::Trace> traces = {{"grip force, told [N]", force_N_, kForce_N, kCommand},
-                                             {"grip force, felt [N]", felt_N_, kForce_N, kFelt},
-                                             {"slip in the hand [mm]", slip_mm_, kSlip_mm, kSlip}};
+    const std::vector<draw::Trace> traces = {
+        {"grip force, commanded [N]", force_N_, kForce_N, kCommand},
+        {"grip force, felt [N]", felt_N_, kForce_N, kFelt},
+        {"slip in the hand [mm]", slip_mm_, kSlip_mm, kSlip}};
     draw::Paste(draw::DrawStrips(time_s_, traces, stages_, kRight_px, kFilmHeight_px - kScan_px),
                 kFilmScene_px, kScan_px, picture);
     const std::string stage = stages_.empty() ? "" : stages_.back().name;

@@ -10,7 +10,7 @@
 #include "base/units.h"
 #include "sensing/line_scanner_options.h"
 #include "stereo/calibrate.h"
-#include "stereo/hand_eye.h"
+#include "stereo/calibrate_hand_eye.h"
 #include "stereo/sensing/stereo_camera.h"
 
 namespace rangegrasp::stereo {

@@ -1,4 +1,4 @@
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 #include <pcl/ModelCoefficients.h>
 #include <pcl/search/kdtree.h>
@@ -62,7 +62,7 @@ std::vector<SupervoxelEdge> FindEdges(const Supervoxels& found,
       static_cast<float>(base::ToDeg(options.concavity_tolerance_rad)));
   // The paper's sanity criterion: connections at which supervoxels touch in a point only are left
   // out; without it six of ten pairs of touching boxes came out as one. Its extended convexity
-  // (setKFactor) broke convex boxes at their corners (scans of segmentation_test.cpp: 40 % of a
+  // (setKFactor) broke convex boxes at their corners (scans of pcl_segmentation_test.cpp: 40 % of a
   // face lost).
   convexity.setSanityCheck(true);
   convexity.setKFactor(0);

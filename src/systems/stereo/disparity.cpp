@@ -1,4 +1,4 @@
-#include "stereo/match.h"
+#include "stereo/disparity.h"
 
 #include <fmt/format.h>
 

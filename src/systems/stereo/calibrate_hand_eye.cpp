@@ -1,4 +1,4 @@
-#include "stereo/hand_eye.h"
+#include "stereo/calibrate_hand_eye.h"
 
 #include <fmt/format.h>
 

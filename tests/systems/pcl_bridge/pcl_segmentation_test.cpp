@@ -1,4 +1,4 @@
-#include "pcl_bridge/segmentation.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 #include <gtest/gtest.h>
 
