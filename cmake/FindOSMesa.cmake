@@ -1,5 +1,5 @@
 # Finds Mesa's off-screen library, by its run-time name too, and defines OSMesa::OSMesa. Headers are not needed:
-# src/base/image/offscreen_context.h declares what is used.
+# src/base/image/open_gl.h declares what is used.
 find_library(OSMESA_LIBRARY NAMES OSMesa libOSMesa.so.8)
 
 include(FindPackageHandleStandardArgs)

@@ -99,9 +99,8 @@ std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> c
 
 // One experiment of one seed. The first cases of each group are run before all others, and these
 // only if not all of the first fail in the same way. A run that is resumed after that goes on.
-// @return the results, their report, and what has failed of the run as a whole; empty if nothing.
-std::tuple<experiment::Results, experiment::Report, std::string> RunInto(
-    const std::filesystem::path& folder, const Experiment& e, const RunIntoOptions& options) {
+Ran RunInto(const std::filesystem::path& folder, const Experiment& e,
+            const RunIntoOptions& options) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
@@ -119,7 +118,7 @@ std::tuple<experiment::Results, experiment::Report, std::string> RunInto(
     failed += (failed.empty() ? "" : "\n") +
               fmt::format("cases crashed:\n  {}", base::Join(crashes, "\n  "));
   }
-  return {std::move(results), std::move(report), std::move(failed)};
+  return {folder, std::move(failed), std::move(results.stamp), std::move(report)};
 }
 
 // A run would only find these out trial after trial. @throws base::InputError with all errors.
@@ -164,7 +163,13 @@ void Run(RunArguments a) {
   std::tie(a.options.shard, a.options.shards) = ParseShard(a.shard);
   const std::filesystem::path file = base::FindExperiment(a.experiment);
   const Ran ran = RunExperiment(file, a.changes, SeedsFrom(a.seeds), a.out, a.options);
-  WriteTables(ran.report, ran.results.stamp, TableFormatFrom(a.format));
+  const auto format = TableFormatFrom(a.format);
+  if (ran.report) {
+    WriteTables(*ran.report, ran.stamp, format);
+  } else {
+    const auto results = experiment::ReadResults(ran.folder);
+    WriteTables(experiment::ReportOf(results, experiment::AllKinds()), results.stamp, format);
+  }
   if (a.report) make_report(ran.folder, a.options.jobs);
   if (!ran.failed.empty()) throw base::RunError(ran.failed);
 }
@@ -186,9 +191,8 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
     return true;
   };
   if (seeds.empty()) {
-    std::tie(ran.results, ran.report, ran.failed) =
-        RunInto(ran.folder, open(refuse_errors), options);
-    return ran;
+    const Experiment e = open(refuse_errors);
+    return RunInto(ran.folder, e, options);
   }
   for (const std::uint64_t seed : seeds) {
     changes.seed = seed;
@@ -198,13 +202,10 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
                              ": holds results of one seed; --out DIR writes those of several "
                              "elsewhere");
     }
-    const auto [results, report, failed] =
-        RunInto(experiment::SeedFolder(ran.folder, seed), e, options);
+    const std::string failed = RunInto(experiment::SeedFolder(ran.folder, seed), e, options).failed;
     if (failed.empty()) continue;
     ran.failed += fmt::format("{}seed {}: {}", ran.failed.empty() ? "" : "\n", seed, failed);
   }
-  ran.results = experiment::ReadResults(ran.folder);
-  ran.report = experiment::ReportOf(ran.results, experiment::AllKinds());
   return ran;
 }
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,13 +23,13 @@ struct RunIntoOptions {
   std::function<experiment::Progress(int before, int total)> progress = {};
 };
 
-/// What a run left: its folder, its results (of several seeds pooled) and their report, and what
-/// has failed of it; empty if nothing.
+/// What a run left.
 struct Ran {
   std::filesystem::path folder;
-  experiment::Results results;
-  experiment::Report report;
-  std::string failed;
+  std::string failed = {};  ///< what has failed of it as a whole; empty if nothing
+  /// Of a run of one seed; what several have in common is pooled by who wants it (ReadResults).
+  experiment::Stamp stamp = {};
+  std::optional<experiment::Report> report = {};
 };
 
 /// Runs an experiment of its own seed into its folder, or of several, each into a folder of its own

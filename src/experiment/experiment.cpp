@@ -71,14 +71,6 @@ std::vector<std::string> SetOf(const Stamp& stamp) {
   return set.empty() ? std::vector<std::string>() : base::Split(set, '\n');
 }
 
-std::vector<std::string> GroupsOf(const std::vector<Case>& cases) {
-  std::vector<std::string> groups;
-  for (const Case& c : cases) {
-    if (std::ranges::find(groups, c.group) == groups.end()) groups.push_back(c.group);
-  }
-  return groups;
-}
-
 void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::path& file,
                 std::vector<Case>& cases) {
   if (wanted.empty()) return;
@@ -171,10 +163,8 @@ Experiment OpenExperiment(const std::filesystem::path& file, std::span<const Tas
 }
 
 Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
-  const std::string& set = Need(stamp.data, "set");
   return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"), kinds,
-              {.set = set.empty() ? std::vector<std::string>() : base::Split(set, '\n'),
-               .groups = base::Split(Need(stamp.identity, "groups"), ',')},
+              {.set = SetOf(stamp), .groups = base::Split(Need(stamp.identity, "groups"), ',')},
               {});
 }
 

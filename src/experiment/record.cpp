@@ -39,6 +39,17 @@ const T& Get(const Params& params, std::string_view name) {
       fmt::format("a case's parameters have no '{}' of the right type: {}", name, ToJson(params)));
 }
 
+// The different words of all, in the order in which they first occur.
+template <typename All, typename WordOf>
+std::vector<std::string> FirstOfEach(const All& all, WordOf word_of) {
+  std::vector<std::string> words;
+  for (const auto& one : all) {
+    const std::string word = word_of(one);
+    if (std::ranges::find(words, word) == words.end()) words.push_back(word);
+  }
+  return words;
+}
+
 }  // namespace
 
 Params Params::FromJson(const std::string& text) {
@@ -96,13 +107,12 @@ bool SameButTimes(const Record& a, const Record& b) {
   return all(a) == all(b);
 }
 
+std::vector<std::string> GroupsOf(const std::vector<Case>& cases) {
+  return FirstOfEach(cases, [](const Case& c) { return c.group; });
+}
+
 std::vector<std::string> GroupsOf(const std::vector<Record>& records) {
-  std::vector<std::string> groups;
-  for (const Record& record : records) {
-    const std::string& group = record.which.group;
-    if (std::ranges::find(groups, group) == groups.end()) groups.push_back(group);
-  }
-  return groups;
+  return FirstOfEach(records, [](const Record& record) { return record.which.group; });
 }
 
 void AddSeconds(const std::string& stage, double seconds,

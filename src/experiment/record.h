@@ -74,7 +74,8 @@ std::string ToJson(const Record& record);
 /// Whether two records say the same but for their times.
 bool SameButTimes(const Record& a, const Record& b);
 
-/// The records' groups, in the order in which they first occur.
+/// The groups of cases or records, in the order in which they first occur.
+std::vector<std::string> GroupsOf(const std::vector<Case>& cases);
 std::vector<std::string> GroupsOf(const std::vector<Record>& records);
 
 /// What a run came from: name -> value each.

@@ -81,9 +81,8 @@ class Grasping : public experiment::Task {
 
   void AddTo(experiment::Stamp& stamp) const override {
     const Options& o = cell_.options;
-    stamp.identity["scene_hash"] = SceneHash(o);
+    AddModelsTo(o, stamp);
     AddDetectorTo(o, stamp);
-    stamp.identity["mujoco"] = sim::EngineVersion();
     AddTitles(o, stamp);
     if (!o.reference.empty()) stamp.data[kReference] = base::ReadFile(o.reference);
   }
@@ -97,8 +96,7 @@ class Grasping : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
-  if (!ModelsPass(options, common)) return nullptr;
-  CheckObjects(map, options);
+  if (!ModelsPass(map, options, common)) return nullptr;
   CheckDetector(map, options, common.case_limit_s);
   options.seed = common.seed;
   return std::make_unique<Grasping>(std::move(options), common);

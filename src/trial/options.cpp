@@ -190,6 +190,20 @@ std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
   return folders;
 }
 
+// What is wrong with the scene and the objects that there are; CheckObjects names the others.
+std::vector<base::Finding> FindingsOf(const Options& options) {
+  auto findings = check::CheckModel(options.scene, check::Kind::kScene);
+  check::ObjectBounds bounds;
+  bounds.min_tipping_rad = options.min_tipping_rad;
+  for (const std::string& object : AllObjects(options)) {
+    const sim::ObjectModel model = ObjectModelOf(options, object);
+    if (!std::filesystem::is_regular_file(model.mjcf)) continue;
+    const auto found = check::CheckObject(model, bounds);
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return findings;
+}
+
 }  // namespace
 
 void SetMethod(MethodKind method, Options& options) {
@@ -305,18 +319,11 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   }
 }
 
-bool ModelsPass(const Options& options, const experiment::Common& common) {
-  if (!common.on_findings) return true;
-  auto findings = check::CheckModel(options.scene, check::Kind::kScene);
-  check::ObjectBounds bounds;
-  bounds.min_tipping_rad = options.min_tipping_rad;
-  for (const std::string& object : AllObjects(options)) {
-    const sim::ObjectModel model = ObjectModelOf(options, object);
-    if (!std::filesystem::is_regular_file(model.mjcf)) continue;  // CheckObjects names the nearest
-    const auto found = check::CheckObject(model, bounds);
-    findings.insert(findings.end(), found.begin(), found.end());
-  }
-  return common.on_findings(findings);
+bool ModelsPass(const base::YamlMap& map, const Options& options,
+                const experiment::Common& common) {
+  if (common.on_findings && !common.on_findings(FindingsOf(options))) return false;
+  CheckObjects(map, options);
+  return true;
 }
 
 std::string SceneHash(const Options& options) {

@@ -165,8 +165,10 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 void CheckObjects(const base::YamlMap& map, const Options& options);
 
 /// Shows common.on_findings what is wrong with the scene, its arm and its hand (sim/check/check.h),
-/// and with the objects; false: it does not want to go on.
-bool ModelsPass(const Options& options, const experiment::Common& common);
+/// and with the objects; then CheckObjects.
+/// @return false where on_findings does not want to go on
+/// @throws base::InputError as CheckObjects.
+bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common);
 
 /// A hash over the scene, the models that it and the objects refer to, and the sensor.
 std::string SceneHash(const Options& options);

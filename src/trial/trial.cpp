@@ -333,6 +333,11 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
   return base::DeriveSeed(of_object, static_cast<std::uint64_t>(index));
 }
 
+void AddModelsTo(const Options& options, experiment::Stamp& stamp) {
+  stamp.identity["scene_hash"] = SceneHash(options);
+  stamp.identity["mujoco"] = sim::EngineVersion();
+}
+
 void AddTitles(const Options& options, experiment::Stamp& stamp) {
   for (const std::string& object : options.objects) {
     stamp.data[experiment::kTitlePrefix + object] =

@@ -108,6 +108,10 @@ TrialSpec SpecOf(const experiment::Case& which);
 /// Derived from (experiment seed, object, index) alone.
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index);
 
+/// Puts what every result of the cell depends on into the stamp's identity: the hash of its models
+/// and the engine's version.
+void AddModelsTo(const Options& options, experiment::Stamp& stamp);
+
 /// Puts the titles of the experiment's objects into the stamp's data (experiment::TitleOf).
 void AddTitles(const Options& options, experiment::Stamp& stamp);
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/image/open_gl.h"
 
 namespace rangegrasp::image {
 namespace {

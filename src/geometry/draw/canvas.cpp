@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/image/offscreen_context.h"
+#include "base/image/open_gl.h"
 
 namespace rangegrasp::draw {
 namespace {

@@ -239,7 +239,7 @@ using Eigen::Vector3d;
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
 // What the engine or a loader says, without the file's name, which stands before it.
-Finding Told(const std::filesystem::path& mjcf, std::string what) {
+Finding FindingOf(const std::filesystem::path& mjcf, std::string what) {
   const std::string file = mjcf.string() + ": ";
   if (what.starts_with(file)) what = what.substr(file.size());
   while (!what.empty() && what.back() == '\n') what.pop_back();
@@ -438,12 +438,12 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
     try {
       CheckMotion(model);
     } catch (const base::InputError& error) {
-      const Finding told = Told(mjcf, error.what());
-      model.Error(told.where, told.element, told.what, told.cure);
+      const Finding found = FindingOf(mjcf, error.what());
+      model.Error(found.where, found.element, found.what, found.cure);
     }
     findings = model.findings();
   } catch (const base::InputError& error) {
-    findings.push_back(Told(mjcf, error.what()));
+    findings.push_back(FindingOf(mjcf, error.what()));
   }
   std::stable_partition(findings.begin(), findings.end(),
                         [](const Finding& finding) { return finding.error; });

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <iterator>
 
+#include "base/image/open_gl.h"
+
 // Of OpenGL 1.1, for these tests alone.
 extern "C" void glScissor(GLint x, GLint y, GLsizei width, GLsizei height);
 constexpr GLenum GL_SCISSOR_TEST = 0x0C11;

@@ -210,7 +210,7 @@ constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
 // Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
 constexpr double kLag_rad = 0.004;
-// A cure is tried before it is told: so many rounds, in each of which what falls behind gets so
+// A cure is tried before it is reported: so many rounds, in each of which what falls behind gets so
 // much slower at least, but no slower than this.
 constexpr int kRounds = 10;
 constexpr double kSlower = 0.8;

@@ -126,7 +126,7 @@ double Reach(const mjModel& m, int geom) {
 // @return whether meshes are of a size that a robot may have
 bool CheckSizes(Model& model, const std::vector<int>& bodies) {
   const mjModel& m = model.m();
-  std::set<int> told;
+  std::set<int> reported;
   bool right = true;
   for (const int body : bodies) {
     for (const int geom : GeomsOf(m, body)) {
@@ -134,7 +134,7 @@ bool CheckSizes(Model& model, const std::vector<int>& bodies) {
       right = false;
       const int mesh = m.geom_dataid[geom];
       const bool is_mesh = m.geom_type[geom] == mjGEOM_MESH && mesh >= 0;
-      if (is_mesh && !told.insert(mesh).second) continue;
+      if (is_mesh && !reported.insert(mesh).second) continue;
       const std::string what =
           fmt::format("reaches {:.0f} m from its middle: millimetres?", m.geom_rbound[geom]);
       if (is_mesh) {

@@ -129,9 +129,8 @@ class ClearingExperiment : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
+    trial::AddModelsTo(cell_.options, stamp);
     trial::AddDetectorTo(cell_.options, stamp);
-    stamp.identity["mujoco"] = sim::EngineVersion();
     trial::AddTitles(cell_.options, stamp);
   }
 
@@ -168,8 +167,7 @@ class ClearingExperiment : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
-  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
-  trial::CheckObjects(map, options.grasping);
+  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::CheckDetector(map, options.grasping, common.case_limit_s);
   return std::make_unique<ClearingExperiment>(options, common);
 }

@@ -209,10 +209,7 @@ class DemoExperiment : public experiment::Task {
     return result;
   }
 
-  void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
-    stamp.identity["mujoco"] = sim::EngineVersion();
-  }
+  void AddTo(experiment::Stamp& stamp) const override { trial::AddModelsTo(cell_.options, stamp); }
 
  private:
   experiment::Result RunCase(const Case& which, const Viewers& viewers) const {
@@ -262,8 +259,7 @@ const experiment::TaskKind& DemoTask() {
       .read = [](base::YamlMap& map,
                  const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
         const DemoOptions options = ReadDemo(map);
-        if (!trial::ModelsPass(options.grasping, common)) return nullptr;
-        trial::CheckObjects(map, options.grasping);
+        if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
         trial::RequireOwnDetector(map, options.grasping);
         return std::make_unique<DemoExperiment>(options, common);
       },

@@ -148,12 +148,12 @@ class PartsExperiment : public experiment::Task {
       const std::string word(base::Word(method));
       const std::string name = fmt::format("{}-{:04}-{}", one.name, id, word);
       // Names in alphabetical order, as in stores that were written before.
-      const std::pair<std::string, experiment::Params::Value> part_of{
+      const std::pair<std::string, experiment::Params::Value> of_split{
           "split", std::string(base::Word(split))};
       cases.push_back({name,
                        one.name,
                        /*seed=*/0,
-                       {{"class", one.name}, {"method", word}, {"model", id}, part_of}});
+                       {{"class", one.name}, {"method", word}, {"model", id}, of_split}});
       for (const CloudGrade& grade : setup_.clouds) {
         cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent),
                          one.name,
@@ -163,7 +163,7 @@ class PartsExperiment : public experiment::Task {
                           {"model", id},
                           {"noise_percent", grade.noise_percent},
                           {"points", grade.points},
-                          part_of}});
+                          of_split}});
       }
     }
   }

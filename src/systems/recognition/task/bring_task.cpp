@@ -56,7 +56,7 @@ struct Row {
   std::vector<double> robot_s, compute_s;
 };
 
-void Add(const experiment::Record& record, Row& row) {
+void Add(const experiment::Record& record, const ordered_json& data, Row& row) {
   const std::string& outcome = record.result.outcome;
   const bool handed = outcome == trial::kHandedOver;
   const bool good = handed || outcome == kSaidAbsent;
@@ -64,7 +64,6 @@ void Add(const experiment::Record& record, Row& row) {
   row.good += good;
   row.handed += handed;
   if (!good) ++row.otherwise[outcome];
-  const auto data = ordered_json::parse(record.result.data, nullptr, false);
   if (!data.is_object() || !data.contains("attempts")) return;
   row.looks += data.at("looks").get<int>();
   row.cleared += data.at("cleared").get<int>();
@@ -207,8 +206,7 @@ class BringExperiment : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
-    stamp.identity["mujoco"] = sim::EngineVersion();
+    trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
   }
 
@@ -257,8 +255,7 @@ class BringExperiment : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
-  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
-  trial::CheckObjects(map, options.grasping);
+  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   for (const std::string& object : options.grasping.objects) {
     if (std::ranges::find(options.bring.known, object) == options.bring.known.end() &&
@@ -334,8 +331,9 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
     if (rows.empty() || rows.back().first != record.which.group) {
       rows.emplace_back(record.which.group, Row{});
     }
-    Add(record, rows.back().second);
-    Add(record, all);
+    const auto data = ordered_json::parse(record.result.data, nullptr, false);
+    Add(record, data, rows.back().second);
+    Add(record, data, all);
   }
   experiment::Grid grid;
   grid.header = {"wanted",  "runs",           "as wanted",      "%",

@@ -40,7 +40,7 @@ struct TaskOptions {
   /// more of the `views` are taken.
   bool until_sure = false;
   double max_distance_m = 0.005;          ///< of a pose that counts as found
-  double max_angle_rad = base::Deg(5.0);  ///< likewise
+  double max_angle_rad = base::Deg(5.0);  ///< of a pose that counts as found
 };
 /// The keys that `task: grasping` has not.
 void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
@@ -130,13 +130,12 @@ struct Row {
   int finds = 0, wrong = 0, others = 0, others_near = 0;
 };
 
-void Add(const experiment::Record& record, Row& row) {
+void Add(const experiment::Record& record, const nlohmann::json& data, Row& row) {
   ++row.scenes;
   const std::string& outcome = record.result.outcome;
   row.found += outcome == "found";
   row.wrong_object += outcome == "wrong_object";
   if (outcome != "found") ++row.otherwise[outcome];
-  const auto data = nlohmann::json::parse(record.result.data);
   if (!data.contains("finds")) return;
   for (const auto& find : data.at("finds")) {
     ++row.finds;
@@ -193,8 +192,9 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
       row->object = object;
       row->title = experiment::TitleOf(stamp, object);
     }
-    Add(record, *row);
-    Add(record, all);
+    const auto data = nlohmann::json::parse(record.result.data);
+    Add(record, data, *row);
+    Add(record, data, all);
   }
   experiment::Grid grid;
   grid.header = {"object",       "scenes",          "found %",          "95 %",
@@ -324,8 +324,7 @@ class Recognition : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
-    stamp.identity["mujoco"] = sim::EngineVersion();
+    trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
   }
 
@@ -410,8 +409,7 @@ class Recognition : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   TaskOptions options = ReadOptions(map);
-  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
-  trial::CheckObjects(map, options.grasping);
+  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   options.grasping.seed = common.seed;
   return std::make_unique<Recognition>(options, common);

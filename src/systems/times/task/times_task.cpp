@@ -213,8 +213,7 @@ class TimesExperiment : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
-    stamp.identity["scene_hash"] = trial::SceneHash(cell_.options);
-    stamp.identity["mujoco"] = sim::EngineVersion();
+    trial::AddModelsTo(cell_.options, stamp);
     stamp.data[kTimed] = base::Word(options_.timed);
     if (!cell_.options.reference.empty()) {
       stamp.data[kReference] = base::ReadFile(cell_.options.reference);
@@ -254,8 +253,7 @@ class TimesExperiment : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
-  if (!trial::ModelsPass(options.grasping, common)) return nullptr;
-  trial::CheckObjects(map, options.grasping);
+  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   return std::make_unique<TimesExperiment>(options, common);
 }

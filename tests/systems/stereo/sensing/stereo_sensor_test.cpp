@@ -32,6 +32,18 @@ using trial::StageStream;
 using trial::TrialSeed;
 using trial::TrialSpec;
 
+// The cell's camera by a calibration without error.
+StereoSetup CalibratedSetup(const Cell& cell) {
+  StereoSetup setup;
+  const sensing::StereoCameraOptions& camera = setup.camera;
+  const base::Pose& X_WS = cell.robot.X_WScanner;
+  setup.calibration.camera = sensing::LensOf(camera);
+  setup.calibration.X_WL = X_WS * sensing::CameraInHead(camera, camera.left_pan_rad);
+  setup.calibration.X_WR = X_WS * sensing::CameraInHead(camera, camera.right_pan_rad);
+  setup.reconstruct.table_W = cell.TablePlane();
+  return setup;
+}
+
 // A pair of a salt box that stands alone, by a calibration without error: it takes seconds to make
 // one, and is no part of what is asked here.
 struct SaltBox {
@@ -40,19 +52,9 @@ struct SaltBox {
   const Cell& cell = CellOf(*experiment.task);
   TrialSpec spec{"salt_cuboid", 0, TrialSeed(11, "salt_cuboid", 0)};
   Arrangement arranged = *ArrangeTrial(cell, spec);
-  StereoSensor sensor{Setup(), cell.robot.X_WScanner};
+  StereoSensor sensor{CalibratedSetup(cell), cell.robot.X_WScanner};
   StereoLook look = Look();
 
-  StereoSetup Setup() const {
-    StereoSetup setup;
-    const sensing::StereoCameraOptions& camera = setup.camera;
-    const base::Pose& X_WS = cell.robot.X_WScanner;
-    setup.calibration.camera = sensing::LensOf(camera);
-    setup.calibration.X_WL = X_WS * sensing::CameraInHead(camera, camera.left_pan_rad);
-    setup.calibration.X_WR = X_WS * sensing::CameraInHead(camera, camera.right_pan_rad);
-    setup.reconstruct.table_W = cell.TablePlane();
-    return setup;
-  }
   StereoLook Look() const {
     base::Rng rng = StageStream(spec.seed, "scan");
     return sensor.Look(arranged.world, rng);
@@ -114,14 +116,7 @@ struct Looks {
     return MakeLineScanner(cell.scanner, cell.robot.X_WScanner);
   }
   std::unique_ptr<Sensor> Stereo() const {
-    StereoSetup setup;
-    const sensing::StereoCameraOptions& camera = setup.camera;
-    const base::Pose& X_WS = cell.robot.X_WScanner;
-    setup.calibration.camera = sensing::LensOf(camera);
-    setup.calibration.X_WL = X_WS * sensing::CameraInHead(camera, camera.left_pan_rad);
-    setup.calibration.X_WR = X_WS * sensing::CameraInHead(camera, camera.right_pan_rad);
-    setup.reconstruct.table_W = cell.TablePlane();
-    return std::make_unique<StereoSensor>(setup, X_WS);
+    return std::make_unique<StereoSensor>(CalibratedSetup(cell), cell.robot.X_WScanner);
   }
   Sensed By(const Sensor& sensor) const {
     base::Rng rng = StageStream(spec.seed, "scan");
